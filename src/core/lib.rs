@@ -1,10 +1,10 @@
-//! Dynamics of a linear structure with one-sided contacts. This crate knows no gears.
+//! Dynamics of a linear structure with one-sided contacts, independent of gears.
 //!
 //! * [`structure`]: a structure in modal coordinates, [`structure::ModalStructure`].
 //! * [`model`]: structure, contacts and excitation at an operating point, [`model::Model`].
 //! * [`propagate`]: kernels that advance a state exactly between events, such as [`propagate::Volterra`].
 //! * [`analysis`]: exponents, orbits, bifurcations, statistics.
-//! * [`numerics`]: what they compute with.
+//! * [`numerics`]: their numerical tools.
 //!
 //! An oscillator between two elastic walls keeps its energy:
 //!

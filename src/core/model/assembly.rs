@@ -13,11 +13,11 @@ use crate::structure::{
     FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
 };
 
-/// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
+/// A tilt of a rotation about the shafts below this part of the largest of any mode is
 /// round-off.
 const TILT_NOISE: f64 = 1e-9;
 
-/// What contacts are assembled from.
+/// Input of the assembly of contacts.
 pub struct Assembly<'a> {
     pub structure: &'a ModalStructure,
     pub drive: &'a Drive,
@@ -28,10 +28,10 @@ pub struct Assembly<'a> {
     pub period: f64,
 }
 
-/// The contacts, and the directions in which they meet the blocks.
+/// The contacts, and the directions of their forces on the blocks.
 pub struct Assembled {
     pub contacts: Vec<Contact>,
-    /// How many of them are springs of the flanks.
+    /// Number of springs of the flanks among them.
     pub flank_springs: usize,
     pub directions: Directions,
 }
@@ -48,7 +48,7 @@ impl Assembly<'_> {
     /// Assembles the contacts.
     ///
     /// # Errors
-    /// Springs on several lines that would share a residual flexibility, too many contacts, too long a base period.
+    /// Springs on several lines with a common residual flexibility, too many contacts, too long a base period.
     pub fn contacts(&self) -> Result<Assembled, ModelError> {
         let mut directions = Directions::default();
         let mut contacts = self.flanks(&mut directions)?;
@@ -70,7 +70,7 @@ impl Assembly<'_> {
         })
     }
 
-    /// The springs of both flanks in turn.
+    /// The springs of both flanks, alternating.
     fn flanks(&self, directions: &mut Directions) -> Result<Vec<Contact>, ModelError> {
         let (structure, drive) = (self.structure, self.drive);
         let of_drive_flank = structure.drive_flank();
@@ -98,7 +98,7 @@ impl Assembly<'_> {
         };
         let mut contacts = Vec::new();
         for (number, mesh) in on_drive.iter().enumerate() {
-            // The damper of a flank is that of its first spring.
+            // The first spring of a flank has the damper of the flank.
             let damping = if number == 0 { drive.damping } else { 0.0 };
             let teeth = drive.tooth_cycles.each_ref();
             let [drive_teeth, coast_teeth] =
@@ -150,7 +150,7 @@ impl Assembly<'_> {
         film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
     }
 
-    /// The mesh cycles of a spring with some damping \[N s/m\]: one, unless single teeth differ.
+    /// The mesh cycles of a spring with a damping \[N s/m\]: one, unless single teeth differ.
     ///
     /// # Errors
     /// As [`flank_springs::of_flank`].
@@ -170,7 +170,7 @@ impl Assembly<'_> {
         of_teeth.collect()
     }
 
-    /// The mesh cycle of a spring with some damping \[N s/m\].
+    /// The mesh cycle of a spring with a damping \[N s/m\].
     fn cycle(
         &self,
         side: &Side,
@@ -196,7 +196,7 @@ impl Assembly<'_> {
             .collect()
     }
 
-    /// Participations of a flank in the turned modes. Rotations that do not move the flank have exactly zero.
+    /// Participations of a flank in the rotated modes. Rotations that do not move the flank have exactly zero.
     fn turned(&self, own: &FlankParticipation) -> FlankParticipation {
         let basis = self.basis;
         let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
@@ -235,14 +235,14 @@ impl Assembly<'_> {
     }
 }
 
-/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
+/// Release rule of a contact with a damping \[N s/m\]: the force of a spring alone vanishes where δ returns to
 /// the gap.
 fn release(asked: Release, damping: f64) -> Release {
     if damping > 0.0 { asked } else { Release::Deflection }
 }
 
-/// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels
-/// are zero by construction of the basis.
+/// A participation without round-off of the rotation: by construction of the basis those of the rigid blocks that
+/// deflect no mesh are zero.
 fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     for &i in rigid {
         mesh[i] = 0.0;

@@ -1,10 +1,10 @@
-//! The coordinates in which a structure falls apart into blocks.
+//! In which coordinates is a structure a set of independent blocks?
 //!
-//! Modal displacements and velocities (q, v) of the structure become the blocks' states z by
-//! `(q, v) = T z`. With modal damping T turns nothing but the rigid rotations, among themselves, so
-//! that one of them at most is felt by the mesh, and blocks are modes: `z = (q, v)`. Where dampers,
+//! Modal displacements and velocities (q, v) of the structure follow from the blocks' states z by
+//! `(q, v) = T z`. With modal damping T only rotates the rigid rotations among themselves, so
+//! that at most one of them deflects the mesh, and blocks are modes: `z = (q, v)`. If dampers,
 //! drag, gyroscopic terms or cross-coupled springs couple modes, T comes from the eigenvectors of
-//! the coupled ones ([`crate::numerics::decoupling`]).
+//! the coupled modes ([`crate::numerics::decoupling`]).
 
 use super::error::ModelError;
 use super::{Block, MeshGain};
@@ -14,32 +14,32 @@ use crate::structure::ModalStructure;
 /// Generators of blocks, row by row.
 type Generators = Vec<[[f64; 2]; 2]>;
 
-/// From modes to blocks and back.
+/// The transformation between modes and blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
     /// Indices of the structure's rigid modes.
     rigid: Vec<usize>,
-    /// Rows: the rigid motions that serve, in the structure's rigid modes (orthogonal): those that
-    /// no contact feels, then those that further contacts feel, the last felt by the mesh.
+    /// Rows: the rigid motions in use, in the structure's rigid modes (orthogonal). First those that
+    /// deflect no contact, then those that deflect further contacts; the last one deflects the mesh.
     turned: Vec<Vec<f64>>,
-    /// How many of them no contact feels.
+    /// Number of those that deflect no contact.
     unfelt: usize,
-    /// What couples the modes, after that.
+    /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
-    /// Blocks of dry sliders behind those of the modes. They count as modes of which the structure knows nothing.
+    /// Number of blocks of dry sliders after those of the modes. They count as modes, but are unknown to the structure.
     sliders: usize,
 }
 
-/// Coupled modes, in the turned rigid motions and the elastic modes.
+/// Coupled modes, in the rotated rigid motions and the elastic modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupled {
     /// T, 2N × 2N row by row.
     pub to_modes: Vec<f64>,
     /// Its inverse.
     pub from_modes: Vec<f64>,
-    /// Frequencies of the modes alone \[rad/s\]: 0 of rigid ones.
+    /// Frequencies of the uncoupled modes \[rad/s\]; 0 for rigid ones.
     pub frequency: Vec<f64>,
-    /// Whether gyroscopic terms change it with the speed.
+    /// Whether gyroscopic terms make it depend on the speed.
     pub turns: bool,
     /// All damping and gyroscopic terms \[1/s\], N × N row by row.
     pub damping: Vec<f64>,
@@ -48,11 +48,11 @@ pub struct Coupled {
 }
 
 impl Basis {
-    /// The basis of a structure that turns at a pinion speed \[rad/s\], with the generators of its
+    /// The basis of a structure that runs at a pinion speed \[rad/s\], with the generators of its
     /// blocks.
     ///
     /// # Errors
-    /// [`ModelError::Coupling`] where modes cannot be told apart.
+    /// [`ModelError::Coupling`] if modes cannot be separated.
     pub(super) fn new(
         structure: &ModalStructure,
         speed: f64,
@@ -116,7 +116,7 @@ impl Basis {
         self
     }
 
-    /// What couples the modes; none where damping is modal.
+    /// The coupling of the modes; `None` if damping is modal.
     pub fn coupled(&self) -> Option<&Coupled> {
         self.coupled.as_ref()
     }
@@ -126,12 +126,12 @@ impl Basis {
         &self.rigid
     }
 
-    /// Those of the turned rigid modes that no contact feels.
+    /// The rotated rigid modes that deflect no contact.
     pub fn unfelt(&self) -> &[usize] {
         &self.rigid[..self.unfelt]
     }
 
-    /// Modal values of the structure with its rigid motions turned, and 0 of every slider.
+    /// Modal values of the structure with its rigid motions rotated, and 0 for every slider.
     pub(super) fn turn(&self, values: &[f64]) -> Vec<f64> {
         let mut out = values.to_vec();
         out.resize(values.len() + self.sliders, 0.0);
@@ -155,7 +155,7 @@ impl Basis {
         out
     }
 
-    /// Turns rows and columns of an N × N matrix.
+    /// Rotates rows and columns of an N × N matrix.
     fn turn_matrix(&self, matrix: &mut Vec<f64>) {
         let n = (matrix.len() as f64).sqrt() as usize;
         for _ in 0..2 {
@@ -169,7 +169,7 @@ impl Basis {
         }
     }
 
-    /// Inputs of the blocks by a modal force in turned values.
+    /// Inputs of the blocks by a modal force in rotated values.
     pub(super) fn input(&self, force: &[f64]) -> Vec<[f64; 2]> {
         let n = force.len();
         let Some(coupled) = &self.coupled else {
@@ -182,7 +182,7 @@ impl Basis {
         (0..n).map(|i| [of(i), of(n + i)]).collect()
     }
 
-    /// The modal force, in turned values, that gives the blocks these inputs.
+    /// The modal force, in rotated values, that gives the blocks these inputs.
     pub fn force(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
         let n = inputs.len();
         let components = |part: usize| inputs.iter().map(move |input| input[part]);
@@ -190,7 +190,8 @@ impl Basis {
         self.turned_modes(&state).split_off(n)
     }
 
-    /// The participations of the turned modal displacements in a sum over the blocks' states that is one over these.
+    /// The participations of the rotated modal displacements in a sum over the blocks' states, if it contains only
+    /// displacements.
     pub fn felt(&self, rows: &[[f64; 2]]) -> Vec<f64> {
         let n = rows.len();
         let Some(coupled) = &self.coupled else {
@@ -204,8 +205,8 @@ impl Basis {
         (0..n).map(of).collect()
     }
 
-    /// What a sum `Σ values · q` of turned modal displacements is of the blocks' states, and what
-    /// its rate is.
+    /// A sum `Σ values · q` of rotated modal displacements, and its rate, as sums over the blocks'
+    /// states.
     pub(super) fn output(&self, values: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let n = values.len();
         let Some(coupled) = &self.coupled else {
@@ -223,7 +224,7 @@ impl Basis {
         })
     }
 
-    /// How a contact meets the blocks, given its turned participations in deflection and force.
+    /// Gains of a contact for the blocks, from its rotated participations in deflection and force.
     pub(super) fn gains(&self, blocks: &[Block], w: &[f64], g: &[f64]) -> Vec<MeshGain> {
         if self.coupled.is_none() {
             let modes = blocks.iter().zip(w.iter().zip(g));
@@ -250,7 +251,7 @@ impl Basis {
         self.state_of_turned(&modes)
     }
 
-    /// The blocks' state of turned modal displacements and velocities, one after the other.
+    /// The blocks' state for rotated modal displacements and velocities, one after the other.
     pub fn state_of_turned(&self, modes: &[f64]) -> Vec<f64> {
         match &self.coupled {
             None => modes.to_vec(),
@@ -258,7 +259,7 @@ impl Basis {
         }
     }
 
-    /// Turned modal displacements and velocities of a state, one after the other.
+    /// Rotated modal displacements and velocities of a state, one after the other.
     pub fn turned_modes(&self, state: &[f64]) -> Vec<f64> {
         match &self.coupled {
             None => state.to_vec(),
@@ -274,8 +275,8 @@ impl Basis {
     }
 }
 
-/// A square matrix over `modes` values, or over twice as many in two halves, with rows and columns for more of each half,
-/// which are `diagonal` times those of the identity.
+/// Extends a square matrix over `modes` values, or over twice as many in two halves, by `added` rows and columns per
+/// half. The added part is `diagonal` times the identity.
 fn bordered(matrix: &[f64], modes: usize, added: usize, diagonal: f64) -> Vec<f64> {
     let order = matrix.len().isqrt();
     let halves = order / modes;
@@ -301,9 +302,9 @@ fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
 
-/// Orthonormal rows spanning the rigid modes, the last one along the first of the `felt` rotations,
-/// the one before it in the plane of the first two, and so on; and how many none of them has a part
-/// in.
+/// Orthonormal rows that span the rigid modes: the last one along the first of the `felt` rotations,
+/// the one before it in the plane of the first two, and so on. Also returns the number of rows orthogonal to
+/// all of these rotations.
 fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
     let n = rigid.len();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
@@ -315,7 +316,7 @@ fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) 
             .map(|row| row.iter().zip(&direction).map(|(r, d)| r * d).sum())
             .collect();
         let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
-        // Householder reflection that sends w/|w| to the last axis that is left.
+        // Householder reflection that maps w/|w| to the last remaining axis.
         let side = if w[last] > 0.0 { 1.0 } else { -1.0 };
         let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
         v[last] += side;

@@ -1,26 +1,26 @@
-//! What bearings feel of the blocks, and at rest of modes that are left out.
+//! How do the blocks, and statically the omitted modes, load the bearings?
 
 use super::basis::Basis;
 use super::{DriveShaft, OperatingPoint, TorqueRipple};
 use crate::structure::{BearingGain, ModalStructure, StaticShare};
 
-/// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\], and what modes that are left out
-/// add as they follow their loads at rest: the constant, so much of every ripple, and of every contact force what its
-/// [direction](super::Direction::on_bearings) says.
+/// The force on a bearing in one direction, of springs and dampers, `Σ gain·x` \[N\]. Omitted modes follow their loads
+/// statically and add the constant, an amplitude per ripple, and for every contact force the share in its
+/// [direction](super::Direction::on_bearings).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingOutput {
     /// Shaft, bearing and direction.
     pub name: String,
     /// Force per unit of both components of each block.
     pub gain: Vec<[f64; 2]>,
-    /// Static force of the modes left out under the mean load \[N\].
+    /// Static force of the omitted modes under the mean load \[N\].
     pub constant: f64,
     /// Amplitude of their force under each of [`super::Model::ripple`] \[N\].
     pub by_ripple: Vec<f64>,
 }
 
 impl BearingOutput {
-    /// That of a bearing of a structure.
+    /// The output of a bearing of a structure.
     pub(super) fn new(
         bearing: &BearingGain,
         structure: &ModalStructure,
@@ -58,7 +58,7 @@ impl BearingOutput {
     }
 }
 
-/// Static forces on every bearing per unit force of one kind of contact; none where no mode is left out.
+/// Static forces on every bearing per unit force of one kind of contact; empty if no mode is omitted.
 pub(super) fn on_each<T>(structure: &ModalStructure, pick: impl Fn(&StaticShare) -> T) -> Vec<T> {
     let nothing = StaticShare::default();
     let shares = structure.bearings.iter().map(|bearing| &bearing.left_out);

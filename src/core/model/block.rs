@@ -1,4 +1,4 @@
-//! One mode as a real 2 × 2 block, and how the mesh meets it.
+//! One mode as a real 2 × 2 block, and its gains for the mesh.
 
 use crate::numerics::exponential::{self, RIGID_PHASE};
 use num_complex::{Complex64, c64};
@@ -6,9 +6,9 @@ use num_complex::{Complex64, c64};
 /// A real 2 × 2 block `x' = A x − g F + s`, contributing `w·x` to the mesh deflection; w and g
 /// are its [`MeshGain`].
 ///
-/// Where modes are coupled the blocks are those of [`super::Basis`]. A mode with modal damping is the companion block `A = [0 1; −ω² −2ζω]`, `x = (q, q')`,
-/// `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels rely on nothing but the block form, so that blocks
-/// from a non-proportional damping or gyroscopic decomposition serve as well.
+/// If modes are coupled, the blocks are those of [`super::Basis`]. A mode with modal damping is the companion block
+/// `A = [0 1; −ω² −2ζω]`, `x = (q, q')`, `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels rely on the block form only, so they
+/// accept blocks from a non-proportional damping or gyroscopic decomposition too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Generator A \[1/s\], row by row.
@@ -34,7 +34,7 @@ impl Block {
         0.5 * (self.generator[0][0] + self.generator[1][1])
     }
 
-    /// Damped frequency ν ≥ 0 \[rad/s\] with `(A − growth I)² = −ν² I`; none where the
+    /// Damped frequency ν ≥ 0 \[rad/s\] with `(A − growth I)² = −ν² I`; `None` if the
     /// block is overdamped (real, distinct eigenvalues).
     pub fn damped_frequency(&self) -> Option<f64> {
         let [a, b] = self.generator;
@@ -44,7 +44,7 @@ impl Block {
     }
 
     /// Rate σ > 0 \[1/s\] with `(A − growth I)² = σ² I` of an overdamped block, whose eigenvalues
-    /// are `growth ± σ`; none of the others.
+    /// are `growth ± σ`; `None` for the others.
     pub fn spread(&self) -> Option<f64> {
         let m = self.traceless();
         let square = m[0][0] * m[0][0] + m[0][1] * m[1][0];
@@ -60,12 +60,12 @@ impl Block {
     }
 
     /// Legendre coefficients of C and S on \[0, τ\] as real and imaginary parts, with
-    /// `exp(A t) = C(t) I + S(t) M`, M the traceless part; returns their values at τ.
+    /// `exp(A t) = C(t) I + S(t) M` and the traceless part M; returns their values at τ.
     pub fn exponential(&self, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
         if let Some(spread) = self.spread() {
             return exponential::real_pair_series(self.growth(), spread, tau, out);
         }
-        // A rigid rotation gets a ν of its own.
+        // A rigid rotation gets a very small ν.
         let nu = self
             .damped_frequency()
             .unwrap_or(0.0)
@@ -92,8 +92,8 @@ impl Block {
     }
 }
 
-/// How the mesh meets a block while the line of action and the direction of friction stay as
-/// they are.
+/// Gains between the mesh and a block while the line of action and the direction of friction are
+/// constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshGain {
     /// Gain w of the mesh deflection.

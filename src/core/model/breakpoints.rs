@@ -1,18 +1,18 @@
-//! Where in a mesh cycle do contacts change what they are, and which of them can change there?
+//! Where in a mesh cycle do contacts change their laws, and which of them can open or close there?
 
 use super::{ActiveSet, Contact, DRIVE_FLANK, Model, SAME_PHASE, Segment};
 
-/// Gap, in scales of lengths, of a flank that there is not: farther than any motion goes before it counts as diverged.
+/// Gap, in scales of lengths, of a flank that does not exist: larger than any motion before it counts as diverged.
 pub const OUT_OF_REACH: f64 = 1e12;
 
 impl Model {
-    /// Whether any motion reaches the flanks: an oscillator has none.
+    /// Whether motion can reach the flanks: an oscillator has none.
     pub fn has_flanks(&self) -> bool {
         self.contacts[DRIVE_FLANK].half_gap < OUT_OF_REACH * self.half_gap
     }
 
-    /// What deflections along a line are measured by \[m\]: the largest gap of its contacts, or the half gap of the mesh where
-    /// those have none or are out of reach.
+    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the mesh if
+    /// those have no gap or are out of reach.
     pub fn gap_on(&self, line: usize) -> f64 {
         let on_line = |contact: &&Contact| {
             let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
@@ -42,7 +42,7 @@ impl Model {
     }
 
     /// Whether a contact may open or close at the start of a segment of its mesh cycle `cycle`, at
-    /// a prescribed time: where its line or its gap change.
+    /// a prescribed time: its line or its gap changes there.
     pub fn turns(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
         let count = contact.cycles.len() as u64;
         let own = contact.cycle(cycle);
@@ -57,7 +57,7 @@ impl Model {
         self.line(before) != self.line(after) || !(before.error.is_none() && after.error.is_none())
     }
 
-    /// The contacts that may do so at a phase of a mesh cycle, in order.
+    /// The contacts that may open or close at a phase of a mesh cycle, in order.
     pub fn turning(&self, cycle: u64, phase: f64) -> impl Iterator<Item = usize> {
         (0..self.contacts.len()).filter(move |&index| {
             let contact = &self.contacts[index];
@@ -67,8 +67,8 @@ impl Model {
         })
     }
 
-    /// Whether a contact is open, and cannot close before another one opens: one on the other side
-    /// of its line, or one that a layer of a film has given way to. Every contact is on its segment.
+    /// Whether a contact is open, and cannot close before another one opens: that one is on the other side
+    /// of its line, or the contact is a film layer that has been passed. Every contact is on its segment.
     pub fn is_out_of_reach(&self, contact: usize, segments: &[Segment], active: ActiveSet) -> bool {
         let line = |contact: usize| self.line(&segments[contact]);
         let opposite = |other: usize| {
@@ -78,7 +78,7 @@ impl Model {
         !active.holds(contact) && (active.iter().any(opposite) || self.is_passed(contact, active))
     }
 
-    /// Whether such a change is anywhere in a contact's cycles.
+    /// Whether there is such a change anywhere in a contact's cycles.
     pub fn ever_turns(&self, contact: &Contact) -> bool {
         (0..contact.cycles.len() as u64).any(|cycle| {
             let segments = contact.cycle(cycle).segments.len();
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::model::{COAST_FLANK, Division, Drive, FlankError, MeshCycle, fixtures};
 
-    /// Two flanks on one line that lack something from 0.3 to 0.7 of the mesh cycle.
+    /// Two flanks on one line with missing material from 0.3 to 0.7 of the mesh cycle.
     fn model() -> Model {
         let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
         let mut drive = fixtures::constant_mesh(1e-5, 4e8);
@@ -152,7 +152,7 @@ mod tests {
         assert!(!level.ever_turns(&level.contacts[0]));
     }
 
-    /// The segment before the first is the last of the cycle before, of cycles that recur in turn.
+    /// The segment before the first is the last of the previous cycle, also if cycles repeat in a sequence.
     #[test]
     fn what_was_before_is_of_the_cycle_before() {
         let mut model = model();
@@ -172,7 +172,7 @@ mod tests {
                 ..segment
             }],
         };
-        // Only the second of three cycles lacks something.
+        // Only the second of three cycles has missing material.
         model.contacts[0].cycles = [plain, lacking, plain].map(whole).to_vec();
         let turns = [0, 1, 2, 3, 4, 5].map(|cycle| model.turns(&model.contacts[0], cycle, 0));
         assert_eq!(turns, [false, true, true, false, true, true]);

@@ -1,8 +1,8 @@
-//! Is there room between flanks that face each other on one line?
+//! Is there clearance between opposite flanks on one line?
 //!
-//! A contact of side +1 closes where δ rises to its gap b, one of side −1 where −δ rises to its own, so both are closed at
-//! once where the gaps add up to less than nothing. Flanks that are thicker than the backlash by so much jam; kernels take it
-//! that of two on one line only one touches.
+//! A contact of side +1 closes where δ rises to its gap b, one of side −1 where −δ rises to its gap. Both are therefore
+//! closed at once if the sum of the gaps is negative. Flanks whose excess thickness exceeds the backlash jam; kernels
+//! assume that only one of two contacts on a line touches.
 
 use super::contact::Contact;
 use super::direction::Direction;
@@ -10,10 +10,10 @@ use super::error::ModelError;
 use super::mesh::MeshCycle;
 use super::release::Release;
 
-/// Places looked at on a segment: an error has eight terms there.
+/// Number of samples per segment: an error has eight terms there.
 const PLACES: usize = 32;
 
-/// That the gaps of any two opposite contacts on one line add up to no less than nothing at any time.
+/// Checks that the sum of the gaps of any two opposite contacts on one line is never negative.
 ///
 /// # Errors
 /// [`ModelError::Jammed`].
@@ -44,7 +44,7 @@ pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result
     Ok(())
 }
 
-/// The smallest sum of what two contacts lack \[m\] while they are on one line.
+/// The smallest sum of the errors of two contacts \[m\] while they are on one line.
 fn smallest_sum(a: &MeshCycle, b: &MeshCycle, directions: &[Direction]) -> f64 {
     let line = |direction: usize| directions[direction].line;
     let mut least = f64::INFINITY;
@@ -66,7 +66,8 @@ mod tests {
     use super::*;
     use crate::model::{FlankError, Model, STIFFNESS_TERMS, fixtures};
 
-    /// Flanks that are too thick by less than the half gap, by more than it on part of a division, and on all of it.
+    /// Flanks that are too thick by less than the half gap, by more than it on part of a division, and on the whole of
+    /// it.
     #[test]
     fn flanks_thicker_than_the_backlash_are_refused() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);

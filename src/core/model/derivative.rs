@@ -1,27 +1,27 @@
 //! How does a model change with a parameter?
 //!
-//! Everything a model says in numbers is differentiated, segment by segment, at fixed mesh phase:
-//! differences of whole models, whichever way they were built. What the numbers then do to a
-//! trajectory is no longer a matter of differences ([`crate::analysis::sensitivity`]).
+//! All numbers of a model are differentiated, segment by segment, at fixed mesh phase, as
+//! differences of whole models, however they were built. The effect of these numbers on a
+//! trajectory is then computed without differences ([`crate::analysis::sensitivity`]).
 
 use super::{Model, Segment};
 
-/// Why models of neighbouring values of a parameter cannot be told from one another number by
+/// Why models at neighbouring values of a parameter cannot be compared number by
 /// number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the {what} of the model change with it")]
 pub struct ShapeChange {
-    /// What is not the same.
+    /// The part that differs.
     pub what: &'static str,
 }
 
 impl Model {
     /// A weighted sum of the numbers of models, `Σ weight · model`, with the shape of the first: a
-    /// derivative where the weights are those of a difference quotient. Frequencies of harmonics
-    /// are left alone: at fixed mesh phase they do not count.
+    /// derivative if the weights are those of a difference quotient. Frequencies of harmonics
+    /// stay unchanged: at fixed mesh phase they do not matter.
     ///
     /// # Errors
-    /// [`ShapeChange`] where they have not the same segments, directions, contacts and harmonics.
+    /// [`ShapeChange`] if they do not have the same segments, directions, contacts and harmonics.
     pub fn combined(models: &[(f64, &Self)]) -> Result<Self, ShapeChange> {
         let mut sum = models[0].1.unchanged();
         for &(weight, model) in models {
@@ -36,7 +36,7 @@ impl Model {
         Ok(sum)
     }
 
-    /// The derivative by what nothing depends on: all numbers are zero.
+    /// The derivative by a parameter without effect: all numbers are zero.
     pub fn unchanged(&self) -> Self {
         let mut still = self.clone();
         still.each_number(&mut |number| *number = 0.0);
@@ -159,12 +159,12 @@ fn same_shape(a: &Model, b: &Model) -> Result<(), ShapeChange> {
 }
 
 impl Segment {
-    /// Derivatives, at fixed mesh phase, of the stiffness \[N/m\] and of what loaded flanks lack
-    /// \[m\] at a phase within the segment, per unit of the parameter that `by` is the derivative by.
+    /// Derivatives, at fixed mesh phase, of the stiffness \[N/m\] and of the error of loaded flanks
+    /// \[m\] at a phase within the segment, per unit of the parameter of the derivative `by`.
     pub fn change_at(&self, by: &Self, phase: f64) -> [f64; 2] {
         let x = self.place(phase);
         let length = self.end - self.start;
-        // The segment's ends move, and with them the place of the phase.
+        // The segment's ends move, and with them the position of the phase.
         let moved = -(by.start + by.end + x * (by.end - by.start)) / length;
         let slope = |series: &[f64; super::STIFFNESS_TERMS]| {
             crate::numerics::legendre::evaluate(&crate::numerics::legendre::derivative(series), x)
@@ -191,7 +191,7 @@ mod tests {
         Model::new(&structure, drive, point).unwrap()
     }
 
-    /// Every number of a segment changes with the parameter, its ends too.
+    /// Every number of a segment changes with the parameter, including its ends.
     fn segment(by: f64) -> Segment {
         Segment {
             start: 0.2 + 0.05 * by,
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn segments_change_at_fixed_phase() {
-        // Of what is linear in the parameter a difference is the derivative.
+        // For a linear dependence on the parameter a difference is the derivative.
         let (zero, one) = (segment(0.0), segment(1.0));
         let mut by = one;
         (by.start, by.end) = (one.start - zero.start, one.end - zero.end);
@@ -252,7 +252,7 @@ mod tests {
         }
     }
 
-    /// A load changes what the torques give, a gap the gaps, a damper the dampers, and nothing else.
+    /// A load changes the inputs of the torques, a gap the gaps, a damper the dampers, and nothing else.
     #[test]
     fn a_difference_of_models_is_their_derivative() {
         let point = fixtures::strong_rattle();

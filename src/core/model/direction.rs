@@ -1,30 +1,30 @@
-//! Where and how contact forces act on the blocks: the line of action, the load centroid and the
+//! Where and in which direction do contact forces act on the blocks? The line of action, the load centroid and the
 //! friction of every segment.
 
 use super::basis::Basis;
 use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::FlankParticipation;
 
-/// How a contact meets the blocks while its line of action and the direction of its friction
-/// stay as they are.
+/// Gains between a contact and the blocks while its line of action and the direction of its friction
+/// are constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// One entry a block.
+    /// One entry per block.
     pub gains: Vec<MeshGain>,
-    /// Along which of [`super::Model::lines`] it sees its deflection.
+    /// Line of its deflection, as an index into [`super::Model::lines`].
     pub line: usize,
-    /// What friction takes of the contact force and of the speed at which the gears of the first mesh turn against each
-    /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact. Negative
-    /// where a pair that joins takes load from one that slides faster.
+    /// Friction power per contact force and per relative rotational speed of the gears of the first mesh,
+    /// `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their positions on the path of contact. Negative
+    /// if a new pair takes load from one that slides faster.
     pub rubbing: f64,
-    /// Static force on each bearing per unit of the contact force, from the modes that are left out; none where
-    /// nothing is.
+    /// Static force on each bearing per unit of the contact force, from the omitted modes; empty if
+    /// there are none.
     pub on_bearings: Vec<f64>,
 }
 
 impl Direction {
-    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of what a unit force does to the rate
-    /// of the deflection and to its acceleration \[1/kg\].
+    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of the effect of a unit force on the rate
+    /// of the deflection and on its acceleration \[1/kg\].
     pub fn felt_at_most(&self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             (self.gains.iter())
@@ -37,8 +37,8 @@ impl Direction {
         [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
     }
 
-    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: what a unit force along that does to the rate of this one's
-    /// deflection and to its acceleration \[1/kg\].
+    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along that one on the rate
+    /// of this one's deflection and on its acceleration \[1/kg\].
     pub fn felt_from(&self, other: &Self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             let pairs = self.gains.iter().zip(&other.gains);
@@ -52,14 +52,14 @@ impl Direction {
     }
 }
 
-/// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
+/// The line of a deflection: `δ = Σ w·x − e(t)` with the w of every direction
 /// of this line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Harmonics of the transmission error e that is imposed.
+    /// Harmonics of the imposed transmission error e.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
-    /// What an input of each block adds at once: empty of deflections, which it moves only later. It is not empty where
-    /// the line shows the force of a rigid stop on which the structure rests ([`super::Stop`]).
+    /// Immediate effect of an input of each block: empty for deflections, which inputs move only later. It is not empty
+    /// if the line shows the force of a rigid stop on which the structure rests ([`super::Stop`]).
     pub direct: Vec<[f64; 2]>,
 }
 
@@ -86,7 +86,7 @@ pub(super) struct Directions {
 
 impl Directions {
     /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
-    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: which one each division has. `left_out` are the shares
+    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: one index per division. `left_out` are the shares
     /// of each bearing in a unit force of the flank ([`crate::structure::StaticShare`]).
     pub fn of_flank(
         &mut self,
@@ -97,7 +97,7 @@ impl Directions {
         left_out: &[[f64; 4]],
         (basis, blocks): (&Basis, &[Block]),
     ) -> Vec<usize> {
-        // Most divisions have the direction of the one before.
+        // Most divisions have the same direction as the previous one.
         let mut last: Option<([f64; 3], usize)> = None;
         (mesh.iter())
             .map(|division| {
@@ -126,8 +126,8 @@ impl Directions {
             .collect()
     }
 
-    /// The direction with these gains, this arm of friction \[m\], this transmission error and these static forces
-    /// on bearings, added where it is new.
+    /// The direction with these gains, this lever arm of friction \[m\], this transmission error and these static
+    /// forces on bearings; it is added if it is new.
     pub fn add(
         &mut self,
         gains: Vec<MeshGain>,

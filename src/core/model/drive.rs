@@ -1,4 +1,4 @@
-//! Mesh and excitation of a drive, and where it is operated.
+//! Mesh and excitation of a drive, and its operating point.
 
 use super::error::{ModelError, positive};
 use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
@@ -6,19 +6,19 @@ use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Breakpoints closer than this \[cycles\] are one. Values of twelve digits put two that belong together up to some
-/// 6e-12 apart: half a unit of the last digit of each, twice that of a symmetry. To move a step Δk of a stiffness by so
-/// much changes the rate of a deflection x by `1e-11 T Δk x/m`: in units of ω x, 1e-11 Δk/k times the radians ω T that
-/// the contact turns in a cycle.
+/// Breakpoints closer than this \[cycles\] coincide. Values of twelve digits put equal ones up to some 6e-12 apart:
+/// half a unit of the last digit of each, twice that of a symmetry. Moving a step Δk of a stiffness by this distance
+/// changes the rate of a deflection x by `1e-11 T Δk x/m`. In units of ω x this is 1e-11 Δk/k times the phase ω T of
+/// the contact's oscillation per cycle \[rad\].
 pub const SAME_PHASE: f64 = 1e-11;
 
 /// A gap that no deflection closes \[m\].
 const OUT_OF_REACH: f64 = 1.0;
 
-/// Distance from mid-face \[m\] that is none.
+/// A distance from mid-face \[m\] below this is zero.
 const MID_FACE: f64 = 1e-12;
 
-/// Divisions for each turn of the highest harmonic of a stiffness.
+/// Divisions per period of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;
 
 /// Mesh and excitation of a drive, without its operating point.
@@ -28,33 +28,33 @@ pub struct Drive {
     pub half_gap: f64,
     /// The divisions of the mesh cycle on the drive flank, in order; the last ends at 1.
     pub mesh: Vec<Division>,
-    /// Springs of the drive flank beside that one, each with the divisions of its own cycle: what further pairs
-    /// of teeth add from gaps of their own on. They have no dampers.
+    /// Further springs of the drive flank, each with the divisions of its cycle: the stiffness that further pairs
+    /// of teeth add across larger gaps. They have no dampers.
     pub further: Vec<Vec<Division>>,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Coulomb friction coefficient μ.
     pub friction: f64,
-    /// When contacts let go, further ones included.
+    /// Release rule of the contacts, further ones included.
     pub release: Release,
     /// The film of oil on both flanks, if any.
     pub film: Option<Film>,
-    /// The coast flank; none where it is the drive flank's own line, pushed from behind.
+    /// The coast flank; `None` if it is the back of the drive flank, on the same line.
     pub coast: Option<CoastFlank>,
-    /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the
-    /// mesh phase in cycles.
+    /// Imposed transmission error, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)` with the
+    /// mesh phase φ in cycles.
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
-    /// Divisions of the drive flank and of the coast flank in every mesh cycle of a revolution, where single teeth differ; else
-    /// empty. They recur in turn. Those of `further` are alike.
+    /// Divisions of the drive flank and of the coast flank in every mesh cycle of a revolution, if single teeth differ;
+    /// otherwise empty. The cycles repeat. Those of `further` are equal.
     pub tooth_cycles: [Vec<Vec<Division>>; 2],
-    /// Uneven rotation that is imposed.
+    /// Imposed uneven rotation.
     pub imposed_motion: Vec<ImposedMotion>,
 }
 
 impl Drive {
-    /// A mesh of constant stiffness \[N/m\] between flanks that are half a gap \[m\] from its middle: no damping, no
+    /// A mesh of constant stiffness \[N/m\] with flanks half a gap \[m\] from its middle: no damping, no
     /// friction, no errors.
     pub fn constant(half_gap: f64, stiffness: f64) -> Self {
         Self {
@@ -74,37 +74,37 @@ impl Drive {
     }
 }
 
-/// The coast (back) flank as a flank of its own, along its own line of action.
+/// The coast (back) flank as a separate flank, with a separate line of action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoastFlank {
     /// The divisions of its cycle, in order; the last ends at 1.
     pub mesh: Vec<Division>,
-    /// Springs beside that one, as many as the drive flank has.
+    /// Further springs, as many as on the drive flank.
     pub further: Vec<Vec<Division>>,
-    /// Transmission error that is imposed on it, of the sign of the drive flank's.
+    /// Transmission error imposed on it, with the sign of the drive flank's.
     pub transmission_error: Vec<MeshHarmonic>,
 }
 
-/// A division of the mesh cycle: the stretch from the end of the one before to its own.
+/// A division of the mesh cycle: the stretch from the end of the previous one to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division {
     /// Mesh phase at its end, in cycles.
     pub end: f64,
     /// Mesh stiffness over it.
     pub stiffness: Stiffness,
-    /// What loaded flanks lack over it.
+    /// Error of loaded flanks over it.
     pub error: FlankError,
-    /// Load centroid z_c: where along the face the mesh force acts \[m\].
+    /// Load centroid z_c: position of the mesh force along the face \[m\].
     pub load_centre: f64,
-    /// Friction direction Λ: what μ times the mesh force weighs of the structure's
-    /// participation in a friction force at the pitch point \[1\], and of that by the position
-    /// along the path of contact \[m\].
+    /// Friction direction Λ: weights of the structure's participation in a friction force at the pitch
+    /// point \[1\], and of that by the position along the path of contact \[m\], both multiplied by μ and
+    /// the mesh force.
     pub friction: [f64; 2],
 }
 
 impl Division {
-    /// A division over which there is nothing to touch, its gap far beyond any deflection. The stiffness \[N/m\]
-    /// is never felt.
+    /// A division without contact: its gap is far beyond any deflection. The stiffness \[N/m\]
+    /// never acts.
     pub fn absent(end: f64, stiffness: f64) -> Self {
         let mut gap = [0.0; STIFFNESS_TERMS];
         gap[0] = OUT_OF_REACH;
@@ -135,25 +135,25 @@ impl Division {
         }
     }
 
-    /// Its load centroid \[m\]. A place within a picometre of mid-face is there: only round-off moved it, and would
-    /// make a line of every division.
+    /// Its load centroid \[m\]. A position within a picometre of mid-face is set to it: the difference is round-off,
+    /// and would create a separate line for every division.
     pub(super) fn centre(&self) -> f64 {
         if self.load_centre.abs() < MID_FACE { 0.0 } else { self.load_centre }
     }
 
     /// The divisions of the coast flank, from those of the drive flank.
     ///
-    /// Flanks of a tooth are mirror images of one another. Where the pinion's tooth stands on the
+    /// Flanks of a tooth are mirror images of each other. If the pinion's tooth is on the
     /// line of centres, at the mesh phase `symmetry` \[cycles\], the coast flanks touch at the
-    /// mirror images of the drive flanks' places; as the gears turn on, they have what the drive
-    /// flanks had as long before: `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and so the
-    /// error. A load off mid-face lies at the other end of the face, since a misalignment that
-    /// brings the drive flanks closer there takes the coast flanks apart. Pairs stand on the other side of
-    /// the pitch point, where they slide the other way: Λ₀ changes its sign.
+    /// mirror images of the drive flanks' positions. From there on they have the stiffness that the drive
+    /// flanks had at the same time before: `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and the same error.
+    /// A load off mid-face is at the other end of the face, since a misalignment that
+    /// brings the drive flanks closer there separates the coast flanks. Pairs are on the other side of
+    /// the pitch point, where they slide in the opposite direction: Λ₀ changes its sign.
     pub fn mirrored(drive: &[Self], symmetry: f64) -> Vec<Self> {
         let starts = std::iter::once(0.0).chain(drive.iter().map(|division| division.end));
-        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's; ends that are one
-        // breakpoint may change places by rounding.
+        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's. Rounding may swap
+        // ends that are the same breakpoint.
         let mut pieces: Vec<(f64, f64, &Self)> = (starts.zip(drive))
             .filter(|(start, division)| division.end - start > SAME_PHASE)
             .map(|(start, division)| {
@@ -167,7 +167,7 @@ impl Division {
         if let Some(&(start, length, division)) = pieces.last() {
             let place = 2.0 * (1.0 - start) / length - 1.0;
             let over = pieces[0].0 > SAME_PHASE;
-            // The piece that reaches over the end of the cycle is cut there.
+            // Cut the piece that extends beyond the end of the cycle.
             if over {
                 out.push(division.mirror_image([place, 1.0], pieces[0].0));
             }
@@ -180,7 +180,7 @@ impl Division {
         out
     }
 
-    /// Part of the mirror image of this division of a drive flank, which ends at the phase `end`.
+    /// Part of the mirror image of this division of a drive flank, with its end at the phase `end`.
     fn mirror_image(&self, [from, to]: [f64; 2], end: f64) -> Self {
         Self {
             end,
@@ -191,9 +191,9 @@ impl Division {
         }
     }
 
-    /// Divisions of a stiffness that is a Fourier series, a mean \[N/m\] and its harmonics. On each
-    /// of equal divisions it is the polynomial through its values at the Gauss nodes; there are so
-    /// many that this is the series to 1e-12 of the amplitudes.
+    /// Divisions of a stiffness given as a Fourier series, a mean \[N/m\] and its harmonics. On each
+    /// of equal divisions it is the polynomial through its values at the Gauss nodes. Their number makes
+    /// the error 1e-12 of the amplitudes.
     pub fn fourier(mean: f64, harmonics: &[StiffnessHarmonic]) -> Vec<Self> {
         let highest = harmonics.iter().map(|h| h.harmonic).max().unwrap_or(0);
         let count = (PIECES_A_HARMONIC * highest).max(1);
@@ -221,10 +221,10 @@ impl Division {
             .collect()
     }
 
-    /// Divisions of one stiffness \[N/m\] each.
+    /// Divisions with one constant stiffness \[N/m\] each.
     ///
-    /// * `transitions`: where each stiffness gives way to the next, increasing, inside
-    ///   (0, 1), one fewer than `stiffness`; none for equal divisions.
+    /// * `transitions`: the phases between one stiffness and the next, increasing, inside
+    ///   (0, 1), one fewer than `stiffness`; empty for equal divisions.
     pub fn levels(stiffness: &[f64], transitions: &[f64]) -> Vec<Self> {
         let count = stiffness.len() as f64;
         let end = |i: usize| {
@@ -254,9 +254,9 @@ pub struct StiffnessHarmonic {
 /// One harmonic of the torque on a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TorqueRipple {
-    /// Which shaft.
+    /// The shaft.
     pub shaft: DriveShaft,
-    /// Multiple of that shaft's speed, > 0 (need not be whole: firing orders).
+    /// Multiple of that shaft's speed, > 0 (need not be an integer: firing orders).
     pub order: f64,
     /// Amplitude \[N m\].
     pub amplitude: f64,
@@ -264,7 +264,7 @@ pub struct TorqueRipple {
     pub phase: f64,
 }
 
-/// One harmonic of an uneven rotation.
+/// One harmonic of an imposed uneven rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ImposedMotion {
     /// The shaft whose torque imposes it.
@@ -295,7 +295,7 @@ pub struct OperatingPoint {
     pub speed: f64,
 }
 
-/// That divisions end one after the other, the last at 1.
+/// Checks that ends of divisions increase, and that the last is 1.
 pub(super) fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
     let mut before = 0.0;
     for division in mesh {
@@ -323,7 +323,7 @@ mod tests {
         assert!(refused(&[]) && refused(&[f64::NAN, 1.0]));
     }
 
-    /// A division whose mirror image starts where the cycle does, but for rounding, is not cut there.
+    /// A division whose mirror image starts at the start of the cycle, up to rounding, is not cut there.
     #[test]
     fn rounding_cuts_no_mirror_image() {
         let drive = [(0.3, 4e8), (0.7, 3e8), (1.0, 2e8)].map(|(end, k)| Division::level(end, k));

@@ -1,4 +1,4 @@
-//! Static equilibrium: which contacts bear the mean load, and how far the structure yields.
+//! What is the static equilibrium? The contacts that carry the mean load, and the deflection of the structure.
 
 use super::error::ModelError;
 use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
@@ -7,33 +7,33 @@ use crate::numerics::linalg;
 use faer::Mat;
 use std::f64::consts::TAU;
 
-/// How many times as stiff as the structure a rigid stop is where the structure comes to rest. What it yields is taken back
-/// where a motion starts.
+/// Stiffness of a rigid stop in a static equilibrium, relative to the structure. The start of a motion corrects
+/// the deflection of the stop.
 const RIGID: f64 = 1e8;
 
-/// A contact as a static state meets it, in the turned modes.
+/// A contact in a static state, in the rotated modes.
 struct Standing {
     /// +1 or −1, as that of the contact.
     side: f64,
     /// Participation w of its deflection.
     deflection: Vec<f64>,
-    /// Modal force g of a unit of its force, with a minus sign.
+    /// Negative modal force of a unit of its force, g.
     force: Vec<f64>,
     /// Stiffness k \[N/m\].
     stiffness: f64,
     /// `Σ w q` at which it closes \[m\].
     shut: f64,
-    /// Rate of that \[m/s\].
+    /// Rate of this deflection \[m/s\].
     shut_rate: f64,
 }
 
 impl Standing {
-    /// That of a contact of a model.
+    /// The static contact of a contact of a model.
     fn of(model: &Model, place: usize) -> Self {
         let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];
         if contact.release.of_slider() || contact.release == Release::Rest {
-            // A slider starts without force: no motion closes it here.
+            // A slider starts without a force: no motion closes it here.
             let nothing = vec![0.0; model.modes()];
             return Self {
                 side: 1.0,
@@ -61,14 +61,15 @@ impl Standing {
         }
     }
 
-    /// Whether modal displacements stretch it beyond round-off of the place where it closes.
+    /// Whether modal displacements stretch it beyond round-off of the deflection at which it closes.
     fn is_stretched(&self, modes: &[f64]) -> bool {
         let stretch = self.side * (dot(&self.deflection, modes) - self.shut);
         stretch > ROUND_OFF * (self.shut.abs() + dot_of_moduli(&self.deflection, modes))
     }
 
-    /// What it is to a structure at rest: `at_load` displacements of the elastic modes under the load, `push` and
-    /// `yielding` what this and all contacts do with their forces, `felt` the rigid motions that contacts feel.
+    /// The contact as a bearer: `at_load` are displacements of the elastic modes under the load, `push` its force on
+    /// the modes, `yielding` its displacement by the forces of all contacts, `felt` the rigid motions that deflect
+    /// contacts.
     fn bearer(&self, at_load: &[f64], push: &[f64], yielding: Vec<f64>, felt: &[usize]) -> Bearer {
         Bearer {
             reach: self.side * (dot(&self.deflection, at_load) - self.shut),
@@ -97,7 +98,7 @@ impl Standing {
 pub(super) struct Equilibrium {
     /// The blocks' state.
     pub state: Vec<f64>,
-    /// The contacts that bear a force beyond round-off.
+    /// The contacts that carry a force beyond round-off.
     pub bearing: ActiveSet,
 }
 
@@ -108,22 +109,22 @@ impl Model {
         rates.fold(TAU / self.period(), f64::max)
     }
 
-    /// The contacts that bear the mean load at rest beyond round-off, all at the start of their cycles.
+    /// The contacts that carry the mean load statically beyond round-off, all at the start of their cycles.
     ///
     /// # Panics
-    /// Of a model changed since [`Model::new`] so that it has no static equilibrium.
+    /// If a model was changed after [`Model::new`] and has no static equilibrium.
     pub fn bearing_contacts(&self) -> ActiveSet {
         self.resting().bearing
     }
 
-    /// The static equilibrium of a model as [`Model::new`] makes it.
+    /// The static equilibrium of a model from [`Model::new`].
     pub(super) fn resting(&self) -> Equilibrium {
         self.static_equilibrium()
             .unwrap_or_else(|error| panic!("a model changed since it was made: {error}"))
     }
 
-    /// Static equilibrium under the mean torques with all contacts at the start of their cycles: on
-    /// one of the flanks where there is nothing else that it closes, else on all contacts that share
+    /// Static equilibrium under the mean torques with all contacts at the start of their cycles. It is on
+    /// one of the flanks if that closes nothing else, otherwise on all contacts that share
     /// the load.
     ///
     /// # Errors
@@ -136,7 +137,7 @@ impl Model {
             flank = COAST_FLANK;
         }
         let modes = self.basis.turned_modes(&state);
-        // Oil bears nothing at rest.
+        // Oil carries no static load.
         let solid = || (0..self.contacts.len()).filter(|&contact| !self.is_of_film(contact));
         let all: Vec<Standing> = solid().map(|own| Standing::of(self, own)).collect();
         let pushes = force.is_finite() && all[flank].side * force >= 0.0;
@@ -155,9 +156,9 @@ impl Model {
         Ok(Equilibrium { bearing, ..shared })
     }
 
-    /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), sought from modal
-    /// displacements. A rigid motion that nothing holds drifts along what loads it until a contact meets it; one that
-    /// none meets stays where it is.
+    /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), starting from modal
+    /// displacements. A rigid motion without restraint drifts under its load until it closes a contact; if it
+    /// closes none, it stays where it is.
     fn shared_equilibrium(
         &self,
         all: &[Standing],
@@ -208,7 +209,7 @@ impl Model {
         })
     }
 
-    /// Modal displacements as a state to seek from, without forces.
+    /// Modal displacements as a start of the search, without forces.
     fn sought_from(&self, all: &[Standing], modes: &[f64], felt: &[usize]) -> Rest {
         let known = modes.iter().all(|q| q.is_finite());
         Rest {
@@ -220,9 +221,9 @@ impl Model {
         }
     }
 
-    /// Static equilibrium with no more than one contact closed, and the force that it would have
-    /// to bear along its direction \[N\]. That is the one that the rigid relative rotation asks for,
-    /// where there is one; otherwise the one that stiffness and gap settle on.
+    /// Static equilibrium with at most one contact closed, and the force that it would have
+    /// to carry along its direction \[N\]. If there is a rigid relative rotation, its balance determines the force;
+    /// otherwise stiffness and gap do.
     fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
         let n = self.blocks.len();
         let contact = &self.contacts[contact];
@@ -257,12 +258,12 @@ impl Model {
             modes[r] = (deflection - (free - flexibility * force)) / w[r];
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
-        // The flank that is in the way of the load, where none is reached, is the other one.
+        // If this flank is not reached, the sign of the free deflection selects the flank.
         let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
         (self.basis.state_of_turned(&modes), asked)
     }
 
-    /// Displacements of the turned modes under a constant force; those of rigid ones are left zero.
+    /// Displacements of the rotated modes under a constant force; those of rigid ones stay zero.
     fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
         let n = force.len();
         let mut out = vec![0.0; n];
@@ -305,7 +306,7 @@ impl From<Unrest> for ModelError {
     }
 }
 
-/// Velocities of the rigid motions with which contacts that touch do not move against each other.
+/// Velocities of the rigid motions without relative motion of the touching contacts.
 fn rates(all: &[Standing], contacts: &Contacts, rest: &Rest) -> Vec<f64> {
     let stretches = contacts.stretches(&rest.forces, &rest.place);
     let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);
@@ -333,7 +334,7 @@ mod tests {
     use crate::model::{Drive, InitialState, OperatingPoint, fixtures};
     use crate::structure::{ModalStructure, StructureContact};
 
-    /// The contacts that the start closes; nothing is accelerated there, nothing moves, and none
+    /// The contacts closed at the start. Checks that nothing accelerates, nothing moves, and no contact
     /// pulls.
     fn closed(structure: &ModalStructure, load: f64) -> Vec<usize> {
         let point = OperatingPoint { load, speed: 100.0 };
@@ -383,14 +384,14 @@ mod tests {
             StructureContact::stop(&[-0.5, 0.1, 0.1], 30e-6, 1e8),
         ];
         assert_eq!(closed(&structure, 1.0), [0, 2, 3]);
-        // A preloaded one is closed at any load.
+        // A preloaded contact is closed at any load.
         structure.contacts[2].law.gap = -40e-6;
         for load in [1.0, 0.0, -1.0] {
             assert!(closed(&structure, load).contains(&4), "{load}");
         }
     }
 
-    /// A stop that the others put in their way by less than a thousandth of what they yield bears as well.
+    /// A stop overlapped by less than a thousandth of the others' deflection carries load too.
     #[test]
     fn a_contact_hardly_in_the_way_bears() {
         let mut structure = elastic();
@@ -413,7 +414,7 @@ mod tests {
         }
     }
 
-    /// Without a load the gears stand on the drive flank.
+    /// Without a load the gears rest on the drive flank.
     #[test]
     fn an_unloaded_drive_stands_on_its_drive_flank() {
         let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
@@ -429,7 +430,7 @@ mod tests {
         );
     }
 
-    /// Round-off is judged by every term that a stretch is a difference of: 30 m here.
+    /// The reference for round-off is the sum of moduli of the terms of a stretch: 30 m here.
     #[test]
     fn a_stretch_within_round_off_is_none() {
         let mut standing = Standing {
@@ -446,7 +447,7 @@ mod tests {
         }
     }
 
-    /// One stop so near that the drive flank is not reached.
+    /// One stop is so close that the drive flank is not reached.
     #[test]
     fn a_contact_that_takes_all_the_load_opens_the_flank() {
         let mut structure = elastic();
@@ -454,7 +455,7 @@ mod tests {
         assert_eq!(closed(&structure, 1.0), [2]);
     }
 
-    /// Friction turns the whole drive, which no contact feels beyond round-off: it does not drift into one.
+    /// Friction rotates the whole drive, which deflects no contact beyond round-off: it does not drift into one.
     #[test]
     fn what_no_contact_feels_stays() {
         let mut structure = ModalStructure {
@@ -487,7 +488,7 @@ mod tests {
         }
     }
 
-    /// Two rotations, the second held by a further mesh only, which a drag presses together.
+    /// Two rotations, the second restrained only by a further mesh that a drag presses together.
     #[test]
     fn a_rotation_that_nothing_else_holds_drifts_into_its_contact() {
         let mut structure = ModalStructure {

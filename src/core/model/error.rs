@@ -1,11 +1,11 @@
-//! What stands in the way of a model.
+//! Why can a model not be built?
 
 use crate::numerics::decoupling::DecouplingError;
 
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// Modes are coupled in a way that has no blocks.
+    /// Modes are coupled in a way that cannot be decoupled.
     #[error("{0}")]
     Coupling(#[from] DecouplingError),
     /// A torque ripple or an imposed motion on a shaft whose participation is unknown.
@@ -16,7 +16,7 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
-    /// A motion imposed on a shaft of a drive that does not turn freely.
+    /// A motion imposed on a shaft of a drive that does not rotate freely.
     #[error(
         "a motion is imposed on the {shaft} shaft, but no rotation of the drive leaves all contacts alone; free the drive \
          from what holds it, or remove excitation.imposed_motion"
@@ -25,7 +25,7 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
-    /// Springs of a flank that do not lie on one line, or do not join in their order, behind a residual flexibility.
+    /// Springs of a flank behind a residual flexibility that are not on one line, or whose order of contact changes.
     #[error(
         "springs of pairs of teeth on slices of the face cannot share the residual flexibility of the \
          omitted modes ({flexibility:.2e} m/N), because each slice has a different line of action; set \
@@ -35,7 +35,7 @@ pub enum ModelError {
         /// Residual flexibility \[m/N\].
         flexibility: f64,
     },
-    /// A contact that is to copy a flank of the first mesh, which has what no other contact can have.
+    /// A contact that should copy a flank of the first mesh, which has properties that only the first mesh can have.
     #[error(
         "`{contact}` cannot have the law of the first mesh: errors of loaded flanks, pairs as springs, a load off \
          mid-face and errors of single gears are only possible in the first mesh; give the stiffness of the mesh \
@@ -52,10 +52,10 @@ pub enum ModelError {
          of the stop"
     )]
     Jammed {
-        /// By how much; \[rad\] of stops against rotation \[m\].
+        /// Size of the overlap; \[rad\] for stops against rotation \[m\].
         lack: f64,
     },
-    /// No state of rest under the mean load.
+    /// No static equilibrium under the mean load.
     #[error(
         "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \
          (counted from 1, drive and coast flank first) pull or overlap by up to {excess:.1e} m; friction \
@@ -68,26 +68,26 @@ pub enum ModelError {
     NoEquilibrium {
         /// The contacts that pull or overlap, from 0.
         contacts: Vec<usize>,
-        /// By how much at most \[m\].
+        /// Largest size \[m\].
         excess: f64,
-        /// Part of the friction, and of what is not symmetric, at which there is none.
+        /// Part of the friction, and of unsymmetric terms, at which there is none.
         friction: f64,
-        /// How many contacts there are, and of how many at most every combination is tried, where these are too many.
+        /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
         untried: Option<[usize; 2]>,
     },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         name: &'static str,
         /// Its value, SI.
         value: f64,
-        /// What would be accepted.
+        /// Accepted values.
         accepted: &'static str,
     },
 }
 
-/// What is open where not every combination of contacts was tried.
+/// Remark that not all combinations of contacts were tried.
 fn of_untried(contacts: Option<[usize; 2]>) -> String {
     contacts.map_or_else(String::new, |[count, most]| {
         format!(
@@ -97,13 +97,13 @@ fn of_untried(contacts: Option<[usize; 2]>) -> String {
     })
 }
 
-/// Places of contacts, from 1.
+/// Numbers of contacts, from 1.
 fn numbered(contacts: &[usize]) -> String {
     let numbers: Vec<String> = contacts.iter().map(|i| (i + 1).to_string()).collect();
     numbers.join(", ")
 }
 
-/// That a value of a drive is finite and within its range.
+/// Checks that a value of a drive is finite and within its range.
 pub(super) fn positive(
     name: &'static str,
     value: f64,

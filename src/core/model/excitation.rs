@@ -20,7 +20,7 @@ pub struct TransmissionErrorHarmonic {
 }
 
 impl TransmissionErrorHarmonic {
-    /// That of a drive, whose mesh has this period \[s\].
+    /// The harmonic of a drive whose mesh has this period \[s\].
     pub(super) fn of_mesh(harmonic: &MeshHarmonic, period: f64) -> Self {
         let turns_per_cycle = harmonic.turns_per_cycle();
         Self {
@@ -37,13 +37,13 @@ impl TransmissionErrorHarmonic {
     }
 }
 
-/// ω t \[rad\] of an angular frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within
-/// a mesh cycle. The whole turns are dropped before the product can lose digits.
+/// ω t \[rad\] for an angular frequency \[rad/s\], with its turns per mesh cycle, at a time \[s\] within
+/// a mesh cycle. Whole turns are dropped before the product can lose digits.
 pub fn turned(angular_frequency: f64, turns_per_cycle: f64, cycle: u64, time: f64) -> f64 {
     TAU * (cycle as f64 * turns_per_cycle).fract() + angular_frequency * time
 }
 
-/// One harmonic of a torque or another load, as the input it gives to every block.
+/// One harmonic of a torque or another load, as its input to every block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ripple {
     /// Angular frequency \[rad/s\].
@@ -54,12 +54,12 @@ pub struct Ripple {
     pub phase: f64,
     /// Amplitude of the input to each block.
     pub input: Vec<[f64; 2]>,
-    /// Whether it is a second derivative in time: its amplitude grows with the square of the speed.
+    /// Whether it is a second derivative in time: its amplitude then grows with the square of the speed.
     pub of_motion: bool,
 }
 
 impl Ripple {
-    /// That of a torque on one of the shafts; `period` is that of the mesh \[s\].
+    /// The ripple of a torque on one of the shafts; `period` is that of the mesh \[s\].
     pub(super) fn of_torque(
         structure: &ModalStructure,
         torque: &TorqueRipple,
@@ -79,7 +79,7 @@ impl Ripple {
         })
     }
 
-    /// That of a load of the structure.
+    /// The ripple of a load of the structure.
     pub(super) fn of_load(
         load: &HarmonicLoad,
         period: f64,
@@ -103,13 +103,13 @@ impl Ripple {
 
     /// Phase \[rad\] at a time \[s\] within a mesh cycle.
     pub fn phase_at(&self, cycle: u64, time: f64) -> f64 {
-        // The whole turns are dropped before the product can lose digits.
+        // Whole turns are dropped before the product can lose digits.
         let turns = (cycle as f64 * self.turns_per_cycle).fract();
         self.phase + TAU * turns + self.angular_frequency * time
     }
 }
 
-/// Name of a shaft, participation of a torque on it, and mesh cycles of its turn.
+/// Name of a shaft, participation of a torque on it, and mesh cycles per revolution.
 ///
 /// # Errors
 /// [`ModelError::UnknownShaft`].
@@ -140,7 +140,7 @@ mod tests {
     use crate::model::{Model, ModelError, fixtures};
     use crate::structure::HarmonicLoad;
 
-    /// A load that never turns is no harmonic: its phase would be lost.
+    /// A load without rotation is not a harmonic: its phase would be lost.
     #[test]
     fn a_harmonic_load_turns_forwards() {
         let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

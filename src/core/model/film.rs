@@ -1,4 +1,4 @@
-//! What force does oil exert between flanks that approach, and which layers replace its law?
+//! Which force does oil exert between approaching flanks, and which layers replace its law?
 //!
 //! A full film between two cylinders in line contact is squeezed out with the force
 //!
@@ -6,12 +6,12 @@
 //! F = C h^(−3/2) (−h'),     C = 3√2 π η L R^(3/2),     1/R = 1/ρ₁ + 1/ρ₂
 //! ```
 //!
-//! of its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no entraining motion.
-//! The film is full on both sides of the line of contact; models that take half of it (Rahnejat & Gohar 1985) have half of
-//! the force. A film that is drawn apart cavitates, and does not pull. The flanks touch where the film has its smallest
-//! thickness. Layers replace the law: in each of them the damping is the mean of `C h^(−3/2)` over the thickness, so that the
-//! speed lost through a layer, `∫ c dh / m`, is exact where no other force acts. Each layer is a contact without a spring,
-//! which acts from its own gap to that of the next layer. Closed flanks have no film.
+//! at its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no entraining
+//! motion. The film is full on both sides of the line of contact; models with half a film (Rahnejat & Gohar 1985) have
+//! half the force. A film between receding flanks cavitates, and does not pull. The flanks touch at the smallest
+//! thickness of the film. Layers replace the law: in each of them the damping is the mean of `C h^(−3/2)` over the
+//! thickness, so the speed lost through a layer, `∫ c dh / m`, is exact if no other force acts. Each layer is a contact
+//! without a spring that acts from its gap to that of the next layer. Closed flanks have no film.
 //!
 //! The force is the integral of Reynolds' equation over the parabola `h + x²/2R`.
 
@@ -19,7 +19,7 @@ use super::error::{ModelError, positive};
 use serde::Serialize;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Most layers of a film.
+/// Largest number of layers of a film.
 const MOST_LAYERS: usize = 20;
 
 /// A film of oil between the flanks of a mesh.
@@ -36,14 +36,15 @@ pub struct Film {
 /// A layer of a film.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmLayer {
-    /// Distance of the flanks where it begins, and where the next one does \[m\].
+    /// Distance of the flanks at its start and at the start of the next one \[m\].
     pub distance: [f64; 2],
     /// Damping coefficient \[N s/m\].
     pub damping: f64,
 }
 
 impl Film {
-    /// C \[N s √m\] of an oil of some viscosity \[Pa s\] between cylinders of an equivalent radius R and a length \[m\].
+    /// C \[N s √m\] of an oil with a viscosity \[Pa s\] between cylinders with an equivalent radius R and a length
+    /// \[m\].
     pub fn squeezed(viscosity: f64, radius: f64, length: f64) -> f64 {
         3.0 * SQRT_2 * PI * viscosity * length * radius.powf(1.5)
     }
@@ -53,8 +54,8 @@ impl Film {
         self.coefficient * thickness.powf(-1.5)
     }
 
-    /// Its layers between flanks that are half a gap \[m\] from the middle, the outermost first: their thicknesses are a
-    /// geometric sequence. None begins beyond the middle.
+    /// Its layers between flanks half a gap \[m\] from the middle, the outermost first: their thicknesses are a
+    /// geometric sequence. No layer begins beyond the middle.
     pub fn layers(&self, half_gap: f64) -> Vec<FilmLayer> {
         let [widest, least] = self.thickness;
         let widest = widest.min(least + half_gap);
@@ -75,7 +76,7 @@ impl Film {
             .collect()
     }
 
-    /// Refuses a film with a value out of its range.
+    /// Rejects a film with a value out of its range.
     pub(super) fn check(&self) -> Result<(), ModelError> {
         let [widest, least] = self.thickness;
         let c = self.coefficient;
@@ -108,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Worked figures of the closed form.
+    /// Numerical values of the closed form.
     #[test]
     fn the_film_of_two_cylinders_has_its_closed_form() {
         let film = film(5);
@@ -123,7 +124,7 @@ mod tests {
         }
     }
 
-    /// The layers follow one another down to the flank, and lose together what the law loses.
+    /// The layers are contiguous down to the flank, and their total loss of speed is that of the law.
     #[test]
     fn layers_lose_the_speed_of_the_law() {
         for layers in [1, 3, 8] {

@@ -1,4 +1,4 @@
-//! Which contacts of a model are layers of a film, and which of them act in turn?
+//! Which contacts of a model are layers of a film, and which of them alternate?
 
 use super::contact::{ActiveSet, COAST_FLANK};
 use super::{Model, Release};
@@ -9,7 +9,7 @@ impl Model {
         self.contacts[contact].release == Release::Film
     }
 
-    /// The flank whose film a contact bounds: of a layer and of the flank itself; none where there is no film.
+    /// The flank whose film a contact belongs to: for a layer and for the flank itself; `None` without a film.
     fn film_of(&self, contact: usize) -> Option<usize> {
         let first = self.flank_springs - 2 * self.film_layers;
         match contact {
@@ -20,7 +20,7 @@ impl Model {
         }
     }
 
-    /// The other contacts of the film that a contact bounds: never closed together with it.
+    /// The other contacts of the same film, which are never closed together with it.
     pub(super) fn others_of_film(&self, contact: usize) -> ActiveSet {
         let first = self.flank_springs - 2 * self.film_layers;
         let Some(flank) = self.film_of(contact) else {
@@ -31,7 +31,7 @@ impl Model {
         (all.filter(|other| *other != contact)).fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
-    /// The layer that gives way to a contact: to the next layer, or to the flank behind the last one.
+    /// The layer that ends where a contact begins: the layer before it, or the last one for the flank.
     pub fn layer_before(&self, contact: usize) -> Option<usize> {
         let first = self.flank_springs - 2 * self.film_layers;
         match contact {
@@ -41,7 +41,7 @@ impl Model {
         }
     }
 
-    /// Whether two contacts are of one film, so that they are never closed together.
+    /// Whether two contacts belong to one film, so that they are never closed together.
     pub fn take_turns(&self, one: usize, other: usize) -> bool {
         one != other
             && self
@@ -49,7 +49,7 @@ impl Model {
                 .is_some_and(|own| self.film_of(other) == Some(own))
     }
 
-    /// Whether a contact is a layer of a film that is thinner: a layer behind it is closed, or the flank.
+    /// Whether a contact is a layer that the film has passed: a thinner layer is closed, or the flank.
     pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
         let behind = |other: usize| {
             self.take_turns(contact, other) && (other > contact || other <= COAST_FLANK)
@@ -72,7 +72,7 @@ mod tests {
         }
     }
 
-    /// The layers of one flank and the flank take turns; a passed one is thinner than it was.
+    /// The layers of one flank and the flank alternate; a passed layer is thicker than the film.
     #[test]
     fn layers_of_a_flank_take_turns() {
         let drive = Drive {
@@ -92,7 +92,7 @@ mod tests {
         assert!(!model.is_passed(0, set(&[6])));
         let before = [0, 1, 2, 3, 4, 7].map(|contact| model.layer_before(contact));
         assert_eq!(before, [Some(6), Some(7), None, None, Some(2), Some(5)]);
-        // The flanks bear the load, not the oil.
+        // The flanks carry the load, not the oil.
         assert!(model.bearing_contacts().iter().all(|own| own < 2));
     }
 }

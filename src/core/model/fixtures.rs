@@ -1,6 +1,6 @@
-//! Structures and meshes built by hand, for tests: unit tests have them from here, and those of the
-//! whole program (`tests/common`) compile the same file. What it needs it names through `super`,
-//! which is the model here and what the program offers there.
+//! Structures and meshes for tests, built by hand: the unit tests use them from here, and those of the
+//! whole program (`tests/common`) compile the same file. It names its types through `super`:
+//! the model here, and the re-exports of the program there.
 
 use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
 
@@ -21,7 +21,7 @@ pub fn one_mode(frequency: f64) -> ModalStructure {
     ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0])
 }
 
-/// A mesh of constant stiffness between its flanks, and nothing else.
+/// A mesh of constant stiffness between its flanks, without anything else.
 pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
     Drive::constant(half_gap, stiffness)
 }

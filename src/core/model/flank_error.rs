@@ -1,18 +1,18 @@
-//! What loaded flanks are short of over a segment.
+//! The error of loaded flanks over a segment.
 
 use super::{STIFFNESS_TERMS, stiffness};
 use crate::numerics::legendre;
 
 /// Error e of the loaded flanks \[m\] over a segment: relief, misalignment and deviations as they
 /// act under the mean load. A Legendre series in x ∈ \[−1, 1\], from the segment's start to its
-/// end. The flanks lack so much on either side: it adds to the half gap.
+/// end. It is missing material and adds to the half gap on either side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankError {
     series: [f64; STIFFNESS_TERMS],
 }
 
 impl FlankError {
-    /// Flanks that lack nothing.
+    /// No error.
     pub const NONE: Self = Self {
         series: [0.0; STIFFNESS_TERMS],
     };
@@ -27,19 +27,19 @@ impl FlankError {
         &self.series
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
         &mut self.series
     }
 
-    /// The same course from the segment's end to its start.
+    /// The error reversed from the segment's end to its start.
     pub fn reversed(&self) -> Self {
         Self {
             series: stiffness::reversed(&self.series),
         }
     }
 
-    /// Its course between two places of the segment.
+    /// The error between two positions of the segment.
     pub fn part(&self, from: f64, to: f64) -> Self {
         if self.is_none() {
             *self
@@ -50,7 +50,7 @@ impl FlankError {
         }
     }
 
-    /// Whether there is none.
+    /// Whether it is zero.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
     }

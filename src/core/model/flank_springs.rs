@@ -1,16 +1,16 @@
-//! Springs side by side behind one flexibility: the pairs of teeth of a flank, and what the modes left out give
-//! under the force of them all.
+//! Parallel springs behind one flexibility: the pairs of teeth of a flank, and the deflection of the omitted modes
+//! under their total force.
 //!
-//! Springs that join one after the other bear `F(x) = Σ k_l max(0, x − g_l)` of their approach x. In series with a
-//! flexibility c they are seen through `X = x + c F(x)`. F over X is a broken line again, with its kinks in the same
-//! order: springs side by side whose stiffnesses and gaps are
+//! The force of springs that come into contact one after the other is `F(x) = Σ k_l max(0, x − g_l)` of their approach
+//! x. In series with a flexibility c the total approach is `X = x + c F(x)`. F over X is again piecewise linear, with
+//! its kinks in the same order: parallel springs with the stiffnesses and gaps
 //!
 //! ```text
 //! K_l  = k_1 + … + k_l,   s_l = 1/(1 + c K_l)
 //! k'_l = K_l s_l − K_{l−1} s_{l−1},        g'_l = g_l + c Σ_{i<l} k_i (g_l − g_i)
 //! ```
 //!
-//! exactly. What friction makes of each force, `T(x) = Σ t_l k_l max(0, x − g_l)`, is a broken line likewise,
+//! exactly. The friction of each force, `T(x) = Σ t_l k_l max(0, x − g_l)`, is piecewise linear too,
 //! `t'_l k'_l = Φ_l s_l − Φ_{l−1} s_{l−1}` with `Φ_l = t_1 k_1 + … + t_l k_l`.
 
 use super::error::ModelError;
@@ -18,14 +18,14 @@ use super::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::structure::FlankParticipation;
 
-/// Gaps that are out of order by less are in order \[m\]: only the polynomials through them say otherwise.
+/// Gaps that are out of order by less than this \[m\] count as in order: the polynomials through them cause it.
 const IN_ORDER: f64 = 1e-11;
 
-/// The springs of a flank, the first and further ones in the order in which they join, as they are behind a
+/// The springs of a flank, the first and further ones in their order of contact, behind a
 /// flexibility \[m/N\]: polynomials through the exact values at the nodes of every division.
 ///
 /// # Errors
-/// [`ModelError::SpringsApart`] where springs of several lines, divisions or orders would have to share it.
+/// [`ModelError::SpringsApart`] if springs on several lines, divisions or orders would have to share it.
 fn behind(springs: &[&[Division]], flexibility: f64) -> Result<Vec<Vec<Division>>, ModelError> {
     if springs.len() == 1 || flexibility == 0.0 {
         let alone = |division: &Division| Division {
@@ -66,18 +66,18 @@ pub(super) fn of_flank(
     behind(&springs, flank.residual_flexibility)
 }
 
-/// Whether two divisions end at one phase and bear at one place of the face.
+/// Whether two divisions have the same end and the same load centroid.
 fn on_one_line(one: &Division, other: &Division) -> bool {
     one.end == other.end && one.load_centre == other.load_centre
 }
 
-/// The divisions of one stretch; none where they do not join in their order.
+/// The divisions of one stretch; `None` if their order of contact is different.
 fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
     let mut stiffness = vec![[0.0; STIFFNESS_TERMS]; springs.len()];
     let mut gap = stiffness.clone();
     let mut friction = vec![[0.0; 2]; springs.len()];
     for (node, &x) in transforms8().nodes().iter().enumerate() {
-        // Of the springs so far: Σ k, Σ k g, and what they are of it behind the flexibility.
+        // For the springs up to this one: Σ k, Σ k g, and their stiffness behind the flexibility.
         let (mut sum, mut moment, mut before) = (0.0, 0.0, 0.0);
         let mut last = f64::NEG_INFINITY;
         for (l, spring) in springs.iter().enumerate() {
@@ -94,7 +94,7 @@ fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
             before = behind;
         }
     }
-    // Friction is that of means, as it was.
+    // Friction uses mean stiffnesses, as before.
     let (mut sum, mut before) = (0.0, [0.0; 2]);
     let (mut turned, mut behind) = ([0.0; 2], 0.0);
     for (l, spring) in springs.iter().enumerate() {
@@ -144,7 +144,7 @@ mod tests {
         ]
     }
 
-    /// Force and friction force of springs at a place and an approach.
+    /// Force and friction force of springs at a position and an approach.
     fn bears(springs: &[Division], x: f64, approach: f64) -> [f64; 2] {
         springs.iter().fold([0.0; 2], |[force, turned], own| {
             let closing = (approach - own.error.at(x)).max(0.0);
@@ -153,7 +153,7 @@ mod tests {
         })
     }
 
-    /// Against F = Σ k max(0, X − c F − g), solved by bisection.
+    /// Compare with F = Σ k max(0, X − c F − g), solved by bisection.
     #[test]
     fn springs_share_one_flexibility() {
         let springs = springs();
@@ -176,7 +176,7 @@ mod tests {
                     (force - high).abs() < 1e-7 * high.max(1.0),
                     "{x} {seen}: {force} {high}"
                 );
-                // What each spring softened for itself would bear.
+                // Force if each spring were softened separately.
                 let apart: Vec<Division> = springs
                     .iter()
                     .map(|own| Division {
@@ -191,7 +191,7 @@ mod tests {
         }
     }
 
-    /// Friction of constant springs is that of the forces they bear behind the flexibility.
+    /// Friction of constant springs is that of their forces behind the flexibility.
     #[test]
     fn friction_follows_the_forces() {
         let springs = springs().map(|own| Division {

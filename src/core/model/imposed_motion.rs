@@ -1,22 +1,22 @@
-//! An uneven rotation of a drive, imposed at one of its shafts.
+//! An uneven rotation of a drive, imposed on one of its shafts.
 //!
-//! The rotation of the drive as a rigid body is `θ + ψ`, with `ψ = a cos(order θ_shaft + phase)`. The torque `J ψ''` on the shaft
-//! accelerates it, where J is the inertia of all that turns with the shaft, as seen from it. A shaft of large inertia (a
-//! flywheel, the end of a bench) therefore follows ψ itself: its share of J tends to 1.
+//! The rotation of the drive as a rigid body is `θ + ψ`, with `ψ = a cos(order θ_shaft + phase)`. The torque `J ψ''` on
+//! the shaft accelerates it, where J is the inertia of all parts that rotate with the shaft, referred to it. A shaft of
+//! large inertia (a flywheel, the end of a test bench) therefore follows ψ: its share of J tends to 1.
 
 use super::error::ModelError;
 use super::excitation::shaft_of;
 use super::{ImposedMotion, TorqueRipple};
 use crate::structure::ModalStructure;
 
-/// A participation in the rigid motions this small, relative to all of its entries, is round-off.
+/// A participation in the rigid motions below this part of all its entries is round-off.
 const NOISE: f64 = 1e-9;
 
 impl ImposedMotion {
-    /// The torque that imposes it while the mesh has this period \[s\]: `−J ω² a cos(ω t + phase)`.
+    /// The torque that imposes it at this mesh period \[s\]: `−J ω² a cos(ω t + phase)`.
     ///
     /// # Errors
-    /// [`ModelError::UnknownShaft`], [`ModelError::DoesNotTurn`] where no rigid rotation leaves all contacts alone.
+    /// [`ModelError::UnknownShaft`], [`ModelError::DoesNotTurn`] if every rigid rotation deflects a contact.
     pub(super) fn torque(
         &self,
         structure: &ModalStructure,
@@ -34,8 +34,8 @@ impl ImposedMotion {
     }
 }
 
-/// Inertia \[kg m²\] that a torque with this participation accelerates in the rigid motions that no contact feels; none where
-/// there are no such motions.
+/// Inertia \[kg m²\] that a torque with this participation accelerates in the rigid motions that deflect no contact.
+/// `None` without such motions.
 fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
     let rigid = |column: &[f64]| -> Vec<f64> {
         let modes = column.iter().zip(&structure.frequency);
@@ -45,7 +45,7 @@ fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
             .collect()
     };
     let size = |column: &[f64]| column.iter().map(|part| part * part).sum::<f64>().sqrt();
-    // What contacts feel, as orthogonal directions of length 1.
+    // The rigid motions that deflect contacts, as orthonormal directions.
     let mut felt: Vec<Vec<f64>> = Vec::new();
     let without = |felt: &[Vec<f64>], mut column: Vec<f64>| {
         for direction in felt {
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::model::fixtures;
 
-    /// Two inertias behind gears, whose neutral rotation is a mixture of two modes.
+    /// Two inertias behind gears, whose neutral rotation combines two modes.
     #[test]
     fn the_inertia_is_that_of_the_whole_drive() {
         // Pinion 2 kg m² at r = 0.1 m, wheel 3 kg m² at r = 0.2 m: modes are the single rotations.

@@ -1,22 +1,22 @@
-//! Where a trajectory starts, and the state it carries.
+//! The start of a trajectory, and its state.
 
 use super::{ActiveSet, Model};
 use serde::Serialize;
 
-/// Where a trajectory starts.
+/// The start of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum InitialState {
-    /// Static equilibrium under the mean torques with the mesh as it is at the start of the
-    /// mesh cycle. The flanks do not move against each other: the rotation goes along with a
+    /// Static equilibrium under the mean torques with the mesh at the start of its
+    /// cycle. The flanks have no relative velocity: the rotation follows a
     /// transmission error that changes there.
     Static,
     /// All modal coordinates and velocities zero.
     Rest,
-    /// Given modal coordinates, in the structure's own basis.
+    /// Given modal coordinates, in the structure's modes.
     Modal {
-        /// Displacements \[m √kg\], one a mode.
+        /// Displacements \[m √kg\], one per mode.
         displacement: Vec<f64>,
-        /// Velocities \[m √kg/s\], one a mode.
+        /// Velocities \[m √kg/s\], one per mode.
         velocity: Vec<f64>,
     },
 }
@@ -26,15 +26,15 @@ pub enum InitialState {
 pub struct TrajectoryState {
     /// First components of all blocks, then second components: length 2N. The blocks of dry sliders come last.
     pub state: Vec<f64>,
-    /// The contacts that are closed.
+    /// The closed contacts.
     pub contact: ActiveSet,
     /// Mesh cycles since the start of the simulation.
     pub cycle: u64,
 }
 
 impl TrajectoryState {
-    /// The state `state` at the start of mesh cycle `cycle`; which contacts are closed follows
-    /// from the deflections. Dry sliders whose springs are stretched beyond their limits follow, and a
+    /// The state `state` at the start of mesh cycle `cycle`; the closed contacts follow
+    /// from the deflections. Dry sliders move if their springs are stretched beyond their limits, and a
     /// state beyond a rigid stop is moved onto it.
     pub fn new(model: &Model, mut state: Vec<f64>, cycle: u64) -> Self {
         let segments = model.segments_at(cycle, 0.0);
@@ -49,10 +49,10 @@ impl TrajectoryState {
 }
 
 impl Model {
-    /// The trajectory that starts as asked, at mesh cycle 0. Dry sliders start without force.
+    /// The trajectory with this start, at mesh cycle 0. Dry sliders start without a force.
     ///
     /// # Panics
-    /// Of a model changed since [`Model::new`] so that it has no static equilibrium, where that is asked for.
+    /// If the static equilibrium is requested, and a model changed after [`Model::new`] has none.
     pub fn start(&self, initial: &InitialState) -> TrajectoryState {
         let n = self.blocks.len();
         let mut state = match initial {
@@ -67,13 +67,13 @@ impl Model {
         TrajectoryState::new(self, state, 0)
     }
 
-    /// The mean load on the turned modes.
+    /// The mean load on the rotated modes.
     pub fn load_on_modes(&self) -> Vec<f64> {
         let inputs: Vec<_> = self.blocks.iter().map(|block| block.static_input).collect();
         self.basis.force(&inputs)
     }
 
-    /// Participations w and g of a direction in deflection and force, of the turned modes.
+    /// Participations w and g of a direction in deflection and force, of the rotated modes.
     pub fn participations(&self, direction: usize) -> [Vec<f64>; 2] {
         let n = self.blocks.len();
         let gains = &self.directions[direction].gains;

@@ -1,42 +1,43 @@
-//! What the constant inputs of a model follow: the load, the speed, torques on its shafts.
+//! On which quantities do the constant inputs of a model depend? Load, speed, torques on its shafts.
 
 use super::Model;
 use crate::structure::ModalStructure;
 
-/// What a constant input follows.
+/// A quantity that a constant input is proportional to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadTerm {
     /// The load, as a fraction of the rated one.
     Rated,
-    /// Nothing: it is always there.
+    /// None: the input is constant.
     Constant,
     /// The speed Ω of the operating point \[rad/s\].
     Speed,
     /// Its square.
     SpeedSquared,
-    /// A torque on the pinion's shaft \[N m\], beside the rated load.
+    /// A torque on the pinion's shaft \[N m\], besides the rated load.
     PinionTorque,
-    /// A torque on the wheel's shaft \[N m\], beside the rated load.
+    /// A torque on the wheel's shaft \[N m\], besides the rated load.
     WheelTorque,
 }
 
-/// How many there are.
+/// Number of load terms.
 pub const LOAD_TERMS: usize = 6;
 
-/// The inputs of a model by what they follow, the mean rotation left out: blocks that the mesh does not feel have none.
+/// The inputs of a model by their quantities, without the mean rotation: blocks that do not deflect the mesh have none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadTerms {
     /// Inputs of the blocks per unit of each [`LoadTerm`], in their order.
     pub inputs: [Vec<[f64; 2]>; LOAD_TERMS],
-    /// Static force of modes left out on every bearing, per unit of each \[N\].
+    /// Static force of omitted modes on every bearing, per unit of each \[N\].
     pub on_bearings: Vec<[f64; LOAD_TERMS]>,
-    /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, the drive turning as
-    /// a rigid body \[1/(kg m²)\]; none where it does not turn freely or the torques' places are not known.
+    /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, with the
+    /// drive as a rigid body \[1/(kg m²)\]. `None` if it does not rotate freely or the positions of the torques are
+    /// unknown.
     pub mobility: Option<[f64; 2]>,
 }
 
 impl Model {
-    /// Its inputs by what they follow; `structure` is the one that it was built of.
+    /// Its inputs by their quantities; `structure` is the structure of the model.
     pub fn load_terms(&self, structure: &ModalStructure) -> LoadTerms {
         let basis = &self.basis;
         let of_values = |values: &[f64], scale: f64| -> Vec<[f64; 2]> {
@@ -82,7 +83,7 @@ impl Model {
         }
     }
 
-    /// [`LoadTerms::mobility`], from the inputs that torques on both shafts are.
+    /// [`LoadTerms::mobility`], from the inputs of torques on both shafts.
     fn mobility(
         &self,
         structure: &ModalStructure,
@@ -106,8 +107,8 @@ mod tests {
     use super::*;
     use crate::model::{OperatingPoint, fixtures};
 
-    /// Two rigid rotations without shafts between: what the load and the speed add up to is the model's own input, and the
-    /// pinion's shaft is turned by all inertia.
+    /// Two rigid rotations without shafts between: the inputs of load and speed sum to the model's input, and the
+    /// pinion's shaft accelerates the whole inertia.
     #[test]
     fn inputs_add_up_to_those_of_the_point() {
         let (a, b) = (0.8, 0.6);
@@ -115,7 +116,7 @@ mod tests {
             fixtures::structure(&[0.0, 0.0, 900.0], 0.01, &[a, b, 0.4], &[a, b, 0.4]);
         structure.constant_load = vec![3.0, -2.0, 1.0];
         structure.load_by_speed = vec![0.1, 0.0, 0.2];
-        // Radii of 1: unit torques pull along the line of action, one against the other.
+        // Radii of 1: unit torques pull along the line of action in opposite directions.
         structure.pinion_torque = Some(vec![a, 0.0, 0.4]);
         structure.wheel_torque = Some(vec![0.0, -b, 0.1]);
         let point = OperatingPoint {
@@ -138,7 +139,7 @@ mod tests {
                 );
             }
         }
-        // Both shafts turn by the same angle: J = 1/a² + 1/b².
+        // Both shafts rotate by the same angle: J = 1/a² + 1/b².
         let inertia = 1.0 / (a * a) + 1.0 / (b * b);
         let [pinion, wheel] = terms.mobility.unwrap();
         assert!((pinion * inertia - 1.0).abs() < 1e-14, "{pinion}");

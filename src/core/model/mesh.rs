@@ -1,13 +1,13 @@
-//! The mesh cycle: segments between the places where stiffness or direction change.
+//! The mesh cycle: segments between the phases at which stiffness or direction change.
 
 use super::{Division, FlankError, Stiffness};
 use crate::numerics::legendre;
 
-/// A boundary this close to one of equal parts, in parts, lies on it: only rounding put it
-/// elsewhere.
+/// A boundary within this distance of one of equal parts, in parts, is on it: the difference is
+/// rounding.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// A stretch of the mesh cycle with one law of stiffness and one direction of the mesh force.
+/// A stretch of the mesh cycle with one formula of stiffness and one direction of the mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     /// Mesh phase at its start, in cycles.
@@ -16,16 +16,16 @@ pub struct Segment {
     pub end: f64,
     /// Mesh stiffness k.
     pub stiffness: Stiffness,
-    /// What loaded flanks lack: it adds to the half gap.
+    /// Error of loaded flanks: it adds to the half gap.
     pub error: FlankError,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
-    /// Where the mesh force acts, among [`super::Model::directions`].
+    /// Direction of the mesh force, as an index into [`super::Model::directions`].
     pub direction: usize,
 }
 
 impl Segment {
-    /// The place x ∈ \[−1, 1\] of a mesh phase within the segment.
+    /// The position x ∈ \[−1, 1\] of a mesh phase within the segment.
     pub fn place(&self, phase: f64) -> f64 {
         (2.0 * phase - self.start - self.end) / (self.end - self.start)
     }
@@ -41,7 +41,7 @@ impl Segment {
 }
 
 impl Segment {
-    /// What loaded flanks lack at a mesh phase within the segment \[m\], and its derivative by
+    /// Error of loaded flanks at a mesh phase within the segment \[m\], and its derivative by
     /// the phase \[m\].
     pub fn error_at(&self, phase: f64) -> [f64; 2] {
         if self.error.is_none() {
@@ -52,8 +52,8 @@ impl Segment {
         [self.error.at(x), 2.0 * slope / (self.end - self.start)]
     }
 
-    /// Derivative of the mesh stiffness by the phase \[N/m\], and second derivative by it of what
-    /// loaded flanks lack \[m\], at a mesh phase within the segment.
+    /// Derivative of the mesh stiffness by the phase \[N/m\], and second derivative of the error of
+    /// loaded flanks by it \[m\], at a mesh phase within the segment.
     pub fn bends_at(&self, phase: f64) -> [f64; 2] {
         let (x, places) = (self.place(phase), 2.0 / (self.end - self.start));
         let stiffening = legendre::evaluate(&self.stiffness.slope(), x);
@@ -62,7 +62,7 @@ impl Segment {
     }
 }
 
-/// One mesh cycle; equal neighbours are one segment.
+/// One mesh cycle; equal neighbouring segments are merged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshCycle {
     /// Mesh period T \[s\].
@@ -72,8 +72,8 @@ pub struct MeshCycle {
 }
 
 impl MeshCycle {
-    /// The cycle of divisions of one contact damping c \[N s/m\]; `directions` says which
-    /// direction each has.
+    /// The cycle of divisions with one contact damping c \[N s/m\]; `directions` has the
+    /// direction of each.
     pub fn new(period: f64, divisions: &[Division], directions: &[usize], damping: f64) -> Self {
         let mut segments: Vec<Segment> = Vec::new();
         for (division, &direction) in divisions.iter().zip(directions) {
@@ -117,7 +117,7 @@ impl MeshCycle {
         self.period * self.segments[segment].end
     }
 
-    /// Whether loaded flanks lack anything.
+    /// Whether loaded flanks have an error.
     pub fn has_error(&self) -> bool {
         self.segments.iter().any(|segment| !segment.error.is_none())
     }
@@ -131,8 +131,8 @@ impl MeshCycle {
     }
 }
 
-/// The fewest equal parts of a cycle on whose boundaries all `ends` lie, phases in cycles; none
-/// where that takes more than `most`.
+/// The smallest number of equal parts of a cycle whose boundaries contain all `ends`, phases in cycles. `None`
+/// if it exceeds `most`.
 pub fn equal_parts(ends: &[f64], most: usize) -> Option<usize> {
     (1..=most).find(|&parts| {
         ends.iter().all(|end| {
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(sloping.mean_stiffness(), 2.0);
     }
 
-    /// On a segment of any place and length: what `stiffness_at` and `error_at` have as differences.
+    /// On a segment of any position and length: compares with differences of `stiffness_at` and `error_at`.
     #[test]
     fn bends_are_differences_of_the_courses() {
         let mut divisions = Division::levels(&[4e8; 3], &[0.3, 0.7]);

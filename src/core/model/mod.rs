@@ -1,9 +1,9 @@
 //! The piecewise-linear system: a linear structure with one-sided contacts. The only
-//! description of the dynamics; knows nothing of how it is solved.
+//! description of the dynamics; independent of its solution.
 //!
-//! Mode `i` is a real 2 × 2 block `x' = A x − Σ g F + s + …`. Contact j sees the deflection δ along
-//! its own line, to which the block contributes `w·x`, and pushes along its own direction g. With
-//! `e` the transmission error that is imposed on it, `b` its half gap and s = ±1 its side,
+//! Mode `i` is a real 2 × 2 block `x' = A x − Σ g F + s + …`. Contact j has the deflection δ along
+//! its line, to which the block contributes `w·x`, and pushes along its direction g. With
+//! the transmission error `e` imposed on it, its half gap `b` and its side s = ±1,
 //!
 //! ```text
 //! δ  = Σ w·x − e(t)                                   deflection [m]
@@ -12,10 +12,10 @@
 //! ```
 //!
 //! c, w and g are constant on each segment of the contact's mesh cycle; k and b are polynomials
-//! there (mostly constants). b is the backlash and what loaded flanks lack besides; where it
-//! steps, the contact may open or close, and the damper does not feel the step. Any number of
-//! contacts may be closed at once. Time is a whole number of mesh cycles and a time within the
-//! cycle, so that long runs lose no digits.
+//! there (mostly constants). b is the backlash plus the error of loaded flanks. At a step of b
+//! the contact may open or close, and the damper ignores the step. Any number of
+//! contacts may be closed at once. Time is an integer number of mesh cycles and a time within the
+//! cycle, so long runs lose no digits.
 
 mod assembly;
 mod basis;

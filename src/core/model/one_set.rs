@@ -3,11 +3,11 @@
 use super::{Contact, SAME_PHASE};
 use std::collections::BTreeSet;
 
-/// The breakpoints of all contacts, as the bits of mesh phases: those of numbers from 0 on are in the order of the numbers.
+/// The breakpoints of all contacts, as the bits of mesh phases: the bits of non-negative floats sort like their values.
 struct Breakpoints(BTreeSet<u64>);
 
 impl Breakpoints {
-    /// The nearest known breakpoint within [`SAME_PHASE`] of a phase; else the phase, which is known from then on.
+    /// The nearest known breakpoint within [`SAME_PHASE`] of a phase; otherwise the phase, which becomes a breakpoint.
     fn one_of(&mut self, phase: f64) -> f64 {
         let bits = phase.to_bits();
         let neighbours = [
@@ -26,9 +26,9 @@ impl Breakpoints {
     }
 }
 
-/// Moves the ends of all segments onto one set of breakpoints, which are more than [`SAME_PHASE`] apart: those of the first
-/// contact stay, those of the next ones move onto them. A segment whose ends become one goes. What is between two
-/// breakpoints only because they were rounded apart would ask for windows that long.
+/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart. Those of the
+/// first contact stay, those of the next ones move onto them. A segment whose ends coincide is removed. Otherwise
+/// breakpoints that differ by rounding would require windows of that length.
 pub(super) fn merge(contacts: &mut [Contact]) {
     let ends = [0.0_f64, 1.0].map(f64::to_bits);
     let mut breakpoints = Breakpoints(BTreeSet::from(ends));
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use crate::model::{Division, MeshCycle};
 
-    /// A contact whose cycle has its segments between these ends.
+    /// A contact whose cycle has segments with these ends.
     fn contact(ends: &[f64]) -> Contact {
         let divisions: Vec<Division> = (ends.iter().enumerate())
             .map(|(index, &end)| Division::level(end, 1e8 + index as f64))
@@ -60,7 +60,7 @@ mod tests {
         }
     }
 
-    /// Ends up to 1e-11 apart are those of the first contact, whatever lay between them; others stay.
+    /// Ends up to 1e-11 apart move to those of the first contact, whatever was between them; others stay.
     #[test]
     fn breakpoints_that_nearly_coincide_are_one() {
         let next = 0.3_f64.next_up();
@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(ends[0], [0.3, 0.7, 1.0]);
         assert_eq!(ends[1], [0.3, 0.5, 0.7, 1.0]);
         assert_eq!(ends[2], [0.3 + 1.2e-11, 0.5, 1.0]);
-        // What is left between ends is what was there: of the second contact the third, fourth and fifth level.
+        // The segments that remain are unchanged: for the second contact the third, fourth and fifth level.
         let levels = contacts[1].cycles[0].segments.iter();
         let levels: Vec<f64> = levels.map(|own| own.stiffness.mean() - 1e8).collect();
         assert_eq!(levels, [0.0, 2.0, 3.0, 4.0]);

@@ -1,21 +1,21 @@
-//! What may be told of the structure beside the mesh: forces, torques, accelerations and rotations at places.
+//! Outputs of the structure besides the mesh: forces, torques, accelerations and rotations at given points.
 
 use super::basis::Basis;
 use super::{COAST_FLANK, DRIVE_FLANK};
 use crate::structure::{ModalStructure, MotionKind, PlaceMotion, TorqueGain};
 
-/// What an output is.
+/// Kind of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Force of a shaft on a bearing \[N\].
     BearingForce,
     /// Torque in a shaft or a coupling \[N m\].
     Torque,
-    /// Acceleration of a place \[m/s²\].
+    /// Acceleration of a point \[m/s²\].
     Acceleration,
     /// Angular acceleration of a body \[rad/s²\].
     AngularAcceleration,
-    /// Rotation of a gear beside the mean rotation \[rad\].
+    /// Rotation of a gear relative to the mean rotation \[rad\].
     Rotation,
     /// Deflection of a mesh along the line of its drive flank \[m\].
     MeshDeflection,
@@ -24,7 +24,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The word that its signals begin with.
+    /// The first word of its signal names.
     pub fn name(self) -> &'static str {
         match self {
             Self::BearingForce => "bearing",
@@ -50,7 +50,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it is the rate of the sum that its gains give.
+    /// Whether it is the rate of the sum of its gains.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::Acceleration | Self::AngularAcceleration)
     }
@@ -61,14 +61,14 @@ impl Quantity {
 pub struct NamedMesh {
     /// Its gears.
     pub name: String,
-    /// Its drive flank and its coast flank, by their places among the model's contacts.
+    /// Its drive flank and its coast flank, as indices of the model's contacts.
     pub flanks: [usize; 2],
     /// Its cycles, `[p, q]`: p in q of the first mesh.
     pub cycles: [u32; 2],
 }
 
 impl NamedMesh {
-    /// Those of a structure, the first one's flanks being so many springs.
+    /// The meshes of a structure; the flanks of the first one have `flank_springs` springs.
     pub(super) fn of_structure(structure: &ModalStructure, flank_springs: usize) -> Vec<Self> {
         let of_mesh = |(number, name): (usize, String)| match number.checked_sub(1) {
             None => Self {
@@ -88,19 +88,19 @@ impl NamedMesh {
     }
 }
 
-/// `Σ gain·x` over the blocks, or the rate of it ([`Quantity::is_rate`]).
+/// `Σ gain·x` over the blocks, or its rate ([`Quantity::is_rate`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Place and direction.
+    /// Position and direction.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub quantity: Quantity,
     /// Value per unit of both components of each block.
     pub gain: Vec<[f64; 2]>,
 }
 
 impl Output {
-    /// Those of a structure beside its bearing forces: torques, accelerations, angular
+    /// The outputs of a structure besides its bearing forces: torques, accelerations, angular
     /// accelerations, rotations.
     pub(super) fn of_structure(structure: &ModalStructure, basis: &Basis) -> Vec<Self> {
         let torques = structure.torques.iter();

@@ -1,35 +1,35 @@
-//! By which law does a closed contact let go?
+//! By which law does a closed contact open?
 
 use serde::Serialize;
 
-/// When a closed contact lets go.
+/// The rule for opening a closed contact.
 ///
 /// Its damper pulls on the way out: `k (δ − s b) + c (δ' − s b')` changes its sign while the contact
-/// is compressed still.
+/// is still compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub enum Release {
-    /// Where δ falls back to the gap: the force of spring and damper acts whatever its sign.
+    /// Where δ falls back to the gap: the force of spring and damper may have either sign.
     #[default]
     Deflection,
-    /// Where the force falls to zero: the contact never pulls. It takes hold where δ rises to the
-    /// gap, or before it has come free where the force of spring and damper rises to zero.
+    /// Where the force falls to zero: the contact never pulls. It closes where δ rises to the
+    /// gap, or, while it is still compressed, where the force of spring and damper rises to zero.
     Force,
-    /// Where the velocity of its slider vanishes: a slip of a dry slider.
+    /// Where the velocity of its slider vanishes: the slip of a dry slider.
     Slip,
-    /// Where a slip begins: the spring of a dry slider, which pulls as it pushes.
+    /// Where a slip begins: the spring of a dry slider, which pulls and pushes.
     Stick,
-    /// Where the flanks no longer approach: a layer of a film of oil, which does not pull. It gives way to the next layer
-    /// where it is squeezed to the thickness of that one.
+    /// Where the flanks no longer approach: a layer of a film of oil, which does not pull. The next layer replaces it
+    /// where the film is squeezed to the thickness of that layer.
     Film,
-    /// At the instant at which it closes: a rigid stop that is hit.
+    /// At the instant of closing: the impact on a rigid stop.
     Impact,
-    /// Where its force falls to zero: a rigid stop on which the structure rests.
+    /// Where its force falls to zero: the rest of the structure on a rigid stop.
     Rest,
 }
 
 impl Release {
-    /// Whether a contact that closes is struck, its surfaces approaching one another at a speed
-    /// \[m/s\]: one that takes hold before it has come free meets no surface, nor does a slider.
+    /// Whether closing is an impact of surfaces that approach at a speed \[m/s\]: a contact that closes
+    /// while it is still compressed meets no surface, nor does a slider.
     pub fn is_struck(self, approach: f64) -> bool {
         match self {
             Self::Deflection | Self::Impact => true,
@@ -38,17 +38,17 @@ impl Release {
         }
     }
 
-    /// Whether it lets go where its force vanishes, so that it never pulls.
+    /// Whether it opens where its force vanishes, so that it never pulls.
     pub fn is_by_force(self) -> bool {
         matches!(self, Self::Force | Self::Film)
     }
 
-    /// Whether it is that of a state of a dry slider.
+    /// Whether it belongs to a state of a dry slider.
     pub fn of_slider(self) -> bool {
         matches!(self, Self::Slip | Self::Stick)
     }
 
-    /// Whether it is that of a part of a rigid stop.
+    /// Whether it belongs to a part of a rigid stop.
     pub fn of_stop(self) -> bool {
         matches!(self, Self::Impact | Self::Rest)
     }
@@ -58,7 +58,7 @@ impl Release {
 mod tests {
     use super::*;
 
-    /// Under the law of the force a contact may take hold while its surfaces part: nothing is struck then.
+    /// With release by force a contact may close while its surfaces separate: that is not an impact.
     #[test]
     fn what_takes_hold_while_it_parts_is_not_struck() {
         for (law, approach, struck) in [

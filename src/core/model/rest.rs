@@ -1,48 +1,50 @@
-//! Which contacts bear a constant load, and with what forces?
+//! Which contacts carry a constant load, and with what forces?
 //!
-//! Contact i is a spring k across a gap that pushes on its own side only; everything else is linear. With the elastic
-//! motions eliminated, y the rigid motions that contacts feel and p how far contacts are stretched beyond the place
-//! where they close,
+//! Contact i is a spring k across a gap that pushes on its side only; everything else is linear. The elastic
+//! motions are eliminated. With the rigid motions y that deflect contacts and the stretches p of the contacts beyond
+//! the positions where they close,
 //!
 //! ```text
 //! p = c + A y − B F,      F = k max(0, p),      Hᵀ (f − Gᵀ F) = 0
 //! ```
 //!
-//! with A the contacts' participations in y, G those of their forces, B the flexibility of the structure, and H the rigid
-//! motions that closed contacts hold. What is left of the rigid load f is a drift: it must not lead into an open contact.
+//! with the contacts' participations A in y, those of their forces G, the flexibility B of the structure, and the rigid
+//! motions H that closed contacts restrain. The rest of the rigid load f is a drift: it must not lead into an open
+//! contact.
 //!
-//! Without friction G = A and B = Bᵀ, and the solution is where the convex energy
-//! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`, is least. It is quadratic between the places where contacts close,
-//! so that Newton steps with exact line searches end after finitely many of them (J. Sun, On piecewise quadratic Newton
-//! and trust region problems, Math. Program. 76, 1997). Friction, and springs that are not symmetric, come in by parts:
-//! on each part what they add is a load, renewed until the closed contacts stay the same. Where that way ends, because
-//! contacts lock, every combination of at most sixteen contacts is tried: where none is in balance, there is no equilibrium.
-//! Of more contacts that stays open. Contacts that nothing stretches, those of dry sliders, stay open and are not among them.
+//! Without friction G = A and B = Bᵀ, and the solution is the minimum of the convex energy
+//! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`. It is quadratic between the points where contacts close,
+//! so Newton steps with exact line searches end after a finite number of steps (J. Sun, On piecewise quadratic Newton
+//! and trust region problems, Math. Program. 76, 1997). Friction and unsymmetric springs are added in parts. On each
+//! part their contribution is a load, renewed until the closed contacts stay the same. If this fails because contacts
+//! lock, every combination of at most sixteen contacts is tried: if none is in balance, there is no equilibrium. With
+//! more contacts this remains open. Contacts that nothing stretches, such as those of dry sliders, stay open and do not
+//! count.
 
 use super::ActiveSet;
 use crate::numerics::linalg;
 use faer::Mat;
 
-/// Part of a sum's terms that is the round-off of their sum.
+/// Round-off of a sum, relative to its terms.
 pub(super) const ROUND_OFF: f64 = 1e-12;
 
-/// Sine of the angle between rigid motions below which they are one, and part of the forces on rigid motions below
-/// which a drift is none: participations come from eigenvectors.
+/// Rigid motions coincide if the sine of their angle is below this. A drift below this part of the forces on rigid
+/// motions is zero. Participations come from eigenvectors.
 const SAME_MOTION: f64 = 1e-9;
 
-/// Newton steps until an energy has no minimum: sixteen contacts need some twenty.
+/// Number of Newton steps after which an energy has no minimum: sixteen contacts need some twenty.
 const MOST_STEPS: usize = 300;
 
-/// Most contacts of which every combination is tried.
+/// Largest number of contacts for which every combination is tried.
 const MOST_TRIED: usize = 16;
 
-/// Renewals of the load by friction until a part of it is too much at once.
+/// Number of renewals of the load by friction after which a part of it is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// Part of the friction that comes in at once, and the least part.
+/// First part of the friction that is added at once, and the smallest one.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
-/// `Σ a b` over as many as both have.
+/// `Σ a b` over the common length.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -64,7 +66,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| value.abs().max(most))
 }
 
-/// Orthonormal rows that span others, but for those within [`SAME_MOTION`] of the span of the ones before.
+/// Orthonormal rows that span the given ones, without those within [`SAME_MOTION`] of the span of earlier ones.
 pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for row in rows {
@@ -84,55 +86,55 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     basis
 }
 
-/// What a contact is to a structure at rest, everything along its own side. Lists over contacts have one entry each,
-/// lists over rigid motions one for each that contacts feel.
+/// A contact in static equilibrium, with all quantities along its side. Lists over contacts have one entry each,
+/// lists over rigid motions one for each that deflects contacts.
 #[derive(Debug, Clone)]
 pub(super) struct Bearer {
     /// Stretch without forces at y = 0, c \[m\].
     pub reach: f64,
-    /// Size of what that is a difference of \[m\].
+    /// Sum of the moduli of the terms of this stretch \[m\].
     pub size: f64,
     /// Stiffness k \[N/m\].
     pub stiffness: f64,
     /// Participations of its stretch in the rigid motions, A.
     pub along: Vec<f64>,
-    /// Those of its force, G.
+    /// Participations of its force, G.
     pub push: Vec<f64>,
-    /// By how much it gives way to a unit of each contact's force, B \[m/N\].
+    /// Its displacement by a unit of each contact's force, B \[m/N\].
     pub yielding: Vec<f64>,
 }
 
 impl Bearer {
-    /// Whether any motion stretches it, or the load has.
+    /// Whether a motion or the load can stretch it.
     fn may_close(&self) -> bool {
         let moves = |gains: &[f64]| gains.iter().any(|gain| *gain != 0.0);
         self.reach > 0.0 || moves(&self.along) || moves(&self.yielding)
     }
 }
 
-/// A state of rest.
+/// A static state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rest {
     /// Forces of all contacts \[N\]; 0 of open ones.
     pub forces: Vec<f64>,
     /// Rigid motions y \[m √kg\].
     pub place: Vec<f64>,
-    /// The contacts that were taken to be closed.
+    /// The contacts assumed closed.
     pub closed: ActiveSet,
-    /// Rigid load that these do not hold \[N/√kg\].
+    /// Rigid load that these do not carry \[N/√kg\].
     pub drift: Vec<f64>,
 }
 
-/// Contacts for which no state of rest was found.
+/// Contacts without a static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Unrest {
     /// Those that pull or overlap.
     pub contacts: Vec<usize>,
-    /// By how much at most \[m\].
+    /// Largest size \[m\].
     pub excess: f64,
-    /// Part of the friction that was too much, 0 to 1.
+    /// Part of the friction that was too large, 0 to 1.
     pub friction: f64,
-    /// How many contacts there are, and of how many at most every combination is tried, where these are too many.
+    /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
     pub untried: Option<[usize; 2]>,
 }
 
@@ -145,21 +147,21 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// How far each is stretched \[m\] by forces at a place.
+    /// Stretch of each contact \[m\] under forces at a position.
     pub fn stretches(&self, forces: &[f64], place: &[f64]) -> Vec<f64> {
         let stretch =
             |own: &Bearer| own.reach + dot(&own.along, place) - dot(&own.yielding, forces);
         self.bearers.iter().map(stretch).collect()
     }
 
-    /// Stretch \[m\] of a contact that is round-off.
+    /// Round-off of the stretch of a contact \[m\].
     pub fn noise(&self, contact: usize, forces: &[f64], place: &[f64]) -> f64 {
         let own = &self.bearers[contact];
         let moved = dot_of_moduli(&own.along, place) + dot_of_moduli(&own.yielding, forces);
         ROUND_OFF * (own.size + moved)
     }
 
-    /// Those that a state stretches.
+    /// The contacts that a state stretches.
     pub fn stretched(&self, forces: &[f64], place: &[f64]) -> ActiveSet {
         let stretches = self.stretches(forces, place);
         (0..stretches.len())
@@ -167,8 +169,8 @@ impl Contacts {
             .fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
-    /// The state in which exactly these are closed, whatever the signs of their forces, nearest to a place: `H h` the
-    /// rigid motion from there,
+    /// The state in which exactly these contacts are closed, with forces of any sign, nearest to a position. With the
+    /// rigid motion `H h` from there,
     ///
     /// ```text
     /// (B + 1/k) F − A H h = c + A y,      Hᵀ Gᵀ F = Hᵀ f
@@ -221,7 +223,7 @@ impl Contacts {
         }
     }
 
-    /// Contacts that pull though closed, or overlap though open, each with how far \[m\].
+    /// Contacts that pull although closed, or overlap although open, each with its size \[m\].
     fn faults(&self, rest: &Rest) -> Vec<(usize, f64)> {
         let stretches = self.stretches(&rest.forces, &rest.place);
         let excess = |contact: usize| {
@@ -233,7 +235,7 @@ impl Contacts {
         };
         (0..self.bearers.len())
             .map(|contact| (contact, excess(contact)))
-            // Written so that what is no number is a fault.
+            // Written so that a NaN is a fault.
             .filter(|&(contact, excess)| {
                 let noise = self.noise(contact, &rest.forces, &rest.place);
                 !(excess <= noise && noise.is_finite())
@@ -241,7 +243,7 @@ impl Contacts {
             .collect()
     }
 
-    /// Whether the drift leads into an open contact: one that is open feels it beyond round-off.
+    /// Whether the drift leads into an open contact beyond round-off.
     fn drifts_into_one(&self, rest: &Rest) -> bool {
         self.bearers.iter().enumerate().any(|(contact, own)| {
             let felt = SAME_MOTION * dot_of_moduli(&own.along, &rest.drift);
@@ -249,7 +251,7 @@ impl Contacts {
         })
     }
 
-    /// The state of least energy, sought from another on. The contacts have no friction. `None` where there is none.
+    /// The state of least energy, starting from another one. The contacts have no friction. `None` if there is none.
     fn least_energy(&self, from: &Rest) -> Option<Rest> {
         let (mut forces, mut place) = (from.forces.clone(), from.place.clone());
         for _ in 0..MOST_STEPS {
@@ -272,7 +274,8 @@ impl Contacts {
         None
     }
 
-    /// Moves to where the energy along a way in forces and place is least: its slope is a broken line that rises.
+    /// Moves to the minimum of the energy along a direction in forces and positions: its slope is piecewise linear and
+    /// rises.
     fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
         let stretches = self.stretches(forces, place);
         let given: Vec<f64> = (self.bearers.iter())
@@ -295,19 +298,19 @@ impl Contacts {
             .filter(|t| t.is_finite() && *t > 0.0)
             .collect();
         bends.sort_by(f64::total_cmp);
-        // Behind the last bend the line is straight.
+        // Beyond the last bend the slope is linear.
         bends.push(2.0 * bends.last().copied().unwrap_or(0.0) + 2.0);
         let rising = bends.iter().position(|&t| slope(t) >= 0.0);
         let end = rising.unwrap_or(bends.len() - 1);
         let [low, high] = [if end == 0 { 0.0 } else { bends[end - 1] }, bends[end]];
         let step = low - slope(low) * (high - low) / (slope(high) - slope(low));
-        // Where round-off hides the slope, the end of the way is as good as any.
+        // If round-off hides the slope, use the full step.
         let step = if step > 0.0 && step.is_finite() { step } else { 1.0 };
         add(forces, step, way[0]);
         add(place, step, way[1]);
     }
 
-    /// Between these, without friction, and others that have it: with a part of it.
+    /// These contacts, without friction, with a part of the friction of others.
     fn towards(&self, other: &Self, part: f64) -> Self {
         let mixed = |own: &[f64], other: &[f64]| -> Vec<f64> {
             let pairs = own.iter().zip(other);
@@ -328,7 +331,7 @@ impl Contacts {
         }
     }
 
-    /// These with what contacts with friction do more, under their forces, as a load.
+    /// These contacts, with the additional effect of contacts with friction, under their forces, as a load.
     fn loaded_by(&self, other: &Self, forces: &[f64]) -> Self {
         let mut loaded = self.clone();
         for (own, other) in loaded.bearers.iter_mut().zip(&other.bearers) {
@@ -348,7 +351,7 @@ impl Contacts {
             .collect()
     }
 
-    /// Any state of rest, each combination of closed contacts taken near a place.
+    /// Any static state, from combinations of closed contacts near a position.
     fn any_at(&self, place: &[f64]) -> Option<Rest> {
         let tried = self.tried();
         if tried.len() > MOST_TRIED {
@@ -365,8 +368,8 @@ impl Contacts {
             .find(|rest| self.faults(rest).is_empty() && !self.drifts_into_one(rest))
     }
 
-    /// The state of contacts with friction near another one of theirs, these being the same without friction. What is
-    /// last found where there is none, with its faults.
+    /// The static state of contacts with friction near another one; `self` are the same without friction. If there is
+    /// none, the error has the faults of the last state found.
     fn with_friction(&self, rubbing: &Self, from: &Rest) -> Result<Rest, Vec<(usize, f64)>> {
         let mut rest = from.clone();
         let mut faults = Vec::new();
@@ -386,11 +389,11 @@ impl Contacts {
     }
 }
 
-/// The state of rest of contacts with friction, sought from a state on; `smooth` are the same without friction, and
-/// with a flexibility that is symmetric.
+/// The static state of contacts with friction, starting from a state; `smooth` are the same without friction, and
+/// with a symmetric flexibility.
 ///
 /// # Errors
-/// [`Unrest`] where friction is so strong, or the flexibility so far from symmetric, that contacts lock.
+/// [`Unrest`] if friction is so large, or the flexibility so far from symmetric, that contacts lock.
 pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result<Rest, Unrest> {
     let unrest = |faults: Vec<(usize, f64)>, friction: f64| Unrest {
         excess: faults.iter().fold(0.0, |most, fault| fault.1.max(most)),
@@ -430,7 +433,7 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
 mod tests {
     use super::*;
 
-    /// One contact beside twenty that nothing stretches: what is tried is that one alone.
+    /// One contact among twenty that nothing stretches: only that one is tried.
     #[test]
     fn contacts_that_nothing_stretches_are_not_tried() {
         let bearer = |felt: f64| Bearer {

@@ -1,25 +1,25 @@
-//! Where do dry sliders stand, and do they slip?
+//! What are the positions of dry sliders, and do they slip?
 //!
-//! While a slider slips its block keeps the place where the slip began. [`Model::slid_to`] says where the slip has led.
+//! While a slider slips, its block keeps the position at the start of the slip. [`Model::slid_to`] gives its end.
 
 use super::{ActiveSet, Model, Release, Segment, Slider};
 
-/// Round-off of a deflection, in units of the sizes of the terms that it is the sum of.
+/// Round-off of a deflection, relative to the moduli of its terms.
 const ROUND_OFF: f64 = 1e-13;
 
 impl Model {
-    /// Number of modes of the structure alone.
+    /// Number of modes of the structure without sliders.
     pub fn modes_of_structure(&self) -> usize {
         self.blocks.len() - self.sliders.len()
     }
 
-    /// Whether flanks or other contacts that can part are closed, the states of dry sliders not counted.
+    /// Whether flanks or other contacts that can separate are closed; states of dry sliders do not count.
     pub fn touches(&self, active: ActiveSet) -> bool {
         active.iter().any(|contact| !self.is_of_slider(contact))
     }
 
-    /// The closed contacts after a contact has opened or closed: where a slip begins the spring of its slider lets go, and
-    /// where a layer of a film begins, or the flank behind it, the layer before.
+    /// The closed contacts after a contact has opened or closed. At the start of a slip the spring of its slider opens.
+    /// At the start of a layer of a film, or of the flank behind it, the layer before opens.
     pub fn toggled(&self, active: ActiveSet, contact: usize) -> ActiveSet {
         let mut to = active.toggled(contact);
         if to.holds(contact) && self.film_layers > 0 {
@@ -32,14 +32,14 @@ impl Model {
         }
     }
 
-    /// Where the slider stands in a state without its own block \[m\], whose deflection along its line is `deflection`: it
-    /// has slipped up to there.
+    /// The position of a slipping slider \[m\], from the deflection along its line in a state with 0 in its
+    /// block.
     pub fn slid_to(&self, slip: usize, deflection: f64) -> f64 {
         let own = &self.contacts[slip];
         deflection - own.side * own.half_gap
     }
 
-    /// Moves every slider that slips to where its slip has led, at a time \[s\] within a mesh cycle.
+    /// Moves every slipping slider to the end of its slip, at a time \[s\] within a mesh cycle.
     pub fn let_slide(
         &self,
         (active, segments): (ActiveSet, &[Segment]),
@@ -59,7 +59,7 @@ impl Model {
         }
     }
 
-    /// Moves every slider to where its spring has no force, at the start of mesh cycle 0.
+    /// Moves every slider to the position without spring force, at the start of mesh cycle 0.
     pub(super) fn relax_sliders(&self, state: &mut [f64]) {
         let segments = self.segments_at(0, 0.0);
         for slider in &self.sliders {
@@ -68,7 +68,7 @@ impl Model {
         }
     }
 
-    /// Moves sliders whose springs are stretched beyond their limits by as much as that, at the start of a mesh cycle.
+    /// Moves sliders whose springs are stretched beyond their limits by the excess, at the start of a mesh cycle.
     pub(super) fn seat_sliders(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         for slider in &self.sliders {
             let segment = &segments[slider.spring()];
@@ -78,8 +78,8 @@ impl Model {
         }
     }
 
-    /// Which state of a slider a trajectory is in: the place of its closed contact. It slips where its spring is stretched to
-    /// the limit within round-off, and stretches further.
+    /// The state of a slider in a trajectory, as the index of its closed contact. It slips if its spring is stretched
+    /// to the limit within round-off, and is being stretched further.
     pub(super) fn state_of_slider(
         &self,
         slider: Slider,
@@ -122,7 +122,7 @@ mod tests {
     use crate::model::{Model, OperatingPoint, fixtures};
     use crate::structure::{ModalStructure, StructureContact};
 
-    /// A stretch that is short of its limit by the round-off of two large displacements is at its limit.
+    /// A stretch below its limit by the round-off of two large displacements is at its limit.
     #[test]
     fn round_off_of_large_displacements_hides_no_slip() {
         let mut structure = ModalStructure::of_modes(&[1.0; 2], 0.0, &[1.0, 0.0], &[1.0, 0.0]);

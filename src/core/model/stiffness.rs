@@ -5,7 +5,7 @@ use crate::numerics::{
     quadrature::GaussLegendre,
 };
 
-/// Terms of the series of a segment's stiffness.
+/// Number of terms of the series of a segment's stiffness.
 pub const STIFFNESS_TERMS: usize = 8;
 
 /// Mesh stiffness \[N/m\] over a segment: a Legendre series in x ∈ \[−1, 1\], from the
@@ -16,7 +16,7 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// The same stiffness \[N/m\] throughout.
+    /// A constant stiffness \[N/m\].
     pub const fn constant(value: f64) -> Self {
         let mut series = [0.0; STIFFNESS_TERMS];
         series[0] = value;
@@ -33,19 +33,19 @@ impl Stiffness {
         &self.series
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
         &mut self.series
     }
 
-    /// The same course from the segment's end to its start.
+    /// The stiffness reversed from the segment's end to its start.
     pub fn reversed(&self) -> Self {
         Self {
             series: reversed(&self.series),
         }
     }
 
-    /// Its course between two places of the segment, the same where it is constant.
+    /// The stiffness between two positions of the segment; a constant one is unchanged.
     pub fn part(&self, from: f64, to: f64) -> Self {
         if self.is_constant() {
             *self
@@ -56,14 +56,14 @@ impl Stiffness {
         }
     }
 
-    /// So many times as stiff.
+    /// This stiffness times a factor.
     pub fn times(&self, factor: f64) -> Self {
         Self {
             series: self.series.map(|a| factor * a),
         }
     }
 
-    /// Whether it is the same throughout.
+    /// Whether it is constant.
     pub fn is_constant(&self) -> bool {
         self.series[1..].iter().all(|&a| a == 0.0)
     }
@@ -87,7 +87,7 @@ impl Stiffness {
         legendre::derivative(&self.series)
     }
 
-    /// A bound of its values \[N/m\].
+    /// A bound of the modulus of its values \[N/m\].
     pub fn bound(&self) -> f64 {
         self.series.iter().map(|a| a.abs()).sum()
     }
@@ -102,8 +102,8 @@ impl Stiffness {
         places.map(|x| self.at(x)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The stiffness in series with a flexibility c \[m/N\], `k/(1 + c k)`: exact where it is
-    /// constant, else the polynomial through that at the Gauss nodes.
+    /// The stiffness in series with a flexibility c \[m/N\], `k/(1 + c k)`: exact if it is
+    /// constant, otherwise the polynomial through the values at the Gauss nodes.
     pub fn in_series_with(&self, flexibility: f64) -> Self {
         let joined = |k: f64| k / (1.0 + flexibility * k);
         if self.is_constant() || flexibility == 0.0 {
@@ -137,7 +137,7 @@ pub(super) fn reversed(series: &[f64; STIFFNESS_TERMS]) -> [f64; STIFFNESS_TERMS
     std::array::from_fn(|n| if n % 2 == 0 { series[n] } else { -series[n] })
 }
 
-/// The series between two places.
+/// The series between two positions.
 pub(super) fn part(series: &[f64; STIFFNESS_TERMS], from: f64, to: f64) -> [f64; STIFFNESS_TERMS] {
     if [from, to] == [-1.0, 1.0] {
         *series

@@ -14,7 +14,7 @@ use super::{clearance, drive as laws};
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 
-/// The shafts of a structure whose turns are known.
+/// The shafts of a structure with known turns.
 fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
     let of_gear = |name: &str, teeth: u32| (name.to_owned(), [1, teeth]);
     let pinion = std::iter::once(of_gear("pinion", structure.teeth));
@@ -27,28 +27,28 @@ fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
 /// The piecewise-linear system at one operating point.
 ///
 /// Rigid rotations are rotated among themselves so that at most one of them, the relative
-/// rotation, is felt by the mesh; the others are [`Model::neutral`].
+/// rotation, deflects the mesh; the others are [`Model::neutral`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// The structure, one block a mode.
+    /// The structure, one block per mode.
     pub blocks: Vec<Block>,
-    /// How contacts meet the blocks: the distinct directions of all segments.
+    /// Gains between contacts and blocks: the distinct directions of all segments.
     pub directions: Vec<Direction>,
-    /// What deflections are measured along: the distinct lines of all directions. The first
+    /// Lines of deflections: the distinct lines of all directions. The first
     /// contact's is the line of the mesh deflection.
     pub lines: Vec<Line>,
-    /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank; where pairs of
-    /// teeth are springs of their own, further ones of drive and coast flank follow in turn, and so do the layers of a film
+    /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank. If pairs of
+    /// teeth are separate springs, further ones of drive and coast flank follow alternately. So do the layers of a film
     /// of oil, the outermost first.
     pub contacts: Vec<Contact>,
-    /// How many of them are of the flanks: springs, then layers of the film.
+    /// Number of contacts of the flanks: springs, then layers of the film.
     pub flank_springs: usize,
-    /// Layers of the film of oil on each flank.
+    /// Number of layers of the film of oil on each flank.
     pub film_layers: usize,
-    /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
+    /// Blocks that do not deflect the mesh and do not decay (rigid rotation of the
     /// whole drive).
     pub neutral: Vec<usize>,
-    /// Load, as a fraction of the rated one: the constant inputs of the blocks are so much of
+    /// Load, as a fraction of the rated one: the constant inputs of the blocks are this part of
     /// `rated_input`.
     pub load: f64,
     /// Constant inputs of the blocks under rated load.
@@ -57,21 +57,21 @@ pub struct Model {
     pub half_gap: f64,
     /// Harmonics of the torques, then those of other loads.
     pub ripple: Vec<Ripple>,
-    /// What the bearings feel: forces per unit of the blocks' components.
+    /// Forces on the bearings, per unit of the blocks' components.
     pub bearings: Vec<BearingOutput>,
-    /// From the structure's modes to the blocks.
+    /// Transformation between the structure's modes and the blocks.
     pub basis: Basis,
-    /// How the gears roll on each other; none where no drawing says.
+    /// Rolling of the gears; `None` without a drawing.
     pub rolling: Option<Rolling>,
-    /// Torques and accelerations at places of the structure.
+    /// Torques, accelerations and rotations at points of the structure.
     pub outputs: Vec<Output>,
-    /// Mass m_e that meets in an impact of the flanks, along the line of action \[kg\]:
-    /// `1/m_e = Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one.
+    /// Mass m_e in an impact of the flanks, along the line of action \[kg\]:
+    /// `1/m_e = Σ mesh²` over the rigid modes, or over all modes if no rigid one deflects the mesh.
     pub effective_mass: f64,
     /// Its meshes, the first one first.
     pub meshes: Vec<NamedMesh>,
-    /// Names of shafts that turn at different speeds, each with its turns, `[p, q]`: p in q mesh cycles; pinion and wheel
-    /// first, where their teeth are known.
+    /// Names of shafts with different speeds, each with its turns, `[p, q]`: p in q mesh cycles; pinion and wheel
+    /// first, if their teeth are known.
     pub shafts: Vec<(String, [u32; 2])>,
     /// Dry sliders in series with springs.
     pub sliders: Vec<Slider>,
@@ -82,11 +82,11 @@ pub struct Model {
 impl Model {
     /// Builds the system of a structure and a drive at an operating point.
     ///
-    /// Stiffness is put in series with the structure's residual flexibility, `k/(1 + c_res k)`; springs side by
-    /// side share it.
+    /// Stiffness is in series with the structure's residual flexibility, `k/(1 + c_res k)`; parallel springs
+    /// share it.
     ///
     /// # Errors
-    /// Modes coupled without remedy, ripple on a shaft the structure does not know, springs on several lines
+    /// Modes that cannot be decoupled, ripple on an unknown shaft, springs on several lines
     /// that would share a residual flexibility, contacts that friction locks, or a value out of its range.
     pub fn new(
         structure: &ModalStructure,
@@ -99,7 +99,7 @@ impl Model {
         let before_sliders = 2 * (1 + drive.further.len() + film_layers);
         let sliders = Slider::of_structure(structure, before_sliders);
         let basis = basis.with_sliders(sliders.len());
-        // A slider rests unless it slips.
+        // A slider does not move unless it slips.
         generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
         let rated: Vec<f64> = (basis.turn(&structure.torque).iter())
             .map(|t| t * structure.rated_force)
@@ -185,8 +185,8 @@ impl Model {
         2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
-    /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each block;
-    /// the rotation of the whole drive is left out.
+    /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each
+    /// block, without the rotation of the whole drive.
     pub fn seen_by_modes(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let mut gains = self.basis.output(&self.basis.turn(participation));
         for &block in &self.neutral {
@@ -195,7 +195,7 @@ impl Model {
         gains
     }
 
-    /// Number of blocks N: the modes, and the places of dry sliders behind them.
+    /// Number of blocks N: the modes, then the positions of dry sliders.
     pub fn modes(&self) -> usize {
         self.blocks.len()
     }
@@ -210,12 +210,12 @@ impl Model {
         &self.contacts[0].cycles[0]
     }
 
-    /// Mesh cycles after which all contacts are as they were: their base period.
+    /// Mesh cycles after which all contacts repeat: their base period.
     pub fn base_cycles(&self) -> usize {
         base_cycles(&self.contacts)
     }
 
-    /// Whether a contact is of the two flanks of the gear pair: a spring, or a layer of the film.
+    /// Whether a contact belongs to the two flanks of the gear pair: a spring, or a layer of the film.
     pub fn of_mesh(&self, contact: usize) -> bool {
         contact < self.flank_springs
     }
@@ -225,17 +225,17 @@ impl Model {
         self.lines.iter().flat_map(|line| &line.transmission_error)
     }
 
-    /// How the mesh meets each block on a segment.
+    /// Gains between the mesh and each block on a segment.
     pub fn gains(&self, segment: &Segment) -> &[MeshGain] {
         &self.directions[segment.direction].gains
     }
 
-    /// The line of a segment's direction, by its place among [`Self::lines`].
+    /// The line of a segment's direction, as an index into [`Self::lines`].
     pub fn line(&self, segment: &Segment) -> usize {
         self.directions[segment.direction].line
     }
 
-    /// How the mesh meets each block at the start of the mesh cycle.
+    /// Gains between the mesh and each block at the start of the mesh cycle.
     pub fn first_gains(&self) -> &[MeshGain] {
         self.gains(&self.first_cycle().segments[0])
     }
@@ -246,8 +246,8 @@ impl Model {
         self.deflection_on(self.first_cycle().segment_at(time), 0, state, time)
     }
 
-    /// Deflection and rate along the line of a contact's segment in mesh cycle `cycle`: at its end
-    /// too.
+    /// Deflection and rate along the line of a contact's segment in mesh cycle `cycle`, its end
+    /// included.
     pub fn deflection_on(
         &self,
         segment: &Segment,
@@ -270,7 +270,7 @@ impl Model {
         (deflection, rate)
     }
 
-    /// Which contacts a state closes at a time \[s\] within mesh cycle `cycle`, every contact being
+    /// The contacts that a state closes at a time \[s\] within mesh cycle `cycle`, with every contact
     /// on its segment.
     pub fn active_set(
         &self,
@@ -295,8 +295,8 @@ impl Model {
         active
     }
 
-    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, every
-    /// contact being on its segment and the `active` ones closed.
+    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, with every
+    /// contact on its segment and the `active` ones closed.
     pub fn derivative(
         &self,
         segments: &[Segment],
@@ -333,13 +333,13 @@ impl Model {
         self.hold(active, (cycle, time), out);
     }
 
-    /// The rigid relative rotation: the turned rigid mode that the mesh feels.
+    /// The rigid relative rotation: the rotated rigid mode that deflects the mesh.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
     }
 }
 
-/// `Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one \[1/kg\].
+/// `Σ mesh²` over the rigid modes, or over all modes if no rigid one deflects the mesh \[1/kg\].
 fn inverse_mass(structure: &ModalStructure) -> f64 {
     let sum = |rigid_only: bool| -> f64 {
         (structure.mesh.iter().zip(&structure.frequency))
@@ -351,7 +351,7 @@ fn inverse_mass(structure: &ModalStructure) -> f64 {
     if of_rigid > 0.0 { of_rigid } else { sum(false) }
 }
 
-/// Refuses an operating point or a drive with a value out of its range.
+/// Rejects an operating point or a drive with a value out of its range.
 fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> {
     positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
     positive("load", point.load, true, "finite")?;
@@ -387,7 +387,7 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
     Ok(())
 }
 
-/// Mean loads of the turned modes: their part of the rated ones, and what the speed adds.
+/// Mean loads of the rotated modes: their part of the rated ones, and the contribution of the speed.
 fn mean_load(
     structure: &ModalStructure,
     basis: &Basis,
@@ -395,7 +395,7 @@ fn mean_load(
     point: OperatingPoint,
 ) -> Vec<f64> {
     let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
-    // The mean drag comes on top of what is in proportion to the load.
+    // The mean drag is added to the part proportional to the load.
     let speed = point.speed;
     for (factor, column) in [
         (1.0, &structure.constant_load),
@@ -409,7 +409,7 @@ fn mean_load(
     load
 }
 
-/// Turned modal values, of which there may be none.
+/// Rotated modal values; an empty list stays empty.
 fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
     if values.is_empty() { Vec::new() } else { basis.turn(values) }
 }

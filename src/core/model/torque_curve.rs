@@ -3,22 +3,23 @@
 use super::{DriveShaft, TorqueRipple};
 use num_complex::Complex64;
 
-/// A torque over the angle of a shaft: straight lines through points, over and over again.
+/// A torque over the angle of a shaft: linear between points, and periodic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TorqueCurve {
     /// The shaft.
     pub shaft: DriveShaft,
     /// Angles \[rad\], increasing over less than `period`, each with its torque \[N m\].
     pub points: Vec<[f64; 2]>,
-    /// Angle after which the torque comes again \[rad\].
+    /// Angle after which the torque repeats \[rad\].
     pub period: f64,
 }
 
 impl TorqueCurve {
-    /// The first harmonics, without the mean, and without those that are zero but for rounding.
+    /// The first harmonics, without the mean, and without those that are zero up to rounding.
     ///
-    /// The second derivative of straight lines is a sum of pulses `m_j`, the changes of slope at angles `a_j`. So the
-    /// coefficients are `c_n = −Σ m_j e^{−i ω a_j} / (P ω²)` with `ω = 2π n / P`, and the amplitudes `2 |c_n|`.
+    /// The second derivative of a piecewise linear curve is a sum of pulses `m_j`, the changes of slope at angles
+    /// `a_j`. So the coefficients are `c_n = −Σ m_j e^{−i ω a_j} / (P ω²)` with `ω = 2π n / P`, and the amplitudes
+    /// `2 |c_n|`.
     pub fn harmonics(&self, count: u32) -> Vec<TorqueRipple> {
         let points = &self.points;
         let slope = |k: usize| {
@@ -85,7 +86,7 @@ mod tests {
         }
     }
 
-    /// A cosine that is sampled finely has one harmonic, with its phase; the rest falls with the square of the step.
+    /// A finely sampled cosine has one harmonic, with its phase; the others fall with the square of the step.
     #[test]
     fn harmonics_of_a_sampled_wave_are_of_second_order() {
         let off = |count: u32| {

@@ -1,16 +1,17 @@
-//! Which displacements does nothing feel?
+//! Which displacements deflect no contact and cause no force?
 
 use super::Model;
 
-/// A component this small, relative to the largest, is round-off.
+/// A component below this part of the largest is round-off.
 const UNFELT: f64 = 1e-12;
 
-/// Part of the fastest that a displacement could move, below which it rests.
+/// A displacement is at rest if its motion is below this part of the fastest possible one.
 const AT_REST: f64 = 1e-9;
 
 impl Model {
-    /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
-    /// pair: under drag, the rotation of the whole drive. Dry sliders may go along: what only they hold has no place of its own.
+    /// Displacements, in states, that deflect no contact and cause no force, except the neutral pair: under drag, the
+    /// rotation of the whole drive. Dry sliders may move with them: a body that only sliders restrain has no fixed
+    /// position.
     pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
         let n = self.modes();
         let felt = |contact: usize| {
@@ -53,7 +54,7 @@ impl Model {
             .collect()
     }
 
-    /// Whether no block moves in a state that no force acts on, but for round-off.
+    /// Whether no block moves, up to round-off, in a state without forces.
     pub(super) fn is_at_rest(&self, state: &[f64]) -> bool {
         let n = self.modes();
         let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -1,15 +1,15 @@
-//! What searches for roots do to series, left to whoever knows the machine's vectors.
+//! Operations on series in searches for roots, behind a trait for implementations with the machine's vectors.
 
 use super::legendre::{self, SAMPLES, Transforms};
 
-/// What bounds a series on \[−1, 1\].
+/// Bounds of a series on \[−1, 1\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Value at −1.
     pub start: f64,
     /// Value at +1.
     pub end: f64,
-    /// `Σ_{n≥1} |a[n]|`: the most by which the series can leave `a[0]`.
+    /// `Σ_{n≥1} |a[n]|`: upper bound of the distance of the series from `a[0]`.
     pub variation: f64,
 }
 
@@ -21,7 +21,7 @@ pub trait Arithmetic<const P: usize> {
     /// The derivative by x.
     fn derivative(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; P];
 
-    /// The quotient by 1 + x, the value at x = −1 being taken as zero.
+    /// The quotient by 1 + x, with the value at x = −1 taken as zero.
     fn quotient(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; P];
 
     /// The series on the left (`side = 0`) or right (1) half of the interval.

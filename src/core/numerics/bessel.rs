@@ -4,28 +4,28 @@
 //! j_{n−1} = (2n+1)/x j_n − j_{n+1},    j₀ = sin x / x,    j₁ = sin x / x² − cos x / x
 //! ```
 //!
-//! (Abramowitz & Stegun 10.1.19). Upwards the recurrence is stable while n < x; downwards, from
-//! an order at which j_n is nothing and to a scale that j₀ and j₁ give, it is stable for any
-//! n (Miller). Where x is small its terms would overflow, and `j_n = xⁿ/(2n+1)!! c_n` is used
+//! (Abramowitz & Stegun 10.1.19). The upward recurrence is stable for n < x. The downward one is
+//! stable for any n (Miller): it starts at an order with negligible j_n, and j₀ and j₁ give the scale.
+//! For small x its terms would overflow. There `j_n = xⁿ/(2n+1)!! c_n` is used
 //! with the backward recurrence for c_n of [`super::exponential`].
 
-/// Orders: n < `ORDERS`, as many as a window's series has terms.
+/// Orders: n < `ORDERS`, the number of terms of a window's series.
 pub const ORDERS: usize = 24;
 
-/// Arguments worked on at a time.
+/// Number of arguments processed together.
 pub const LANES: usize = 16;
 
-/// One number a lane.
+/// One number per lane.
 pub type Lanes = [f64; LANES];
 
-/// Arguments up to which c_n is used.
+/// Largest argument for which c_n is used.
 const SMALL: f64 = 5.0;
 
-/// Terms of the power series of the highest two c_n that are enough for x ≤ [`SMALL`].
+/// Sufficient number of terms of the power series of the two highest c_n for x ≤ [`SMALL`].
 const SERIES_TERMS: usize = 12;
 
 /// Writes `j_n(x)`, n < 24, for arguments 0 < x given with their sines and cosines. The
-/// lanes are equal, or neighbouring multiples of one number that is at most π.
+/// lanes are equal, or neighbouring multiples of one number of at most π.
 #[inline(always)]
 pub fn spherical_bessel(x: &Lanes, sin: &Lanes, cos: &Lanes, out: &mut [Lanes; ORDERS]) {
     let (smallest, largest) = (x[0].min(x[LANES - 1]), x[0].max(x[LANES - 1]));
@@ -67,11 +67,11 @@ fn upwards(x: &Lanes, sin: &Lanes, cos: &Lanes, out: &mut [Lanes; ORDERS]) {
 
 #[inline(always)]
 fn downwards(x: &Lanes, largest: f64, sin: &Lanes, cos: &Lanes, out: &mut [Lanes; ORDERS]) {
-    // From here on up j_n is below 1e-18 of what it is at n < 24.
+    // From this order on j_n is below 1e-18 of its value at n < 24.
     let start = 22 + (1.1 * largest).ceil() as usize;
     let inverse = x.map(|x| 1.0 / x);
     let mut above = [0.0; LANES];
-    // So small, and no smaller, that neither what grows from it nor its square leaves the range.
+    // Small enough that results stay in range, and large enough that their squares do.
     let mut now = [1e-100; LANES];
     for n in (1..=start).rev() {
         if n < ORDERS {
@@ -86,7 +86,7 @@ fn downwards(x: &Lanes, largest: f64, sin: &Lanes, cos: &Lanes, out: &mut [Lanes
         now = below;
     }
     out[0] = now;
-    // Both are never small at once.
+    // Both are never small at the same time.
     let exact = lowest(x, sin, cos);
     let mut scale = [0.0; LANES];
     for i in 0..LANES {
@@ -176,7 +176,7 @@ mod tests {
         ] {
             let (x, out) = of_multiples(step, first);
             for n in 0..ORDERS {
-                // Beyond, the integral loses digits that the recurrence does not.
+                // Beyond this range the integral loses digits, but the recurrence does not.
                 for i in (0..LANES).filter(|&i| n < 12 || x[i] < 12.0) {
                     let exact = by_integral(n, x[i]);
                     let error = (out[n][i] - exact).abs();
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    /// `j_n y_{n−1} − j_{n−1} y_n = 1/x²` (A&S 10.1.31), y from the recurrence upwards, which is
+    /// `j_n y_{n−1} − j_{n−1} y_n = 1/x²` (A&S 10.1.31), with y from the upward recurrence, which is
     /// stable for it.
     #[test]
     fn cross_products_are_one_over_the_square() {

@@ -17,10 +17,10 @@ use std::f64::consts::TAU;
 /// Length of the shortest series that has a [`frequency`].
 pub const FEWEST_VALUES: usize = 64;
 
-/// Most steps of the refinement of a frequency. Newton's method takes about five.
+/// Largest number of steps of the refinement of a frequency. Newton's method takes about five.
 const MOST_STEPS: usize = 60;
 
-/// Weights of a record of so many values; their sum is 1.
+/// Weights of a record of `length` values; their sum is 1.
 fn weights(length: usize) -> Vec<f64> {
     let mut weights: Vec<f64> = (0..length)
         .map(|i| {
@@ -49,7 +49,7 @@ pub fn mean(values: &[f64]) -> f64 {
 /// neighbourhood of the maximum, and Newton's method on `d|S|²/df` the frequency. On a
 /// quasi-periodic series the result is exact nearly to round-off.
 ///
-/// `None` where the series is shorter than [`FEWEST_VALUES`], constant to round-off, or holds a
+/// `None` if the series is shorter than [`FEWEST_VALUES`], constant to round-off, or contains a
 /// value that is not finite.
 pub fn frequency(values: &[f64]) -> Option<f64> {
     let finite = values.iter().all(|x| x.is_finite());
@@ -68,8 +68,8 @@ pub fn frequency(values: &[f64]) -> Option<f64> {
     (folded > 0.0).then_some(folded)
 }
 
-/// Frequency of the largest Fourier coefficient above 0, and the distance of coefficients. Zeros
-/// behind the series halve that distance, so that the maximum lies between the neighbours.
+/// Frequency of the largest Fourier coefficient above 0, and the distance of coefficients. Zero
+/// padding halves that distance, so the maximum lies between the neighbours.
 fn coarse_peak(weighted: &[f64]) -> Option<(f64, f64)> {
     let length = 2 * weighted.len().next_power_of_two();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
@@ -84,7 +84,7 @@ fn coarse_peak(weighted: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// The maximum of |S| within one `step` of `start`: Newton's method on the slope of |S|², with
-/// bisection where it leaves the bracket.
+/// bisection if a step leaves the bracket.
 fn refine(weighted: &[f64], start: f64, step: f64) -> f64 {
     let (mut low, mut high) = (start - step, start + step);
     let mut at = start;
@@ -140,8 +140,8 @@ mod tests {
 
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-    /// Largest error of a mean over starts of a motion with two incommensurate frequencies, whose
-    /// mean is the Bessel value I₀(1) and more lines than can be counted.
+    /// Largest error of a mean over starts of a motion with two incommensurate frequencies and infinitely many
+    /// lines, whose mean is the Bessel value I₀(1).
     fn error(length: usize, average: fn(&[f64]) -> f64) -> f64 {
         let starts = (0..20).map(|start| {
             let values: Vec<f64> = (0..length)
@@ -169,7 +169,7 @@ mod tests {
             "{orders:?}"
         );
         assert!(errors[0] / errors[3] > 8f64.powi(7), "{errors:?}");
-        // 1e-9 here, where the plain mean is off by 0.01.
+        // 1e-9 here; the plain mean has an error of 0.01.
         assert!(errors[3] < 2e-9 && plain[1] > 5e-3, "{errors:?} {plain:?}");
     }
 

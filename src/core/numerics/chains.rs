@@ -7,13 +7,13 @@
 
 use super::statistics::{is_constant, mean};
 
-/// Fewest values of a half.
+/// Smallest number of values of a half.
 const FEWEST_VALUES: usize = 4;
 
-/// Halves of chains of n values each.
+/// Halves of chains with n values each.
 struct Halves<'a> {
     halves: Vec<&'a [f64]>,
-    /// Values of each half.
+    /// Number of values of each half.
     length: f64,
     means: Vec<f64>,
     /// W, the mean variance within a half.
@@ -53,10 +53,10 @@ fn variance(values: &[f64]) -> f64 {
 }
 
 /// Split R̂: `√((B/W + n − 1)/n)` over halves of n values, with the variance B/n of their means
-/// and their mean variance W. It is near 1 where all halves sample the same motion. ArviZ gives
-/// the same as `rhat(method="split")`, but asks for two chains.
+/// and their mean variance W. It is near 1 if all halves sample the same motion. ArviZ gives
+/// the same as `rhat(method="split")`, but requires two chains.
 ///
-/// `None` where a half has fewer than 4 values, all halves are constant, or a value is not finite.
+/// `None` if a half has fewer than 4 values, all halves are constant, or a value is not finite.
 pub fn rhat(chains: &[&[f64]]) -> Option<f64> {
     let found = Halves::new(chains)?;
     let n = found.length;
@@ -73,7 +73,7 @@ pub fn rhat(chains: &[&[f64]]) -> Option<f64> {
 ///
 /// The work is one pass over the values for each lag until the sequence ends.
 ///
-/// `None` where a half has fewer than 4 values, all halves are constant, or a value is not finite.
+/// `None` if a half has fewer than 4 values, all halves are constant, or a value is not finite.
 pub fn ess(chains: &[&[f64]]) -> Option<f64> {
     let found = Halves::new(chains)?;
     let n = found.length;
@@ -94,7 +94,7 @@ pub fn ess(chains: &[&[f64]]) -> Option<f64> {
 }
 
 /// Correlations by lag until a pair of neighbours has a negative sum (Geyer's initial positive
-/// sequence). Of the last pair only the first counts, and only where it is positive or where the
+/// sequence). Of the last pair only the first counts, if it is positive or the
 /// series ended first.
 fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f64> {
     let mut found = vec![1.0, correlation(1)];
@@ -141,7 +141,7 @@ fn autocovariance(centred: &[Vec<f64>], lag: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// `x ← a x + u − 1/2` with Knuth's generator of u in [0, 1), to every value the offset.
+    /// `x ← a x + u − 1/2` with Knuth's generator of u in [0, 1); adds the offset to every value.
     fn series(seed: u64, length: usize, a: f64, offset: f64) -> Vec<f64> {
         let (mut state, mut x) = (seed, 0.0);
         let mut next = || {
@@ -166,7 +166,7 @@ mod tests {
 
     /// Chains, values of each, a, distance of offsets; `arviz.rhat(x, method="split")` and
     /// `arviz.ess(x, method="mean")` of ArviZ 0.23.4. For the single chain, R̂ is
-    /// `arviz.stats.diagnostics._rhat(_split_chains(x))`, as the public function asks for two.
+    /// `arviz.stats.diagnostics._rhat(_split_chains(x))`, as the public function requires two.
     #[rustfmt::skip]
     const ARVIZ: [(usize, usize, f64, f64, f64, f64); 11] = [
         (4, 1000, 0.9, 0.0, 1.0082785264532859, 211.7458491125953),

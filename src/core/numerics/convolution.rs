@@ -6,9 +6,9 @@
 //! ∫₀ᵗ P_k(ξ(t−s)) P_m(ξ(s)) ds = Δ Σ_n C[k][m][n] P_n(ξ(t)),      ξ(t) = 2t/Δ − 1
 //! ```
 //!
-//! The numbers C are universal; they are computed once by Gauss rules that are exact for
-//! these polynomials (degree k+m+1 in t). A Volterra operator is then a fixed combination
-//! of P × P matrices, whatever the drive.
+//! The numbers C are universal. They are computed once by Gauss rules that are exact for
+//! these polynomials (degree k+m+1 in t). A Volterra operator of any drive is then a fixed combination
+//! of P × P matrices.
 
 use super::legendre::polynomials;
 use super::quadrature::GaussLegendre;
@@ -59,7 +59,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
         Self { table }
     }
 
-    /// Output terms that kernel term k makes of input term m; all others are zero.
+    /// Output terms of kernel term k with input term m; all others are zero.
     fn orders(k: usize, m: usize) -> std::ops::Range<usize> {
         let last = P.min(k + m + 2);
         k.abs_diff(m).saturating_sub(1).min(last)..last
@@ -83,7 +83,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
         out
     }
 
-    /// For an input series, the output coefficients that each of the first `terms` kernel terms gives on a window
+    /// For an input series, the output coefficients of each of the first `terms` kernel terms on a window
     /// of length Δ: `[k][n]`.
     pub fn responses(&self, input: &[f64], delta: f64, terms: usize) -> Vec<[f64; P]> {
         let mut scales = [0.0; P];
@@ -96,10 +96,10 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     }
 }
 
-/// Coefficients smaller than the largest by this factor are below round-off: a sixteenth of it.
+/// Coefficients below this part of the largest are below round-off: a sixteenth of it.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
-/// How many terms of a series matter: those that follow are negligible.
+/// Number of terms of a series before all the rest are negligible.
 pub fn significant(series: &[f64]) -> usize {
     let largest = series.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
     let matters = |a: &f64| a.abs() > NEGLIGIBLE * largest;
@@ -120,7 +120,7 @@ pub fn product<const P: usize>(a: &[[f64; P]; P], b: &[[f64; P]; P]) -> [[f64; P
     out
 }
 
-/// Adds the response of a kernel to an input, of which [`Convolution::responses`] are known.
+/// Adds the response of a kernel to an input whose [`Convolution::responses`] are known.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 pub fn add_response<const P: usize>(kernel: &[f64], responses: &[[f64; P]], out: &mut [f64; P]) {
     for (scale, response) in kernel.iter().zip(responses) {
@@ -130,7 +130,7 @@ pub fn add_response<const P: usize>(kernel: &[f64], responses: &[[f64; P]], out:
     }
 }
 
-/// Adds the columns of every plane, each times its scale.
+/// Adds the columns of every plane, times its scale.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 fn respond<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]], out: &mut [[f64; P]]) {
     for (row, plane) in out.iter_mut().zip(planes) {
@@ -142,7 +142,7 @@ fn respond<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]], out: &mut [
     }
 }
 
-/// The sum of planes, each times its scale. Zeros of the planes are added too: whole columns are faster than their parts.
+/// The sum of planes, each times its scale. Zeros of the planes are added too, as whole columns are faster than parts.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 fn combined<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]]) -> [[f64; P]; P] {
     let mut out = [[0.0; P]; P];

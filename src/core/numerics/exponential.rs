@@ -11,7 +11,7 @@
 //! backward recurrence `c_{n−1} = c_n + z² c_{n+1}/((2n+1)(2n+3))`, which needs no division,
 //! cannot overflow and is exact at z = 0.
 //!
-//! A rigid rotation (λ = 0) needs 1 and t. It is carried as `λ = iν` with a ν so small that
+//! A rigid rotation (λ = 0) needs 1 and t. It is represented by `λ = iν` with a ν so small that
 //! cos νt = 1 and sin νt/ν = t to round-off: [`RIGID_PHASE`].
 
 use super::legendre;
@@ -51,15 +51,15 @@ pub fn legendre_series(lambda: Complex64, tau: f64, out: &mut [Complex64]) -> Co
     (2.0 * z).exp()
 }
 
-/// Nodes at which the exponentials of a real pair are taken.
+/// Nodes for the exponentials of a real pair.
 const NODES: usize = 64;
 
 /// Legendre coefficients on \[0, τ\] of `e^{μt} cosh σt` and `e^{μt} sinh(σt)/σ`, the real and
 /// imaginary parts of `out`; returns their values at τ. `(|μ| + σ) τ/2` must not exceed
 /// [`LARGEST_HALF_ARGUMENT`].
 ///
-/// Two exponentials nearly as fast as one another would leave their difference little accuracy as
-/// series; the coefficients are projected from values instead, by a Gauss rule far finer than the
+/// The difference of two nearly equal exponentials would be inaccurate as a difference of
+/// series. The coefficients are projected from values instead, by a Gauss rule far finer than the
 /// functions.
 pub fn real_pair_series(mu: f64, sigma: f64, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
     static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
@@ -94,7 +94,7 @@ fn sinh_ratio(x: f64) -> f64 {
     })
 }
 
-/// Terms of the power series of `c_n` that are enough for |z| ≤ 5: fewer the higher n.
+/// Sufficient number of terms of the power series of `c_n` for |z| ≤ 5: fewer for higher n.
 fn bessel_terms(n: usize) -> usize {
     match n {
         0..=11 => 20,
@@ -151,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Whether its two exponentials lie close together or far apart.
+    /// Both for close and for distant exponentials.
     #[test]
     fn a_real_pair_is_hyperbolic() {
         for (mu, sigma, tau) in [

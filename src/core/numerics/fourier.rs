@@ -6,29 +6,29 @@
 //! ∫ Σ a_n P_n e^{−imωt} dt = τ e^{−imθ} Σ (−i)ⁿ a_n j_n(m κ)       (A&S 10.1.14)
 //! ```
 //!
-//! The work for each multiple is the same, however fast it turns.
+//! The work per multiple is independent of its frequency.
 
 use super::bessel::{LANES, Lanes, ORDERS, spherical_bessel};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
 
-/// Sixteens of multiples after which turns are taken from sine and cosine again: what one
-/// multiplication loses of them adds up.
+/// Number of groups of sixteen multiples after which rotations are computed from sine and cosine again, as
+/// the errors of multiplications accumulate.
 const MOST_TURNED: usize = 8;
 
-/// A window, as the slowest of the frequencies sees it.
+/// A window relative to the slowest of the frequencies.
 #[derive(Debug, Clone, Copy)]
 pub struct Stretch {
     /// Length τ \[s\].
     pub duration: f64,
-    /// κ, half the turn over the window, at most π \[rad\].
+    /// κ, half the phase change over the window, at most π \[rad\].
     pub half_turn: f64,
     /// θ, the phase at its middle \[rad\].
     pub phase: f64,
 }
 
 /// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the slowest
-/// frequency. The same on every instruction set: nothing is fused.
+/// frequency. The result is the same on every instruction set, as no operations are fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex64>]) {
     let count = sums.iter().map(Vec::len).max().unwrap_or(0);
@@ -66,12 +66,12 @@ fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
     [re, im]
 }
 
-/// Cosines and sines of the multiples of an angle, sixteen after sixteen.
+/// Cosines and sines of the multiples of an angle, in groups of sixteen.
 struct Turning {
     angle: f64,
-    /// Of the multiples 1 … 16.
+    /// Those of the multiples 1 … 16.
     low: [Lanes; 2],
-    /// Sixteens given.
+    /// Number of groups already returned.
     given: usize,
     now: [Lanes; 2],
 }
@@ -114,7 +114,7 @@ impl Turning {
     }
 }
 
-/// Hann's window of so many places, its mean ½.
+/// Hann's window with `places` values, with mean ½.
 pub fn hann(places: usize) -> Vec<f64> {
     let weight = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / places as f64).cos();
     (0..places).map(weight).collect()
@@ -126,7 +126,7 @@ mod tests {
     use crate::numerics::legendre::evaluate;
     use crate::numerics::quadrature::GaussLegendre;
 
-    /// A thousand multiples of turns from next to nothing to a whole cycle, against a Gauss rule
+    /// A thousand multiples of rotations from nearly zero to a whole cycle, compared with a Gauss rule
     /// with enough nodes for the fastest.
     #[test]
     fn all_multiples_agree_with_quadrature() {
@@ -150,7 +150,7 @@ mod tests {
                         exact += value * Complex64::cis(-turn);
                     }
                     let error = (sums[s][m - 1] - exact).norm();
-                    // The phases themselves are known to so much of their turns.
+                    // Uncertainty of the phases, in proportion to their size.
                     let unsure = 8e-16 * m as f64 * stretch.phase / (1.0 + m as f64 * half_turn);
                     let bound = 2e-14 + unsure;
                     assert!(

@@ -1,20 +1,20 @@
-//! Which instructions results are computed with: those of this processor, or only such as every
-//! processor has, so that equal jobs have equal bits everywhere.
+//! Which instructions does this process use: all those of its processor, or only those that every
+//! processor has, so that equal jobs give equal bits everywhere?
 //!
-//! A fused multiply-add rounds once where a product and a sum round twice, and wider vectors add
-//! in another order. Who has a choice of such loops asks here. It is a choice of the process: the
-//! mathematical library of the system chooses for a process, too.
+//! A fused multiply-add rounds once, a product and a sum round twice. Wider vectors add
+//! in another order. Code with several such loops asks here. The choice applies to the process, as
+//! that of the system's mathematical library does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static PORTABLE: AtomicBool = AtomicBool::new(false);
 
-/// From now on this process computes as every processor can.
+/// From now on this process uses only instructions of every processor.
 pub fn keep_portable() {
     PORTABLE.store(true, Ordering::Relaxed);
 }
 
-/// Whether this process computes as every processor can.
+/// Whether this process uses only instructions of every processor.
 #[inline]
 pub fn portable() -> bool {
     PORTABLE.load(Ordering::Relaxed)

@@ -1,7 +1,7 @@
 //! Legendre series on a window: evaluation, derivative, restriction, bounds, division.
 //!
-//! A series `Σ a[n] P_n(x)` lives on x ∈ \[−1, 1\]; a window of length Δ has `x = 2t/Δ − 1`.
-//! `|P_n| ≤ 1` makes `Σ|a[n]|` a bound, which is what event certificates are made of.
+//! A series `Σ a[n] P_n(x)` is defined on x ∈ \[−1, 1\]; a window of length Δ has `x = 2t/Δ − 1`.
+//! As `|P_n| ≤ 1`, `Σ|a[n]|` is a bound, the basis of certificates of events.
 
 use super::quadrature::GaussLegendre;
 use std::sync::OnceLock;
@@ -19,7 +19,7 @@ pub fn evaluate(series: &[f64], x: f64) -> f64 {
 }
 
 /// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`: divisions would take
-/// longer than all the rest.
+/// longer than the rest.
 const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
     let mut factors = [[0.0; 2]; P];
     let mut n = 0;
@@ -31,7 +31,7 @@ const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
     factors
 }
 
-/// `a b + c`, fused where the processor is known to do so.
+/// `a b + c`, fused if the processor is known to support it.
 #[inline(always)]
 fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
@@ -48,7 +48,7 @@ pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
     for n in (0..P).rev() {
         let [up, down] = factors[n];
         let step = up * x;
-        // What is known early is added first: the chain of waiting stays short.
+        // Terms that are available early are added first, which shortens the dependency chain.
         let early = [
             multiply_add::<FUSED>(-down, b_next[0], series[n]),
             multiply_add::<FUSED>(-down, b_next[1], up * b[0]),
@@ -83,7 +83,7 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 #[inline(always)]
 pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut out = [0.0; P];
-    // The sums of even and odd terms change places: a choice between them would wait for every addition.
+    // The sums of even and odd terms are swapped: a selection between them would wait for every addition.
     let (mut sum, mut other) = (0.0, 0.0);
     for n in (0..P - 1).rev() {
         sum += series[n + 1];
@@ -107,7 +107,7 @@ pub fn at_end(series: &[f64]) -> f64 {
     even + odd
 }
 
-/// Sums of the even and of the odd coefficients, each in two: one sum would wait for every
+/// Sums of the even and of the odd coefficients, each as two sums: a single one would wait for every
 /// addition.
 #[inline(always)]
 fn parts(series: &[f64]) -> [f64; 2] {
@@ -120,10 +120,10 @@ fn parts(series: &[f64]) -> [f64; 2] {
     [sums[0] + sums[2], sums[1] + sums[3]]
 }
 
-/// `Σ_{n≥1} |a[n]|`: the most by which the series can leave `a[0]`.
+/// `Σ_{n≥1} |a[n]|`: upper bound of the distance of the series from `a[0]`.
 #[inline(always)]
 pub fn variation(series: &[f64]) -> f64 {
-    // Four sums in flight: one would wait for every addition.
+    // Four partial sums: a single one would wait for every addition.
     let mut sums = [0.0; 4];
     for group in series[1..].chunks(4) {
         for (sum, a) in sums.iter_mut().zip(group) {
@@ -133,9 +133,9 @@ pub fn variation(series: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
-/// The quotient `q` of `series / (1 + x)`, the value at x = −1 being taken as zero.
+/// The quotient `q` of `series / (1 + x)`, with the value at x = −1 taken as zero.
 ///
-/// Used to remove a root known to lie at a window's start. Backward recurrence of
+/// It removes a root at a window's start. Backward recurrence of
 /// `(1 + x) q = g` with `x P_n = ((n+1) P_{n+1} + n P_{n−1})/(2n+1)`.
 #[inline(always)]
 pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
@@ -144,7 +144,7 @@ pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut next = 0.0;
     for n in (1..P).rev() {
         let [of_series, of_next] = factors[n];
-        // What is known early is added first: the chain of waiting stays short.
+        // Terms that are available early are added first, which shortens the dependency chain.
         let early = of_series * series[n] - of_next * next;
         q[n - 1] = early - of_series * q[n];
         next = q[n];
@@ -185,17 +185,17 @@ pub struct Transforms<const P: usize> {
     values: Box<Columns<P>>,
 }
 
-/// Places where a series is looked at before a root is sought.
+/// Number of samples of a series before a search for a root.
 pub const SAMPLES: usize = 24;
 
-/// Place of a sample: evenly over \[−1, 1\], both ends among them.
+/// Position of a sample: uniform on \[−1, 1\], with both ends.
 #[inline(always)]
 pub fn sample_place(index: usize) -> f64 {
     2.0 / (SAMPLES - 1) as f64 * index as f64 - 1.0
 }
 
 /// A map from series to series: `columns[n][m]` is the contribution of coefficient n to
-/// coefficient m (none where m > n) or, of values, to sample m.
+/// coefficient m (zero for m > n) or, for values, to sample m.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Columns<const P: usize, const M: usize = P>(pub [[f64; M]; P]);
@@ -245,7 +245,7 @@ impl<const P: usize> Transforms<P> {
                 let restricted = transforms.restrict(&unit, lo, hi);
                 let half = &mut transforms.halves[side].0[n];
                 *half = restricted;
-                // Triangular by construction: what quadrature leaves above is round-off.
+                // Triangular by construction: other entries from quadrature are round-off.
                 half[n + 1..].fill(0.0);
                 transforms.derivative.0[n] = derivative(&unit);
                 transforms.quotient.0[n] = divide_out_start(&unit);
@@ -254,7 +254,7 @@ impl<const P: usize> Transforms<P> {
         transforms
     }
 
-    /// The series on the sub-interval \[lo, hi\] of \[−1, 1\], stretched to \[−1, 1\].
+    /// The series on the sub-interval \[lo, hi\] of \[−1, 1\], rescaled to \[−1, 1\].
     pub fn restrict(&self, series: &[f64; P], lo: f64, hi: f64) -> [f64; P] {
         let mut x = [0.0; P];
         for j in 0..P {
@@ -427,7 +427,7 @@ mod tests {
         assert!((sum - evaluate(&a, 0.37)).abs() < 1e-14);
     }
 
-    /// Sums of whole numbers are exact, however many terms there are.
+    /// Sums of integers are exact for any number of terms.
     #[test]
     fn ends_and_variation_are_sums() {
         for count in 1..=24 {
@@ -441,7 +441,7 @@ mod tests {
         }
     }
 
-    /// The columns of the constant maps are what each polynomial becomes.
+    /// The columns of the constant maps are the images of the polynomials.
     #[test]
     fn maps_are_those_of_the_polynomials() {
         let t = transforms8();
@@ -465,7 +465,7 @@ mod tests {
                     assert!((at(t.to_half(side), x) - evaluate(&unit, half)).abs() < 1e-14);
                 }
             }
-            // Of degree 7 through as many values, and integrated by the weights.
+            // Interpolation of degree 7 through eight values, and integration by the weights.
             let values = t.nodes().map(|x| evaluate(&unit, x));
             for (found, exact) in t.interpolate(&values).iter().zip(unit) {
                 assert!((found - exact).abs() < 1e-14);

@@ -1,6 +1,6 @@
 //! Small dense algebra: products, inverse, linear solve, Cholesky factors, eigenvalues, single
-//! eigenvectors, a Fourier transform; in plain loops where the process keeps to portable
-//! instructions.
+//! eigenvectors, a Fourier transform. In plain loops if the process uses portable
+//! instructions only.
 
 use super::instructions::portable;
 use super::plain;
@@ -15,7 +15,7 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     if portable() { plain::product(a, b) } else { a * b }
 }
 
-/// The lower triangle of `A = L Lᵀ`; none where A is not positive definite.
+/// The lower triangle of `A = L Lᵀ`; `None` if A is not positive definite.
 pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     if portable() {
         plain::cholesky(matrix)
@@ -44,14 +44,14 @@ pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
     }
 }
 
-/// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix (lower half read); none
-/// where the iteration fails or an entry is not finite.
+/// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix (lower half read). `None`
+/// if the iteration fails or an entry is not finite.
 ///
-/// Above 128 rows faer divides the tridiagonal matrix and stops its search for a root of the
+/// Above 128 rows faer divides the tridiagonal matrix. It stops its search for a root of the
 /// secular equation, whose values are about one over the matrix's entries, at an absolute
-/// change of 2e-16. At entries of 10¹⁰ and more it stops at once, with eigenvalues that are off
-/// by a thousandth: the matrix is brought to entries of about one, by a power of two so that
-/// nothing is rounded.
+/// change of 2e-16. At entries of 10¹⁰ and more it stops at once, with relative errors of eigenvalues of
+/// a thousandth. The matrix is therefore scaled to entries of about one, by a power of two to avoid
+/// rounding.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     if portable() {
         return plain::symmetric_eigen(matrix);
@@ -70,10 +70,10 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
 }
 
 /// Inverse of the matrix given by columns, `columns[j][i] = A_ij`; columns of the inverse.
-/// Gauss–Jordan elimination in place with partial pivoting: for a matrix this small a general
-/// solver's preparations would take longer.
+/// Gauss–Jordan elimination in place with partial pivoting: for a matrix this small the
+/// preparations of a general solver would take longer.
 pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
-    // Columns of A are rows of its transpose, and so are those of the inverse.
+    // Columns of A are rows of its transpose; the same holds for the inverse.
     let mut a = *columns;
     let mut pivots = [0; P];
     for k in 0..P {
@@ -119,18 +119,18 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     (0..rhs.len()).map(|i| x[(i, 0)]).collect()
 }
 
-/// A power of two near the largest entry of a matrix, where products of its entries could underflow or
-/// overflow; 1 elsewhere.
+/// A power of two near the largest entry of a matrix, if products of its entries could underflow or
+/// overflow; otherwise 1.
 fn unit(largest: f64) -> f64 {
     if largest == 0.0 || (1e-100..1e100).contains(&largest) {
         1.0
     } else {
-        // One over the smallest numbers would be infinite.
+        // The reciprocal of the smallest numbers would be infinite.
         largest.log2().floor().clamp(-1022.0, 1022.0).exp2()
     }
 }
 
-/// Eigenvalues of a real matrix, largest modulus first; none where the
+/// Eigenvalues of a real matrix, largest modulus first. `None` if the
 /// iteration fails or the matrix is not finite.
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
     let largest = matrix.norm_max();
@@ -162,19 +162,19 @@ pub struct EigenPair {
     pub vector: [Vec<f64>; 2],
 }
 
-/// Steps of inverse iteration; from a shift that is an eigenvalue to round-off one is
-/// enough, from one that is only near it each multiplies the error by the ratio of distances.
+/// Largest number of steps of inverse iteration. One is enough if the shift is an eigenvalue to round-off.
+/// Otherwise each step multiplies the error by the ratio of distances.
 const MOST_INVERSE_STEPS: usize = 12;
 
-/// Residual, relative to the matrix, at which an eigenvector counts as found.
+/// Residual, relative to the matrix, of a converged eigenvector.
 const EIGENVECTOR_RESIDUAL: f64 = 1e-13;
 
-/// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration:
-/// one factorisation where a whole decomposition takes some twenty. None where the matrix is
-/// not finite or the iteration does not find one.
+/// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration. It needs
+/// one factorisation, a whole decomposition takes some twenty. `None` if the matrix is
+/// not finite or the iteration does not converge.
 pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> {
     let n = matrix.nrows();
-    // A maximum, whose bits no order changes.
+    // A maximum, whose bits do not depend on the order.
     let size = matrix.norm_max();
     if n == 0 || !size.is_finite() {
         return None;
@@ -185,11 +185,11 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
         found.value *= unit;
         return Some(found);
     }
-    // A start that no structure of the matrix is likely to be orthogonal to.
+    // A start that is unlikely to be orthogonal to any structure of the matrix.
     let start = Mat::from_fn(n, 1, |i, _| {
         c64((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
     });
-    // An exact eigenvalue would make the shifted matrix singular; a shift beside it may be one too.
+    // An exact eigenvalue would make the shifted matrix singular; so might a shift close to it.
     let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|beside| {
         let shift = near + beside * f64::EPSILON * size;
         let shifted = Mat::from_fn(n, n, |i, j| {
@@ -225,7 +225,7 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
 /// The factors of a shifted matrix.
 enum Shifted {
     Library(PartialPivLu<Complex64>),
-    /// Of the real matrix that does the same to real and imaginary parts, one below the other.
+    /// Factors of the equivalent real matrix for real and imaginary parts, stacked.
     Plain(plain::Lu),
 }
 
@@ -281,7 +281,7 @@ fn image(matrix: MatRef<'_, f64>, vector: &Mat<Complex64>) -> Vec<Complex64> {
     image
 }
 
-/// The pair of parts; the vector of a real eigenvalue is turned until it is real.
+/// The eigenpair from an iterate; the vector of a real eigenvalue is rotated until it is real.
 fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair {
     let n = vector.nrows();
     let mut turn = c64(1.0, 0.0);
@@ -305,7 +305,7 @@ fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair 
     }
 }
 
-/// The discrete Fourier transform of a power of two of real values in plain loops: the terms up to
+/// The discrete Fourier transform of real values, a power of two in number, in plain loops: the terms up to
 /// half their number.
 pub fn transform(values: &[f64]) -> Vec<Complex64> {
     plain::transform(values)
@@ -360,7 +360,7 @@ mod tests {
 
     #[test]
     fn an_eigenpair_is_what_the_matrix_only_turns_and_scales() {
-        // A complex pair and a real eigenvalue, each from a shift that is a little off.
+        // A complex pair and a real eigenvalue, each from a shift with a small offset.
         let a = Mat::from_fn(3, 3, |i, j| {
             [[0.1, -0.8, 0.2], [0.9, 0.2, 0.0], [0.3, 0.0, 0.4]][i][j]
         });
@@ -394,7 +394,7 @@ mod tests {
         }
     }
 
-    /// Whichever neighbour of the given number is an eigenvalue: no shift makes a singular matrix that counts.
+    /// The eigenvalue may be any neighbour of the given number: no shift makes the matrix effectively singular.
     #[test]
     fn eigenvalues_beside_the_given_one_are_found() {
         for n in [1, 2] {

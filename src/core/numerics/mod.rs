@@ -1,7 +1,6 @@
-//! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
+//! Numerical tools independent of gears: quadrature, Legendre series and their
 //! roots, exponentials as Legendre series, courses through points, convolution, small dense algebra, statistics of
-//! series, chains and rare events, weighted Birkhoff averages, random streams, whole numbers, the
-//! numbering of planes.
+//! series, chains and rare events, weighted Birkhoff averages, random streams, integers, nested grids.
 
 pub mod arithmetic;
 pub mod bessel;

@@ -1,8 +1,8 @@
-//! How are the places of a plane numbered that is halved and halved again where it is of interest?
+//! How are the places of a plane numbered if parts of it are halved repeatedly?
 //!
-//! Level 0 is a grid of `rows × columns` places, level l has `2^l` intervals for each of its
-//! intervals. Places are numbered level by level, each place at the first level that has it, and row
-//! by row within a level: numbers do not change where further levels follow, and those of level 0
+//! Level 0 is a grid of `rows × columns` places. Level l has `2^l` intervals for each of its
+//! intervals. Places are numbered level by level, each place at its first level, and row
+//! by row within a level. Numbers do not change if further levels follow, and those of level 0
 //! are the numbers of the grid without levels. Coordinates `[row, column]` count the intervals of
 //! the last level.
 
@@ -13,46 +13,46 @@ use serde::{Deserialize, Serialize};
 pub struct NestedGrid {
     /// Rows and columns of level 0, two or more each.
     pub coarse: [usize; 2],
-    /// How often its intervals may be halved.
+    /// Number of times that its intervals may be halved.
     pub levels: u32,
 }
 
 /// A square of the plane between four places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cell {
-    /// Its least row and column.
+    /// Its smallest row and column.
     pub corner: [usize; 2],
     /// Intervals of the last level along its side, a power of two.
     pub side: usize,
 }
 
 impl NestedGrid {
-    /// Rows and columns of the grid that all intervals halved `level` times make.
+    /// Rows and columns of the grid after all intervals are halved `level` times.
     pub fn sides(&self, level: u32) -> [usize; 2] {
         self.coarse.map(|places| ((places - 1) << level) + 1)
     }
 
-    /// Places of levels 0 to `level`.
+    /// Number of places of levels 0 to `level`.
     pub fn places(&self, level: u32) -> usize {
         let [rows, columns] = self.sides(level);
         rows * columns
     }
 
-    /// The level of a place, by its number.
+    /// The level of a place, from its number.
     pub fn level(&self, number: usize) -> u32 {
         (0..self.levels)
             .find(|&level| number < self.places(level))
             .unwrap_or(self.levels)
     }
 
-    /// Row and column of a place, by its number.
+    /// Row and column of a place, from its number.
     pub fn at(&self, number: usize) -> [usize; 2] {
         let level = self.level(number);
         let [_, columns] = self.sides(level);
         let [row, column] = match level.checked_sub(1) {
             None => [number / columns, number % columns],
             Some(before) => {
-                // Of two rows the first has every second place already.
+                // In the first row of each pair every second place already has a number.
                 let between = self.sides(before)[1] - 1;
                 let rest = number - self.places(before);
                 let (pair, along) = (rest / (between + columns), rest % (between + columns));
@@ -84,8 +84,8 @@ impl NestedGrid {
         }
     }
 
-    /// The cells that nothing divides further, row by row within each cell of level 0; `known` tells
-    /// which places are there. A cell is divided where its centre is.
+    /// The cells that are not divided further, row by row within each cell of level 0. A cell is divided if `known`
+    /// holds for its centre.
     pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
         let side = 1 << self.levels;
         let mut leaves = Vec::new();
@@ -117,18 +117,18 @@ impl Cell {
         [[0, 0], [0, side], [side, 0], [side, side]].map(|[r, c]| self.place(r, c))
     }
 
-    /// Its centre; of a cell of side 2 or more.
+    /// Its centre; for a cell of side 2 or more.
     pub fn centre(&self) -> [usize; 2] {
         self.place(self.side / 2, self.side / 2)
     }
 
-    /// The places that part each of its edges in two; of a cell of side 2 or more.
+    /// The midpoints of its edges; for a cell of side 2 or more.
     pub fn middles(&self) -> [[usize; 2]; 4] {
         let (half, side) = (self.side / 2, self.side);
         [[0, half], [half, 0], [half, side], [side, half]].map(|[r, c]| self.place(r, c))
     }
 
-    /// The places that part the halves of its edges in two; of a cell of side 4 or more.
+    /// The midpoints of the halves of its edges; for a cell of side 4 or more.
     pub fn quarters_of_edges(&self) -> [[usize; 2]; 8] {
         let (one, three, side) = (self.side / 4, 3 * self.side / 4, self.side);
         [
@@ -144,7 +144,7 @@ impl Cell {
         .map(|[r, c]| self.place(r, c))
     }
 
-    /// The four cells that it is divided into.
+    /// The four cells of its division.
     fn quarters(&self) -> [Self; 4] {
         let half = self.side / 2;
         [[0, 0], [0, half], [half, 0], [half, half]].map(|[r, c]| Self {
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn leaves_cover_the_plane_once() {
         let grid = GRIDS[0];
-        // Divided about one place, as deep as possible.
+        // Divided around one place, as deep as possible.
         let known = |place: [usize; 2]| {
             let level = grid.level(grid.number(place));
             let reach = 1 << (grid.levels - level);

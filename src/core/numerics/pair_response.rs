@@ -1,4 +1,4 @@
-//! How does a pair of coupled linear equations answer an input given as a series?
+//! What is the response of two coupled linear equations to an input given as a series?
 //!
 //! `z' = A z + v` on a window of length τ, A a real 2 × 2 matrix, v and z Legendre series in
 //! x = 2 t/τ − 1. With h = τ/2 and `∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1)` the integrated equation is
@@ -11,7 +11,7 @@
 //!
 //! and is eliminated from the first term on. Its leading minors are denominators of Padé
 //! approximants of the exponential, whose zeros lie in the right half-plane: they do not vanish for
-//! motion that does not grow. The term left out is that of a window's truncation.
+//! motion that does not grow. The omitted term is that of a window's truncation.
 
 /// A 2 × 2 matrix, row by row.
 type Square = [[f64; 2]; 2];
@@ -52,7 +52,7 @@ impl<const P: usize> PairResponse<P> {
         }
     }
 
-    /// The answer to the input v that starts at `start`.
+    /// The response to the input v with the initial value `start`.
     pub fn to(&self, start: [f64; 2], v: &PairSeries<P>) -> PairSeries<P> {
         let h = self.half;
         let mut right = [[0.0; 2]; P];

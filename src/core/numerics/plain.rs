@@ -1,6 +1,6 @@
-//! Dense algebra in plain loops, whose sums have one order on every processor: what
-//! [`super::linalg`] takes where a process keeps to portable instructions, and always for eigenvalues,
-//! of which it is the faster way. The library that it takes otherwise chooses vectors, fused
+//! Dense algebra in plain loops, whose sums have the same order on every processor.
+//! [`super::linalg`] uses it if a process is restricted to portable instructions, and always for eigenvalues,
+//! where it is faster. The library used otherwise chooses vectors, fused
 //! multiply-adds and block sizes by the processor.
 
 mod general;
@@ -85,7 +85,7 @@ impl Lu {
     }
 }
 
-/// The lower triangle of `A = L Lᵀ`; none where A is not positive definite.
+/// The lower triangle of `A = L Lᵀ`; `None` if A is not positive definite.
 pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     let n = matrix.nrows();
     let mut lower: Mat<f64> = Mat::zeros(n, n);
@@ -96,7 +96,7 @@ pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
                 sum -= lower[(i, k)] * lower[(j, k)];
             }
             lower[(i, j)] = match i == j {
-                // Written so that NaN fails.
+                // Written so that a NaN fails.
                 true if sum > 0.0 => sum.sqrt(),
                 true => return None,
                 false => sum / lower[(j, j)],
@@ -248,8 +248,8 @@ mod tests {
         assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
     }
 
-    /// Shifts are zero where each coordinate goes to the next, and a step gives the matrix back: only
-    /// exceptional shifts move it.
+    /// Ordinary shifts are zero if each coordinate maps to the next, and a step returns the same matrix: only
+    /// exceptional shifts change it.
     #[test]
     fn roots_of_unity_are_found_where_ordinary_steps_stand_still() {
         for n in 3..=12 {
@@ -266,8 +266,8 @@ mod tests {
         }
     }
 
-    /// The maps exp(r [0 1; -1 -2 z]) of modes with damping z next to 1 and nearly one rate r, and
-    /// rotations, reflected together some times.
+    /// The maps exp(r [0 1; -1 -2 z]) of modes with damping z near 1 and nearly equal rates r, and
+    /// rotations, with several common reflections.
     #[test]
     fn clusters_of_nearly_double_eigenvalues_are_found() {
         for number in 0..300 {

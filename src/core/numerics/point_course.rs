@@ -1,28 +1,28 @@
-//! Courses through points: straight lines, or cubics without overshoot.
+//! Courses through points: piecewise linear, or cubics without overshoot.
 
-/// A course through points, drawn or measured; 0 without points. Outside of them it keeps the value of the nearer
+/// A course through points, drawn or measured; 0 without points. Outside their range it has the value of the nearer
 /// end.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct PointCourse {
-    /// Places, increasing, each with its value.
+    /// Positions, increasing, each with its value.
     pub points: Vec<[f64; 2]>,
-    /// What lies between them.
+    /// Interpolation between them.
     pub between: BetweenPoints,
 }
 
-/// What a course does between its points.
+/// Interpolation of a course between its points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub enum BetweenPoints {
     /// Straight lines.
     #[default]
     Linear,
-    /// Cubics with one slope on both sides of a point, that rise and fall where the points do (Fritsch & Butland
+    /// Cubics with continuous slope, monotone wherever the points are (Fritsch & Butland
     /// 1984).
     Monotone,
 }
 
 impl PointCourse {
-    /// One value everywhere.
+    /// A constant.
     pub fn constant(value: f64) -> Self {
         Self {
             points: vec![[0.0, value]],
@@ -30,7 +30,7 @@ impl PointCourse {
         }
     }
 
-    /// A straight line from one place to another.
+    /// A straight line from one point to another.
     pub fn line(from: [f64; 2], to: [f64; 2]) -> Self {
         Self {
             points: vec![from, to],
@@ -38,13 +38,13 @@ impl PointCourse {
         }
     }
 
-    /// The value at a place.
+    /// The value at a position.
     pub fn at(&self, place: f64) -> f64 {
         self.cubic(place)[0]
     }
 
-    /// The course from a place to the next point, by powers of the distance from that place. At a point the piece
-    /// behind it counts.
+    /// The course from a position to the next point, in powers of the distance from that position. At a point it is the
+    /// piece after it.
     pub fn cubic(&self, place: f64) -> [f64; 4] {
         let after = self.points.partition_point(|point| point[0] <= place);
         let (Some(before), Some(&[to, end])) = (after.checked_sub(1), self.points.get(after))
@@ -59,7 +59,8 @@ impl PointCourse {
         match self.between {
             BetweenPoints::Linear => [line, rise, 0.0, 0.0],
             BetweenPoints::Monotone => {
-                // Hermite's cubic: the line and `length part rest (one rest − two part)`, what the slopes at its ends add.
+                // Hermite's cubic: the line and `length part rest (one rest − two part)`, the contribution of the
+                // slopes at its ends.
                 let [one, two] = [before, after].map(|point| self.slope(point) - rise);
                 let rest = 1.0 - part;
                 [
@@ -72,12 +73,12 @@ impl PointCourse {
         }
     }
 
-    /// Places where the course has a kink, or a bend of its slope.
+    /// Positions at which the course has a kink in its value or in its slope.
     pub fn kinks(&self) -> impl Iterator<Item = f64> {
         self.points.iter().map(|point| point[0])
     }
 
-    /// The first point that does not lie behind the one before, and every number that is none.
+    /// The first point that is not beyond the previous one, or is not finite.
     pub fn first_out_of_order(&self) -> Option<usize> {
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
         (0..self.points.len()).find(|&i| {
@@ -86,8 +87,8 @@ impl PointCourse {
         })
     }
 
-    /// Slope of the monotone course at a point: 0 where it turns and at its ends where the neighbour's rise would
-    /// overshoot, else the weighted harmonic mean of the rises on both sides.
+    /// Slope of the monotone course at a point. It is 0 at extremes, and at ends where the neighbour's rise would
+    /// overshoot; otherwise the weighted harmonic mean of the rises on both sides.
     fn slope(&self, point: usize) -> f64 {
         let points = &self.points;
         let rise = |i: usize| {
@@ -147,7 +148,8 @@ mod tests {
         assert_eq!(PointCourse::default().at(1.0), 0.0);
     }
 
-    /// Straight lines are of second order, the cubics of at least third where the course rises throughout.
+    /// Piecewise linear courses are of second order, cubics of at least third order if the course is increasing
+    /// throughout.
     #[test]
     fn orders_of_the_courses() {
         let exact = |x: f64| (0.8 * x).exp();
@@ -168,8 +170,8 @@ mod tests {
         }
     }
 
-    /// Slopes of the cubics at their points, by hand: the parabola through three points at an end, no more than three
-    /// rises where the course turns behind it, none where that would run the other way, and the weighted harmonic mean inside.
+    /// Slopes of the cubics at their points, by hand: the parabola through three points at an end, at most three rises
+    /// if the course has an extreme next to it, 0 if the sign would be wrong, and the weighted harmonic mean inside.
     #[test]
     fn slopes_of_the_cubics_are_those_of_the_rises() {
         let slopes = |points: &[[f64; 2]]| -> Vec<f64> {
@@ -209,7 +211,7 @@ mod tests {
         assert_eq!(course(&[[0.0, f64::NAN]]).first_out_of_order(), Some(0));
     }
 
-    /// A piece about any place is the course up to the next point.
+    /// A piece from any position equals the course up to the next point.
     #[test]
     fn pieces_are_the_course() {
         let points = vec![[1.0, 0.0], [2.0, 0.5], [3.0, 6.0], [5.0, 7.0], [6.0, 2.0]];

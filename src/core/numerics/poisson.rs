@@ -3,10 +3,10 @@
 /// Probability beyond each end of a 95 % interval.
 const TAIL: f64 = 0.025;
 
-/// Most steps of Newton's method. It takes about five.
+/// Largest number of steps of Newton's method. It takes about five.
 const MOST_STEPS: usize = 50;
 
-/// Most events that the Poisson sums are taken for.
+/// Largest number of events for which the Poisson sums are computed.
 const MOST_SUMMED: f64 = 1e9;
 
 /// Exact 95 % interval of the rate of a Poisson process with `count` events in `exposure`
@@ -16,7 +16,7 @@ const MOST_SUMMED: f64 = 1e9;
 /// [χ²(0.025; 2k)/2T, χ²(0.975; 2k + 2)/2T]
 /// ```
 ///
-/// Without events the lower end is 0. The exposure must be positive. The work grows like √k; beyond
+/// Without events the lower end is 0. The exposure must be positive. The work grows as √k. Beyond
 /// 10⁹ events the ends are those of Wilson and Hilferty, which are then exact to 10⁻¹².
 pub fn rate_interval(count: u64, exposure: f64) -> [f64; 2] {
     let k = count as f64;
@@ -50,8 +50,8 @@ fn upper_mean(k: f64) -> f64 {
     })
 }
 
-/// Solves `ln P(μ) = ln 0.025` by Newton's method for a function that gives ln P and its
-/// derivative. ln P is concave, so that the iterates approach the root from one side.
+/// Solves `ln P(μ) = ln 0.025` by Newton's method for a function that returns ln P and its
+/// derivative. ln P is concave, so the iterates approach the root from one side.
 fn solve(start: f64, log_tail: impl Fn(f64) -> [f64; 2]) -> f64 {
     let mut mean = start;
     for _ in 0..MOST_STEPS {
@@ -74,7 +74,7 @@ fn quantile_guess(k: f64, sign: f64) -> f64 {
         .powi(3)
 }
 
-/// `1 + r₀ + r₀ r₁ + …` for factors that fall, until terms no longer count.
+/// `1 + r₀ + r₀ r₁ + …` for decreasing factors, until terms are negligible.
 fn sum_of_products(factors: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut term) = (1.0, 1.0);
     for factor in factors {

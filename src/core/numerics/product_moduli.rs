@@ -1,40 +1,40 @@
-//! Moduli of the eigenvalues of a product of matrices, small ones too.
+//! Moduli of the eigenvalues of a product of matrices, including small ones.
 //!
-//! Eigenvalues of the product as one matrix M are known to round-off of its largest entries: what lies
-//! further below is noise. Here the factors are applied one after the other to orthonormal
+//! The eigenvalues of the product as a single matrix M have the round-off of its largest entries: much smaller
+//! ones are noise. Here the factors are applied one after the other to orthonormal
 //! columns (simultaneous iteration),
 //!
 //! ```text
 //! A_c Q_{c−1} = Q_c R_c,        Q_0ᵀ M Q_0 = W D U,    W = Q_0ᵀ Q_k,   D U = R_k … R_1
 //! ```
 //!
-//! with D diagonal, kept as logarithms, and U unit upper triangular. Sweep by sweep Q_k becomes the next
-//! Q_0, and W block triangular wherever moduli differ. Each block has eigenvalues of its own, scaled
-//! so that nothing of it underflows.
+//! with D diagonal, stored as logarithms, and U unit upper triangular. Sweep by sweep Q_k becomes the next
+//! Q_0, and W becomes block triangular wherever moduli differ. The eigenvalues of each block are computed separately,
+//! scaled so that nothing underflows.
 
 use super::linalg::{eigenvalues, product};
 use faer::Mat;
 
-/// Most sweeps: as many split a block where neighbouring moduli differ by a third.
+/// Largest number of sweeps. After this many a block splits if neighbouring moduli differ by a third.
 const MOST_SWEEPS: usize = 60;
 
-/// Multiplications that all sweeps together may take, a second or two.
+/// Largest number of multiplications of all sweeps, a second or two.
 const MOST_WORK: f64 = 2e9;
 
-/// Entry of W from which on a block counts as split off: it changes eigenvalues by such a part.
+/// Entry of W below which a block is separate: it changes eigenvalues by this part.
 const SPLIT: f64 = 1e-10;
 
-/// A logarithm with its error, infinite where nothing is known of it.
+/// A logarithm with its error, infinite if it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Logarithm {
     /// The logarithm.
     pub value: f64,
-    /// How far it may be off by round-off.
+    /// Largest error by round-off.
     pub error: f64,
 }
 
 impl Logarithm {
-    /// Of a modulus in whose place `noise` times as much could stand as well.
+    /// The logarithm of a modulus with the relative uncertainty `noise`.
     pub fn blurred(modulus: f64, noise: f64) -> Self {
         Self {
             value: modulus.ln(),
@@ -43,13 +43,13 @@ impl Logarithm {
     }
 }
 
-/// How far a logarithm is off at most whose argument is off by a part of itself: infinite where that
-/// is all of it, or no number.
+/// Largest error of a logarithm whose argument has a relative error of `part`: infinite if that
+/// is 1 or more, or NaN.
 fn blur(part: f64) -> f64 {
     if part < 1.0 { -(-part).ln_1p() } else { f64::INFINITY }
 }
 
-/// Below this size entries of a matrix have lost digits to underflow on their way.
+/// Matrix entries below this size have lost digits to underflow.
 const UNDERFLOW: f64 = 1e-290;
 
 /// Round-off of a matrix as a part of a modulus.
@@ -58,8 +58,8 @@ pub fn round_off(matrix: &Mat<f64>, modulus: f64) -> f64 {
 }
 
 /// Logarithms of the moduli of the eigenvalues of `A_k … A_1`, factors in the order A_1 … A_k, largest
-/// first. Sweeps end when each of the first `wanted` is known to `enough` but for round-off of the
-/// factors, or when there were many. None where a factor is singular.
+/// first. Sweeps end when each of the first `wanted` has the error `enough`, apart from round-off of the
+/// factors, or at a limit. `None` if a factor is singular.
 pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Vec<Logarithm>> {
     let n = factors.first()?.nrows();
     let work = factors.len() as f64 * 4.0 * (n as f64).powi(3);
@@ -84,7 +84,7 @@ pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Ve
     found.map(|all| all.into_iter().map(whole).collect())
 }
 
-/// The factors applied once to orthonormal columns.
+/// One application of the factors to orthonormal columns.
 struct Sweep {
     end: Mat<f64>,
     /// `Q_0ᵀ Q_k`.
@@ -93,12 +93,12 @@ struct Sweep {
     lengths: Vec<f64>,
     /// U.
     upper: Mat<f64>,
-    /// What round-off of the factors adds to the error of each of `lengths`.
+    /// Contribution of round-off of the factors to the error of each of `lengths`.
     errors: Vec<f64>,
 }
 
 impl Sweep {
-    /// None where columns become dependent.
+    /// `None` if columns become dependent.
     fn new(factors: &[Mat<f64>], start: Mat<f64>) -> Option<Self> {
         let n = start.nrows();
         let mut end = start.clone();
@@ -131,14 +131,14 @@ impl Sweep {
         })
     }
 
-    /// Largest entry of W below and before a place on the diagonal.
+    /// Largest entry of W below and left of a position on the diagonal.
     fn coupling(&self, place: usize) -> f64 {
         let below = (place..self.lengths.len()).flat_map(|i| (0..place).map(move |j| (i, j)));
         below.map(|at| self.turned[at].abs()).fold(0.0, f64::max)
     }
 
-    /// Those of all blocks, largest first, each with what round-off of the factors adds to its error; none
-    /// where eigenvalues of a block cannot be had.
+    /// The logarithms of all blocks, largest first, each with the contribution of round-off of the factors to its
+    /// error. `None` if the eigenvalues of a block cannot be computed.
     fn logarithms(&self) -> Option<Vec<(Logarithm, f64)>> {
         let n = self.lengths.len();
         let mut all = Vec::with_capacity(n);
@@ -174,8 +174,8 @@ impl Sweep {
     }
 }
 
-/// Columns made orthonormal, by Gram and Schmidt twice over, and the upper triangle R that gives
-/// them back; none where they depend on each other.
+/// Orthonormalises columns, by Gram–Schmidt twice, and returns the upper triangle R of the
+/// factorisation. `None` if they are dependent.
 fn orthonormalise(columns: &mut Mat<f64>) -> Option<Mat<f64>> {
     let n = columns.nrows();
     let mut triangle = Mat::zeros(n, n);
@@ -206,8 +206,8 @@ mod tests {
     use super::*;
     use crate::numerics::random::Stream;
 
-    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle, S_c orthogonal, T_c upper triangular but for two
-    /// turns by an angle: moduli are those of the diagonals.
+    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle, S_c orthogonal, T_c upper triangular except for two
+    /// rotations by an angle: moduli are those of the diagonals.
     fn factors(count: usize, moduli: &[f64]) -> Vec<Mat<f64>> {
         let n = moduli.len();
         let mut stream = Stream::new(5, 6, 7);

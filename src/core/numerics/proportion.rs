@@ -1,4 +1,4 @@
-//! How well is a proportion known from a count?
+//! How accurately does a count determine a proportion?
 //!
 //! The score interval of Wilson (1927) for `k` successes in `n` independent trials with
 //! `p = k/n` and the normal quantile `z`:
@@ -7,12 +7,12 @@
 //! (p + z²/2n ± z √(p(1−p)/n + z²/4n²)) / (1 + z²/n)
 //! ```
 //!
-//! Unlike `p ± z √(p(1−p)/n)` it is sound for few trials and near 0 and 1.
+//! Unlike `p ± z √(p(1−p)/n)` it is valid for few trials and near 0 and 1.
 
 /// Normal quantile of a two-sided 95 % interval.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// The 95 % interval of the proportion behind `successes` of `trials`; `[0, 1]` without
+/// The 95 % interval of the proportion for `successes` of `trials`; `[0, 1]` without
 /// trials.
 pub fn wilson_interval(successes: usize, trials: usize) -> [f64; 2] {
     if trials == 0 {

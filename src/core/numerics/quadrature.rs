@@ -12,16 +12,16 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule with `n ≥ 1` nodes, by Newton's iteration on `P_n` from Tricomi's guess. It seeks the
-    /// distance y = 1 − x from the end, and forms the weight `2 / ((1 − x²) P_n'²)` of it: by the rounded
-    /// x that would lose the digits that 1 − x² loses, three of them with 64 nodes.
+    /// The rule with `n ≥ 1` nodes, by Newton's iteration on `P_n` from Tricomi's guess. The iteration is on the
+    /// distance y = 1 − x from the end, which also gives the weight `2 / ((1 − x²) P_n'²)`. With the rounded
+    /// x the weight would lose the digits that cancel in 1 − x², three of them with 64 nodes.
     pub fn new(n: usize) -> Self {
         let mut nodes = vec![0.0; n];
         let mut weights = vec![0.0; n];
         for i in 0..n.div_ceil(2) {
             let half_angle = 0.5 * PI * (i as f64 + 0.75) / (n as f64 + 0.5);
             let mut y = 2.0 * half_angle.sin().powi(2);
-            // Quadratic convergence from a guess good to 1e-4: five steps reach round-off.
+            // Quadratic convergence from a guess with an error of 1e-4: five steps reach round-off.
             for _ in 0..6 {
                 let (p, dp) = legendre_and_derivative(n, y);
                 y += p / dp;
@@ -57,7 +57,7 @@ fn legendre_and_derivative(n: usize, y: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Against fifty digits (mpmath 1.3): place among the nodes from the end, node, weight.
+    /// Reference with fifty digits (mpmath 1.3): index of the node from the end, node, weight.
     #[test]
     fn weights_keep_their_digits_towards_the_ends() {
         let digits = [

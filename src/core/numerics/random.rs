@@ -1,4 +1,4 @@
-//! Random streams that depend on names, not on scheduling.
+//! Random streams that are determined by numbers, not by scheduling.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -6,7 +6,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 /// A stream of normal deviates tied to (seed, point, probe).
 pub struct Stream(Pcg64);
 
-/// A point as its random streams know it.
+/// The numbers of a point that determine its random streams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PointSeed {
     /// Root of every random stream of a job.
@@ -26,8 +26,8 @@ impl Stream {
     /// The stream of a point and a probe under a root seed.
     pub fn new(seed: u64, point: u64, probe: u64) -> Self {
         let mut bytes = [0; 32];
-        // The second half is the generator's increment, whose lowest bit is always set: a
-        // probe number left there would be that of its odd neighbour.
+        // The second half is the generator's increment, whose lowest bit is always set. A
+        // probe number there would give the same stream as its odd neighbour.
         let probe = probe.rotate_left(1);
         let [low, high] = [probe & !1, 0x617c << 1 | probe & 1];
         for (chunk, value) in bytes.chunks_exact_mut(8).zip([seed, point, low, high]) {

@@ -1,34 +1,34 @@
-//! The earliest moment at which a margin, given as a Legendre series, becomes negative, and
-//! all places at which a series changes its sign.
+//! Where does a margin, given as a Legendre series, first become negative, and
+//! where does a series change its sign?
 //!
-//! Certificates make it safe: where `|a[0]| > Σ_{n≥1}|a[n]|` there is no root; where the
-//! derivative's series satisfies the same there is at most one. Anything else is halved,
-//! left half first, so that neither of two close roots can be skipped. What stays
-//! undecided when the whole sub-series lies within round-off is a tangency.
+//! Certificates make the search safe. If `|a[0]| > Σ_{n≥1}|a[n]|` there is no root. If the
+//! derivative's series satisfies the same there is at most one. Otherwise the interval is halved,
+//! left half first, so that neither of two close roots can be skipped. If the whole sub-series lies within round-off,
+//! the undecided part is a tangency.
 
 use super::arithmetic::{Arithmetic, Bounds, Portable};
 use super::legendre::{self, SAMPLES, Transforms, sample_place};
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
     /// Where the margin becomes negative, in \[−1, limit\], if it does.
     pub exit: Option<f64>,
-    /// Tangencies met before that.
+    /// Number of tangencies before that.
     pub grazings: u32,
-    /// Whether the first certificate settled it.
+    /// Whether the first certificate decided.
     pub certified: bool,
-    /// Bisections spent.
+    /// Number of bisections.
     pub bisections: u32,
-    /// Newton steps spent.
+    /// Number of Newton steps.
     pub newton_steps: u32,
 }
 
-/// Deepest halving: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time itself.
+/// Deepest halving: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time.
 const DEEPEST: u32 = 50;
 
 impl Search {
-    /// Nothing found, nothing spent.
+    /// Nothing found, no work.
     const NONE: Self = Self {
         exit: None,
         grazings: 0,
@@ -90,7 +90,7 @@ pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
     search
 }
 
-/// [`earliest_exit`] of a margin that falls everywhere and is not negative at its start
+/// [`earliest_exit`] for a margin that falls everywhere and is not negative at its start
 /// beyond noise.
 #[inline(always)]
 pub fn exit_of_falling<const P: usize, A: Arithmetic<P>>(
@@ -127,19 +127,19 @@ impl Interval {
         }
     }
 
-    /// Where x ∈ \[−1, 1\] of the part's own series lies.
+    /// Position of x ∈ \[−1, 1\] of the part's series.
     fn place(self, x: f64) -> f64 {
         self.start + 0.5 * self.length * (x + 1.0)
     }
 }
 
-/// What a series says about its own interval.
+/// Decision on a series over its interval.
 enum Verdict {
     /// No exit.
     Clear,
-    /// Exit at this place of the interval.
+    /// Exit at this position of the interval.
     Exit(f64),
-    /// Neither can be certified.
+    /// Neither is certified.
     Undecided,
 }
 
@@ -158,7 +158,7 @@ fn examine<const P: usize, A: Arithmetic<P>>(
     judge::<P, A>(transforms, series, bounds, noise, depth, search)
 }
 
-/// What a series says that its size does not.
+/// Decides by further certificates if the size of the series does not.
 #[inline(always)]
 fn judge<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -185,7 +185,7 @@ fn judge<const P: usize, A: Arithmetic<P>>(
     Verdict::Undecided
 }
 
-/// Examines the halves of an undecided part, left half first. Rarely gets here, so that
+/// Examines the halves of an undecided part, left half first. It is rarely called, so
 /// one compilation serves every processor.
 #[cold]
 fn halve<const P: usize>(
@@ -215,11 +215,11 @@ fn halve<const P: usize>(
     None
 }
 
-/// Every place in \[−1, 1\] where a series changes its sign, in ascending order, handed to
-/// `found` with whether the series rises there.
+/// Passes every position in \[−1, 1\] where a series changes its sign, in ascending order, to
+/// `found`, with whether the series rises there.
 ///
-/// `positive` is the sign before, kept from one series to the next, so that a change on
-/// the joint of two is seen once; none at the very start. Values within `noise` of zero have
+/// `positive` is the sign before, kept from one series to the next, so that a change at
+/// the joint of two is found once; `None` at the very start. Values within `noise` of zero have
 /// no sign: a touch without a crossing is not a change.
 pub fn sign_changes<const P: usize>(
     transforms: &Transforms<P>,
@@ -244,7 +244,7 @@ pub fn sign_changes<const P: usize>(
     meet_signs(transforms, series, whole, noise, &mut meet);
 }
 
-/// Meets every sign that a series has on a part, left to right.
+/// Visits the signs of a series on a part, from left to right.
 fn meet_signs<const P: usize>(
     transforms: &Transforms<P>,
     series: &[f64; P],
@@ -280,11 +280,11 @@ fn meet_signs<const P: usize>(
     }
 }
 
-/// The root of a falling series with a non-positive value at its end; −1 where it is
+/// The root of a falling series with a non-positive value at its end; −1 if it is
 /// already negative at its start (by round-off).
 ///
-/// Halley's iteration, kept within its bracket. A step that curvature hardly bends leaves an
-/// error far below round-off, so that none is spent on seeing the iteration stand still.
+/// Halley's iteration, kept within its bracket. After a small step with little curvature the
+/// error is far below round-off, so no further step is needed to confirm convergence.
 #[inline(always)]
 fn bracketed_root<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -304,8 +304,8 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
         } else {
             hi = x;
         }
-        // One division: Newton's step is value / slope, and bend / slope² is what curvature
-        // makes of it.
+        // One division: Newton's step is value / slope, and bend / slope² is the effect of
+        // curvature on it.
         let (bend, square) = (0.5 * value * curvature, slope * slope);
         let mut next = x - value * slope / (square - bend);
         let small = value.abs() < SMALL_STEP * slope.abs() && bend.abs() < SMALL_STEP * square;
@@ -322,8 +322,8 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
     x
 }
 
-/// Between which samples a falling series passes zero, and about where: by the cubic through
-/// four samples that gives the place for a value.
+/// The two samples between which a falling series passes zero, and an estimate of the position: from the cubic through
+/// four samples of the position as a function of the value.
 #[inline(always)]
 fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -331,7 +331,7 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
 ) -> [f64; 3] {
     let values = A::samples(transforms, series);
     let positive: usize = values.iter().map(|v| usize::from(*v > 0.0)).sum();
-    // Round-off may have it that the ends' signs are not those of the samples there.
+    // By round-off the signs of the ends may differ from those of the samples there.
     let after = positive.clamp(1, SAMPLES - 1);
     let (lo, hi) = (sample_place(after - 1), sample_place(after));
     let first = after.saturating_sub(2).min(SAMPLES - 4);
@@ -339,7 +339,7 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     let others = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
         (0..4).filter(|j| *j != i).map(of).product()
     };
-    // Lagrange's weights at value zero, of the steps between samples.
+    // Lagrange's weights at value zero, for the steps between samples.
     let steps: f64 = (1..4)
         .map(|i| i as f64 * others(i, &|j| y[j]) / others(i, &|j| y[j] - y[i]))
         .sum();
@@ -349,7 +349,7 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     [if inside { x } else { 0.5 * (lo + hi) }, lo, hi]
 }
 
-/// Halley's error is of third order: after a step this small, and as little bent, a fraction of
+/// Halley's error is of third order: after a step this small, with curvature this small, it is a fraction of
 /// round-off.
 const SMALL_STEP: f64 = 4e-6;
 

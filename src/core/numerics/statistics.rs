@@ -1,11 +1,11 @@
 //! Standard errors of averages over correlated series.
 
-/// Fewest blocks at the coarsest level. Over ten chaotic points, 95 % intervals hold 0.91 to 1.00
-/// with 16 blocks and 0.86 to 1.00 with 32. An error is itself uncertain by about 1/√(2·15), which
-/// [`interval_factor`] allows for.
+/// Smallest number of blocks at the coarsest level. Over ten chaotic points, 95 % intervals have a coverage of 0.91 to
+/// 1.00 with 16 blocks and 0.86 to 1.00 with 32. The relative uncertainty of an error is about 1/√(2·15);
+/// [`interval_factor`] allows for it.
 pub const FEWEST_BLOCKS: usize = 16;
 
-/// Length of the shortest series that has a standard error: its values are joined once.
+/// Length of the shortest series that has a standard error: its values are averaged in pairs once.
 pub const FEWEST_VALUES: usize = 2 * FEWEST_BLOCKS;
 
 /// Mean of a series.
@@ -13,20 +13,20 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Largest lag-one correlation that the coarsest blocks are corrected for: beyond it the
-/// series is too short to say how long it remembers.
+/// Largest lag-one correlation for which the coarsest blocks are corrected: beyond it the
+/// series is too short to determine its correlation time.
 const MOST_CORRELATION: f64 = 0.95;
 
 /// Standard error of the mean of a correlated series, by blocking (Flyvbjerg & Petersen 1989).
 /// Neighbours are averaged in pairs again and again, until 16 to 31 blocks are left. The result is
-/// infinite where the series is shorter than [`FEWEST_VALUES`], and NaN where a value is NaN.
+/// infinite if the series is shorter than [`FEWEST_VALUES`], and NaN if a value is NaN.
 ///
-/// The larger error of the two coarsest levels is returned. Finer levels are far too large where
-/// neighbours undo each other, as in a mean force, which momentum ties to the load. The coarsest
-/// level is too small where blocks still remember their neighbours. Its lag-one correlation ρ > 0
-/// then stands for the levels that the series is too short for: `√((1 + ρ)/(1 − ρ))`, the factor
-/// of a memory that fades exponentially. The estimate of ρ is corrected by its bias −1/n.
-/// docs/theory.md says what intervals cover.
+/// The larger error of the two coarsest levels is returned. Finer levels are far too large if
+/// neighbours compensate each other, as in a mean force, which momentum ties to the load. The coarsest
+/// level is too small if blocks are still correlated. Its lag-one correlation ρ > 0
+/// then extrapolates to the levels that the series is too short for: `√((1 + ρ)/(1 − ρ))`, the factor
+/// of an exponentially decaying correlation. The estimate of ρ is corrected by its bias −1/n.
+/// docs/theory.md states the coverage of intervals.
 pub fn standard_error(values: &[f64]) -> f64 {
     if values.len() < FEWEST_VALUES {
         return f64::INFINITY;
@@ -52,7 +52,7 @@ pub fn standard_error(values: &[f64]) -> f64 {
 }
 
 /// Half width of the 95 % interval of a mean, in standard errors, for a series of `length` values:
-/// Student's quantile of blocks − 1 degrees of freedom. It is infinite where the series is too
+/// Student's quantile of blocks − 1 degrees of freedom. It is infinite if the series is too
 /// short for [`standard_error`].
 pub fn interval_factor(length: usize) -> f64 {
     if length < FEWEST_VALUES {
@@ -69,8 +69,8 @@ pub fn interval_factor(length: usize) -> f64 {
 /// e of the mean and the variance s² of the values. The mean is as uncertain as that of n/τ
 /// independent values (Sokal 1997, where τ is called 2 τ_int).
 ///
-/// The larger of two levels makes it 24 % too long in the mean. A constant series has τ = 0. The
-/// result is never NaN. It is infinite where the series is shorter than [`FEWEST_VALUES`] or holds
+/// The larger of two levels makes it 24 % too long on average. A constant series has τ = 0. The
+/// result is never NaN. It is infinite if the series is shorter than [`FEWEST_VALUES`] or contains
 /// a value that is not finite.
 pub fn correlation_time(values: &[f64]) -> f64 {
     let error = standard_error(values);
@@ -86,7 +86,7 @@ pub fn correlation_time(values: &[f64]) -> f64 {
 }
 
 /// Skewness of values, `m₃ / m₂^{3/2}` with the central moments `m_k = Σ (x − x̄)^k / n`.
-/// It is 0 for fewer than 3 values and for constant ones, and NaN where a value is not finite.
+/// It is 0 for fewer than 3 values and for constant ones, and NaN if a value is not finite.
 pub fn skewness(values: &[f64]) -> f64 {
     if values.len() < 3 || is_constant(values) {
         return 0.0;
@@ -100,8 +100,8 @@ pub fn skewness(values: &[f64]) -> f64 {
     average(&|d| (d / deviation).powi(3))
 }
 
-/// Whether all values are the same up to round-off: their range is at most 16 ε times the
-/// largest modulus. A value that is not finite makes a series not constant.
+/// Whether all values are equal up to round-off: their range is at most 16 ε times the
+/// largest modulus. A series with a value that is not finite is not constant.
 pub fn is_constant(values: &[f64]) -> bool {
     if values.iter().any(|v| !v.is_finite()) {
         return false;
@@ -111,7 +111,7 @@ pub fn is_constant(values: &[f64]) -> bool {
     high - low <= 16.0 * f64::EPSILON * low.abs().max(high.abs()) || values.is_empty()
 }
 
-/// Standard error of the mean of values without memory, and their lag-one correlation,
+/// Standard error of the mean of uncorrelated values, and their lag-one correlation,
 /// at least 0.
 fn naive_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -128,7 +128,7 @@ fn naive_error(values: &[f64]) -> (f64, f64) {
     ((square / (n - 1.0) / n).sqrt(), correlation)
 }
 
-/// Student's two-sided 95 % quantile of some degrees of freedom, one at least; beyond a table its
+/// Student's two-sided 95 % quantile for degrees of freedom, at least one; beyond a table its
 /// expansion in 1/ν.
 pub fn student(degrees: usize) -> f64 {
     const QUANTILES: [f64; 10] = [
@@ -143,9 +143,9 @@ pub fn student(degrees: usize) -> f64 {
 /// The quantile at `share` of a series in time, and its standard error; `None` without
 /// values.
 ///
-/// The error is half the distance of the quantiles at `share ± e`, with `e` the standard
-/// error of the share of values below the quantile (Woodruff 1952), taken by blocking, so
-/// that memory counts. Infinity where the series is too short for `e`.
+/// The error is half the distance of the quantiles at `share ± e`, with the standard
+/// error `e` of the share of values below the quantile (Woodruff 1952). Blocking gives `e`, so
+/// correlation counts. The error is infinite if the series is too short.
 pub fn quantile(values: &[f64], share: f64) -> Option<(f64, f64)> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::numerics::random::Stream;
 
-    /// Lag-one correlation, length, and the measured share of 95 % intervals that hold.
+    /// Lag-one correlation, length, and the measured coverage of 95 % intervals.
     const COVERAGE: [(f64, usize, f64); 10] = [
         (0.0, 32, 0.9665),
         (0.0, 128, 0.9685),
@@ -223,7 +223,7 @@ mod tests {
         (0..length).map(|_| next()).collect()
     }
 
-    /// Share of 95 % intervals that hold the mean, over 2000 such series.
+    /// Share of 95 % intervals that contain the mean, over 2000 such series.
     fn coverage(a: f64, length: usize) -> f64 {
         let hits = (0..2000).filter(|&number| {
             let values = autoregressive(a, length, number);

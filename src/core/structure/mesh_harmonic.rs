@@ -1,11 +1,11 @@
-//! What the teeth of a mesh lack, as harmonics.
+//! The transmission error of a mesh, as harmonics.
 
-/// One harmonic of the transmission error of a mesh: of the mesh, or of an order of one of its shafts.
+/// One harmonic of the transmission error of a mesh: of the mesh frequency, or of an order of one of its shafts.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MeshHarmonic {
-    /// How often it repeats in so many cycles of the mesh as `cycles` says, ≥ 1.
+    /// Number of periods in `cycles` cycles of the mesh, ≥ 1.
     pub harmonic: u32,
-    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
+    /// 1 if `harmonic` is a multiple of the mesh frequency; the teeth of a gear if it is an order of its shaft.
     pub cycles: u32,
     /// Amplitude \[m\].
     pub amplitude: f64,
@@ -14,7 +14,7 @@ pub struct MeshHarmonic {
 }
 
 impl MeshHarmonic {
-    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
+    /// A harmonic of the mesh frequency, with an amplitude \[m\] and a phase \[rad\].
     pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
         Self {
             harmonic,
@@ -24,7 +24,7 @@ impl MeshHarmonic {
         }
     }
 
-    /// The same with a phase that is so much larger \[rad\].
+    /// The same with `turned` added to the phase \[rad\].
     #[must_use]
     pub fn ahead(self, turned: f64) -> Self {
         Self {

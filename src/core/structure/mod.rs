@@ -1,4 +1,4 @@
-//! A linear structure in modal coordinates, as contacts feel it. Knows nothing of gears, files or motion.
+//! A linear structure in modal coordinates, reduced to its contacts. Independent of gears, files and motion.
 
 mod mesh_harmonic;
 mod modal;

@@ -1,44 +1,45 @@
-//! What a structure looks like to the mesh: frequencies, damping, participations.
+//! How does a structure appear to the mesh? Frequencies, damping, participations.
 
 use crate::structure::{MeshHarmonic, SliderPart, StaticShare, StopPart};
 
-/// Most cycles of a contact and of the mesh in its base period: where it varies its tables are as many times larger.
+/// Largest number of cycles of a contact, and of the mesh, in its base period: tables of a varying contact grow with
+/// it.
 pub const MOST_CYCLES: u32 = 10_000;
 
-/// Most mesh cycles after which all contacts are as they were: where tables are made, some megabytes for every hundred.
+/// Largest number of mesh cycles after which all contacts repeat: tables take some megabytes per hundred cycles.
 pub const MOST_BASE_CYCLES: usize = 10_000;
 
-/// Part of the largest entry of a matrix that is round-off where it does not act.
+/// Entries below this part of a matrix's largest entry are round-off.
 const COUPLING_NOISE: f64 = 1e-12;
 
-/// Part of a contact's participations that is round-off of a rotation it does not feel.
+/// A contact's participations in a rotation below this part of all are round-off.
 const ROTATION_NOISE: f64 = 1e-10;
 
-/// More (or fewer) modes were asked for than can be given.
+/// More (or fewer) modes were requested than are available.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{requested} modes are requested, but between {least} and {available} are possible")]
 pub struct ModeCount {
-    /// Modes asked for.
+    /// Requested number of modes.
     pub requested: usize,
-    /// Fewest that can be given.
+    /// Smallest possible number.
     pub least: usize,
-    /// Most that can be given.
+    /// Largest possible number.
     pub available: usize,
 }
 
 /// A linear structure in mass-normalised modal coordinates, as seen by the gear mesh.
 ///
-/// Every vector has one entry a mode, in ascending frequency. Mode `i` obeys
+/// Every vector has one entry per mode, in ascending frequency. Mode `i` obeys
 /// `q'' + 2 ζ ω q' + ω² q = torque·F₀ − mesh·F + …` with `F₀` the static and `F` the
-/// actual mesh force \[N\]; `q` is in m √kg. Where there is a [`Coupling`], its terms
-/// `(C + Ω G) q' + K_c q` of all modes stand on the left too, Ω the pinion's speed.
+/// actual mesh force \[N\]; `q` is in m √kg. A [`Coupling`] adds its terms
+/// `(C + Ω G) q' + K_c q` of all modes on the left, with the pinion's speed Ω.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ModalStructure {
     /// Teeth of the pinion: mesh order per pinion revolution.
     pub teeth: u32,
-    /// Teeth of the wheel, where known (needed for ripple on the wheel's shaft).
+    /// Teeth of the wheel, if known (needed for ripple on the wheel's shaft).
     pub wheel_teeth: Option<u32>,
-    /// The frame in which the axes of the meshes stand still.
+    /// The frame in which the axes of the meshes are fixed.
     pub frame: TurningFrame,
     /// Mesh force at load = 1 \[N\].
     pub rated_force: f64,
@@ -54,30 +55,30 @@ pub struct ModalStructure {
     /// Modal force of a unit static mesh force \[1/√kg\]: torques `+r₁` on the pinion
     /// side and `−r₂` on the wheel side.
     pub torque: Vec<f64>,
-    /// Modal force of a unit torque on the pinion's shaft \[1/(m √kg)\], where known.
+    /// Modal force of a unit torque on the pinion's shaft \[1/(m √kg)\], if known.
     pub pinion_torque: Option<Vec<f64>>,
-    /// Modal force of a unit torque on the wheel's shaft \[1/(m √kg)\], where known.
+    /// Modal force of a unit torque on the wheel's shaft \[1/(m √kg)\], if known.
     pub wheel_torque: Option<Vec<f64>>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
     /// Its part linear in the position along the path of contact \[1/(m √kg)\].
     pub friction_lever: Vec<f64>,
-    /// Static flexibility of the modes left out, `Σ mesh²/ω²` \[m/N\]; 0 when none is
-    /// left out or when it is to be ignored (no modal-truncation augmentation).
+    /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if none is
+    /// omitted or it should be ignored (no modal-truncation augmentation).
     pub residual_flexibility: f64,
-    /// What the coast flanks feel, with the sign of the drive flanks': their deflection grows
-    /// as the drive flanks approach, and they touch where it falls to minus the half gap. None
-    /// where their line of action is not known.
+    /// Participations of the coast flanks, with the sign of the drive flanks': their deflection grows
+    /// as the drive flanks approach, and they touch where it falls to minus the half gap. `None`
+    /// if their line of action is unknown.
     pub coast: Option<FlankParticipation>,
-    /// Contacts beside the two flanks of the mesh.
+    /// Contacts besides the two flanks of the mesh.
     pub contacts: Vec<StructureContact>,
-    /// What the bearings feel of the modes, where known.
+    /// Forces on the bearings by the modes, if known.
     pub bearings: Vec<BearingGain>,
-    /// Torques in shafts and couplings, where known.
+    /// Torques in shafts and couplings, if known.
     pub torques: Vec<TorqueGain>,
-    /// Places whose acceleration may be told.
+    /// Motions whose acceleration may be in the results.
     pub motions: Vec<PlaceMotion>,
-    /// What couples the modes; none where damping is modal and nothing else acts.
+    /// Coupling of the modes; `None` if damping is modal and there are no other terms.
     pub coupling: Option<Coupling>,
     /// Modal force that does not depend on the load \[N/√kg\], such as that of a constant
     /// drag; empty for none.
@@ -87,21 +88,21 @@ pub struct ModalStructure {
     pub load_by_speed: Vec<f64>,
     /// Loads that vary with time.
     pub harmonic_loads: Vec<HarmonicLoad>,
-    /// Names of its meshes, the first one's before those whose flanks are the first contacts, two each; empty of one mesh
-    /// alone.
+    /// Names of its meshes, the first one before those whose flanks are the first contacts, two each; empty with a
+    /// single mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<String>,
-    /// Names of shafts beside those of the first mesh, each with its turns, `[p, q]`: p in q mesh cycles.
+    /// Names of shafts besides those of the first mesh, each with its turns, `[p, q]`: p in q mesh cycles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shafts: Vec<(String, [u32; 2])>,
 }
 
-/// A load `force cos(2π turns_per_cycle t/T + phase)`, T the mesh period.
+/// A load `force cos(2π turns_per_cycle t/T + phase)` with the mesh period T.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct HarmonicLoad {
     /// Its name.
     pub name: String,
-    /// Amplitude of the modal force, one entry a mode \[N/√kg\].
+    /// Amplitude of the modal force, one entry per mode \[N/√kg\].
     pub force: Vec<f64>,
     /// Turns of its phase per mesh cycle, > 0; need not be rational.
     pub turns_per_cycle: f64,
@@ -109,7 +110,7 @@ pub struct HarmonicLoad {
     pub phase: f64,
 }
 
-/// What couples the modes, or damps them beside their own ratio:
+/// Coupling of the modes, and damping beyond their ratios:
 /// `q'' + (2 ζ ω + C + Ω G) q' + (ω² + K_c) q = …`. Matrices N × N, row by row.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Coupling {
@@ -134,21 +135,22 @@ impl Coupling {
     }
 }
 
-/// Rows and columns of the `retained` first of `modes` modes in a matrix; nothing of an empty one.
+/// Rows and columns of the `retained` first of `modes` modes in a matrix; empty for an empty one.
 fn leading_part(matrix: &[f64], modes: usize, retained: usize) -> Vec<f64> {
     let rows = matrix.chunks_exact(modes).take(retained);
     rows.flat_map(|row| &row[..retained]).copied().collect()
 }
 
-/// A frame that turns with the carrier of planets, and what it adds to the equations of motion of its structure:
-/// `Ω² (K_f q − f)` on the left, Ω the speed of an operating point, which is the driver's. Coriolis terms are among the gyroscopic ones of [`Coupling`].
+/// A frame that rotates with the carrier of planets, and its contribution to the equations of motion: `Ω² (K_f q − f)`
+/// on the left, with the speed Ω of an operating point, which is the driver's. Coriolis terms are among the gyroscopic
+/// ones of [`Coupling`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TurningFrame {
-    /// Speed of the first gear beside that of the carrier, in units of Ω; 1 where the frame stands still.
+    /// Speed of the first gear relative to the carrier, in units of Ω; 1 if the frame is fixed.
     pub rolling: f64,
     /// K_f, N × N row by row \[1\]; empty for none.
     pub stiffness: Vec<f64>,
-    /// f, one entry a mode \[m √kg\]: centrifugal forces on planets; empty for none.
+    /// f, one entry per mode \[m √kg\]: centrifugal forces on planets; empty for none.
     pub load: Vec<f64>,
 }
 
@@ -172,40 +174,40 @@ impl TurningFrame {
     }
 }
 
-/// A one-sided contact of a structure beside the two flanks of its mesh: a further flank, a stop, a
-/// stage of a spring. It closes where `δ = Σ participation q − e` rises to its gap b, and bears
+/// A one-sided contact of a structure besides the two flanks of its mesh: a further flank, a stop, a
+/// stage of a spring. It closes where `δ = Σ participation q − e` rises to its gap b, with the force
 /// `F = k (δ − b) + c δ'`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct StructureContact {
     /// Its name.
     pub name: String,
-    /// Participation of its deflection, one entry a mode \[1/√kg\].
+    /// Participation of its deflection, one entry per mode \[1/√kg\].
     pub participation: Vec<f64>,
-    /// Modal force of a unit of its force without friction that turns, taken with a minus sign, one entry a mode
-    /// \[1/√kg\]: mostly the participation itself.
+    /// Negative modal force of a unit contact force, without friction that reverses, one entry per mode
+    /// \[1/√kg\]: mostly equal to the participation.
     pub force: Vec<f64>,
-    /// Derivative of participation and force by the load centroid z_c \[1/(m √kg)\]; empty where it stays at mid-face.
+    /// Derivative of participation and force by the load centroid z_c \[1/(m √kg)\]; empty if it stays at mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tilt: Vec<f64>,
-    /// What friction adds to it by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
+    /// Contribution of friction by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
     #[serde(skip_serializing_if = "no_friction")]
     pub rubbing: [Vec<f64>; 2],
-    /// Speed at which its two gears turn against each other, by that of the gears of the first mesh \[1\]; 0 of what is no
+    /// Relative rotational speed of its two gears, over that of the gears of the first mesh \[1\]; 0 if it is not a
     /// mesh.
     #[serde(skip_serializing_if = "is_zero")]
     pub sliding: f64,
-    /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
+    /// Number of its cycles, `[p, q]`: p in q cycles of the mesh.
     pub cycles: [u32; 2],
-    /// What it bears.
+    /// Its force law.
     pub law: ContactLaw,
-    /// The flank of the first mesh that it is another copy of, 0 the drive flank and 1 the coast flank. Of `law`
-    /// counts the phase alone then; `rubbing` is for a unit of friction.
+    /// The flank of the first mesh that it copies, 0 for the drive flank and 1 for the coast flank. Only the phase
+    /// of `law` counts then; `rubbing` is for a unit of friction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub copies: Option<usize>,
 }
 
 impl StructureContact {
-    /// A contact along one line that acts where it is seen, in the cycles of the mesh, without friction.
+    /// A contact along one line whose force acts along its deflection, in the cycles of the mesh, without friction.
     pub fn plain(name: String, participation: Vec<f64>, law: ContactLaw) -> Self {
         Self {
             name,
@@ -223,7 +225,7 @@ impl StructureContact {
 
 #[cfg(test)]
 impl StructureContact {
-    /// A stop without friction, of a gap \[m\] and a constant stiffness \[N/m\], for tests.
+    /// A stop without friction, with a gap \[m\] and a constant stiffness \[N/m\], for tests.
     pub fn stop(participation: &[f64], gap: f64, stiffness: f64) -> Self {
         let mut series = [0.0; 8];
         series[0] = stiffness;
@@ -249,12 +251,12 @@ fn no_friction(rubbing: &[Vec<f64>; 2]) -> bool {
     rubbing.iter().all(Vec::is_empty)
 }
 
-/// What a one-sided contact bears of its deflection.
+/// Force of a one-sided contact as a function of its deflection.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct ContactLaw {
     /// Gap b \[m\]; a negative one is a preload.
     pub gap: f64,
-    /// Stiffness k over its cycle: the phase where each piece ends, and its Legendre coefficients
+    /// Stiffness k over its cycle: the phase at the end of each piece, and its Legendre coefficients
     /// there \[N/m\].
     pub stiffness: Vec<(f64, [f64; 8])>,
     /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each of these pieces; empty without friction.
@@ -263,7 +265,7 @@ pub struct ContactLaw {
     /// Load centroid z_c over each of these pieces \[m\]; empty for mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub centres: Vec<f64>,
-    /// Error of the loaded flanks over each of these pieces, which adds to the gap: Legendre coefficients \[m\];
+    /// Error of the loaded flanks over each of these pieces, added to the gap: Legendre coefficients \[m\];
     /// empty for none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lacking: Vec<[f64; 8]>,
@@ -273,17 +275,17 @@ pub struct ContactLaw {
     pub phase: f64,
     /// Harmonics of its error e; phases count from phase 0 of its cycle.
     pub error: Vec<MeshHarmonic>,
-    /// The part of a dry slider that it is; none of an ordinary contact.
+    /// Its part of a dry slider; `None` for an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider: Option<SliderPart>,
-    /// The part of a rigid stop that it is; none of an ordinary contact.
+    /// Its part of a rigid stop; `None` for an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopPart>,
 }
 
 impl ContactLaw {
-    /// Of a contact whose law is given later but for its phase \[cycles\]: by the flank of the first mesh that it
-    /// copies, or by the load.
+    /// Law of a contact with only the phase known \[cycles\]: the flank of the first mesh that it copies, or the
+    /// load, determines the rest later.
     pub fn later(phase: f64) -> Self {
         Self {
             phase,
@@ -299,7 +301,7 @@ impl ContactLaw {
     }
 }
 
-/// What the flanks of one side feel of the modes, one entry a mode, and what they do to them.
+/// Participations of the flanks of one side, one entry per mode.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct FlankParticipation {
     /// Participation of the deflection along the line of action \[1/√kg\].
@@ -310,12 +312,12 @@ pub struct FlankParticipation {
     pub friction: Vec<f64>,
     /// Its part linear in the position along the path of contact \[1/(m √kg)\].
     pub lever: Vec<f64>,
-    /// Static flexibility of the modes left out, `Σ mesh²/ω²` \[m/N\].
+    /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\].
     pub residual_flexibility: f64,
 }
 
 impl FlankParticipation {
-    /// Its first `retained` modes, the others returning as their flexibility where `mta` asks.
+    /// Its first `retained` modes; the others are replaced by their flexibility if `mta` is set.
     fn truncated(&self, frequency: &[f64], retained: usize, mta: bool) -> Self {
         let keep = |column: &[f64]| column[..retained].to_vec();
         let left_out = self.mesh[retained..].iter().zip(&frequency[retained..]);
@@ -330,57 +332,58 @@ impl FlankParticipation {
     }
 }
 
-/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\]:
-/// that of its springs and of its dampers. Modal damping has no place of its own and is not in it.
+/// The force of a shaft on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\]:
+/// that of its springs and of its dampers. Modal damping acts at no particular place and is not included.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 x`.
     pub name: String,
-    /// Force per unit modal displacement \[N/(m √kg)\], one entry a mode.
+    /// Force per unit modal displacement \[N/(m √kg)\], one entry per mode.
     pub gain: Vec<f64>,
-    /// Force per unit modal velocity \[N s/(m √kg)\], one entry a mode; empty for none.
+    /// Force per unit modal velocity \[N s/(m √kg)\], one entry per mode; empty for none.
     pub rate_gain: Vec<f64>,
-    /// What modes that are left out add at rest.
+    /// Contribution of omitted modes at rest.
     pub left_out: StaticShare,
 }
 
-/// The torque that a shaft or a coupling transmits, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and
-/// its damper, in the sense of running: of a drive of two shafts from the motor to the pinion and from the
-/// wheel to the load, of a train from the lower place to the higher.
+/// The torque in a shaft or a coupling, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and its damper, in the
+/// direction of rotation. In a drive of two shafts it counts from the motor to the pinion and from the wheel to the
+/// load, in a train from the lower position to the higher one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TorqueGain {
     /// Shaft or coupling.
     pub name: String,
-    /// Torque per unit modal displacement \[N/√kg\], one entry a mode.
+    /// Torque per unit modal displacement \[N/√kg\], one entry per mode.
     pub gain: Vec<f64>,
-    /// Torque per unit modal velocity \[N s/√kg\], one entry a mode; empty for none.
+    /// Torque per unit modal velocity \[N s/√kg\], one entry per mode; empty for none.
     pub rate_gain: Vec<f64>,
 }
 
-/// What moves.
+/// Kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum MotionKind {
-    /// A place of a bearing, in one direction.
+    /// Displacement of a bearing's position, in one direction.
     Place,
-    /// What rotates as one: the rotation of its node that torque acts on.
+    /// Rotation of a body, at the node on which torque acts.
     Body,
-    /// A gear: its rotation.
+    /// Rotation of a gear.
     Gear,
 }
 
-/// A motion, `Σ gain·q`: a displacement in one direction, or a rotation in the sense of running, beside the mean rotation.
+/// A motion, `Σ gain·q`: a displacement in one direction, or a rotation in the direction of running, relative to the
+/// mean rotation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PlaceMotion {
-    /// Shaft, bearing and direction, such as `pinion 1 x`; of a rotation the shaft or the gear.
+    /// Shaft, bearing and direction, such as `pinion 1 x`; for a rotation the shaft or the gear.
     pub name: String,
-    /// What moves.
+    /// Its kind.
     pub kind: MotionKind,
-    /// Displacement \[1/√kg\] or angle \[1/(m √kg)\] per unit modal displacement, one entry a mode.
+    /// Displacement \[1/√kg\] or angle \[1/(m √kg)\] per unit modal displacement, one entry per mode.
     pub gain: Vec<f64>,
 }
 
 impl BearingGain {
-    /// What modes that are left out add, those of its structure behind the `retained` first among them.
+    /// Contribution of omitted modes, including those of its structure after the `retained` first.
     fn left_out_behind(&self, structure: &ModalStructure, retained: usize) -> StaticShare {
         let known = &self.left_out;
         let share = |before: f64, column: &[f64]| -> f64 {
@@ -435,8 +438,8 @@ impl BearingGain {
 }
 
 impl ModalStructure {
-    /// Modes with one damping ratio, rigid ones undamped, that mesh and torque participations alone tell
-    /// about: a pinion of one tooth, 1 N of mesh force at load = 1, no friction, no bearings.
+    /// Modes with one damping ratio, rigid ones undamped, with given mesh and torque participations:
+    /// a pinion of one tooth, 1 N of mesh force at load = 1, no friction, no bearings.
     pub fn of_modes(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> Self {
         let n = frequency.len();
         let damping = |f: &f64| if *f > 0.0 { ratio } else { 0.0 };
@@ -478,7 +481,7 @@ impl ModalStructure {
         }
     }
 
-    /// What the drive flanks feel.
+    /// Participations of the drive flanks.
     pub fn drive_flank(&self) -> FlankParticipation {
         FlankParticipation {
             mesh: self.mesh.clone(),
@@ -489,7 +492,7 @@ impl ModalStructure {
         }
     }
 
-    /// Mesh cycles in a turn of the driver, `z |Ω_1 − Ω_carrier|/Ω`.
+    /// Mesh cycles per revolution of the driver, `z |Ω_1 − Ω_carrier|/Ω`.
     pub fn cycles_per_turn(&self) -> f64 {
         f64::from(self.teeth) * self.frame.rolling.abs()
     }
@@ -504,13 +507,13 @@ impl ModalStructure {
         self.frequency.iter().filter(|&&omega| omega == 0.0).count()
     }
 
-    /// Number of rigid rotations that no contact feels.
+    /// Number of rigid rotations that deflect no contact.
     pub fn neutral_modes(&self) -> usize {
         self.rigid_modes() - self.felt_rotations().len()
     }
 
-    /// How many of the places and speeds of these rotations are felt all the same: the speed of each
-    /// that dampers or gyroscopic terms act on, both of each that springs hold.
+    /// Number of positions and speeds of these rotations that still matter: the speed of each
+    /// with dampers or gyroscopic terms, both of each with springs.
     pub fn felt_of_neutral(&self) -> usize {
         let Some(coupling) = &self.coupling else {
             return 0;
@@ -533,14 +536,14 @@ impl ModalStructure {
         held + by(&coupling.gyroscopic)
     }
 
-    /// Directions in the space of the rigid rotations that contacts feel, linearly independent, that
-    /// of the mesh first: participations in the rigid modes alone.
+    /// Linearly independent directions in the space of the rigid rotations that deflect contacts, that
+    /// of the mesh first: participations in the rigid modes only.
     pub fn felt_rotations(&self) -> Vec<Vec<f64>> {
         let rigid = self.rigid_modes();
         let further = self.contacts.iter().map(|contact| &contact.participation);
         let mut felt: Vec<Vec<f64>> = Vec::new();
         let mut independent: Vec<Vec<f64>> = Vec::new();
-        // The mesh may feel the rotations as little as it likes.
+        // The participation of the mesh in the rotations may be arbitrarily small.
         let columns = std::iter::once((&self.mesh, 0.0))
             .chain(further.map(|column| (column, ROTATION_NOISE)));
         for (column, noise) in columns {
@@ -554,17 +557,17 @@ impl ModalStructure {
 
     /// The structure reduced to its `retained` lowest modes.
     ///
-    /// With `mta` (modal-truncation augmentation) the modes left out return as their static
-    /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to what the structure already
-    /// carried; without it the residual flexibility is 0. On bearings their static share stays in either case
-    /// ([`StaticShare`]). What couples them to the modes that
-    /// stay, or to each other, is left out with them.
+    /// With `mta` (modal-truncation augmentation) the omitted modes return as their static
+    /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to that of the
+    /// structure; without it the residual flexibility is 0. Their static share in bearing forces stays in both cases
+    /// ([`StaticShare`]). Their coupling to the retained modes and
+    /// to each other is omitted.
     ///
     /// # Errors
     /// [`ModeCount`] unless `max(1, rigid modes) ≤ retained ≤ modes`: a rigid
-    /// rotation has no static flexibility and cannot be left out.
+    /// rotation has no static flexibility and cannot be omitted.
     pub fn truncated(&self, retained: usize, mta: bool) -> Result<Self, ModeCount> {
-        // Frequencies ascend, so that the rigid modes come first.
+        // Frequencies ascend, so the rigid modes come first.
         let least = self.rigid_modes().max(1);
         if retained < least || retained > self.modes() {
             return Err(ModeCount {
@@ -643,8 +646,8 @@ impl ModalStructure {
     }
 }
 
-/// Adds what of a row is orthogonal to some unit vectors to them, made one itself; whether there is more
-/// of it than `noise`.
+/// Adds the part of a row orthogonal to unit vectors to these, normalised. Returns whether that part is larger
+/// than `noise`.
 fn widen(units: &mut Vec<Vec<f64>>, row: &[f64], noise: f64) -> bool {
     let mut rest = row.to_vec();
     // Twice, against round-off.

@@ -1,8 +1,8 @@
-//! What are a dry slider and its spring to a structure?
+//! How is a dry slider with its spring represented in a structure?
 
-/// The three states of a dry slider in series with a spring, each a contact of its own. Exactly one of them is closed.
+/// The three states of a dry slider in series with a spring, each a separate contact. Exactly one of them is closed.
 ///
-/// The element bears `f = k (δ − s)` with the place s of its slider, but never more than its limit F:
+/// The force of the element is `f = k (δ − s)` with the position s of its slider, but at most its limit F:
 ///
 /// ```text
 /// stick:  s' = 0                       until f = ±F
@@ -16,12 +16,12 @@ pub enum SliderPart {
     Forwards,
     /// It slips in the other direction.
     Backwards,
-    /// It sticks: its spring bears.
+    /// It sticks: its spring carries the force.
     Spring,
 }
 
 impl SliderPart {
-    /// All parts in the order of their contacts, each with what its name ends in.
+    /// All parts in the order of their contacts, each with the end of its name.
     pub const ALL: [(Self, &'static str); 3] = [
         (Self::Forwards, "slip forwards"),
         (Self::Backwards, "slip backwards"),

@@ -1,17 +1,17 @@
-//! What the flanks of a pair take for granted of its drawing: lengths and moduli, courses through points, bores.
+//! Does a drawing meet the assumptions of the flanks? Checks lengths, moduli, courses through points and bores.
 
 use super::compliance::LEAST_BODY_RATIO;
 use super::{FlankCourse, GearError, GearPair, Tooth};
 use std::f64::consts::FRAC_PI_2;
 
-/// Part of a flank by which points may lie beyond its ends: what rounding of a drawing's lengths makes.
+/// Part of a flank by which points may lie beyond its ends, to allow for rounded lengths in drawings.
 const ON_FLANK: f64 = 1e-3;
 
-/// Thickness of a ring outside its roots \[modules\] from which it is solved as accurately as thicker ones.
+/// Smallest thickness of a ring outside its roots \[modules\] that is solved as accurately as thicker ones.
 const LEAST_RIM: f64 = 2.0;
 
-/// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
-/// already, a caller of the library may not.
+/// Checks lengths, angles and moduli that the formulas rely on. A manifest has passed these checks
+/// already; a caller of the library may not have.
 pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
     if pair.helix_angle.is_nan() || pair.helix_angle.abs() >= FRAC_PI_2 {
         let value = pair.helix_angle;
@@ -71,7 +71,7 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
     Ok(())
 }
 
-/// Courses through points lie on their flanks, in order.
+/// Checks that courses through points lie on their flanks, in order.
 pub(super) fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
     for (index, tooth) in teeth.iter().enumerate() {
         let [_, half] = pair.form.overhang[index].own(0.0, pair.face_width);
@@ -118,7 +118,7 @@ pub(super) fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), Ge
     Ok(())
 }
 
-/// The values that a drawing does give, named.
+/// The values that the drawing states, with names.
 fn given(
     quantity: &'static str,
     values: &[Option<f64>],
@@ -126,7 +126,7 @@ fn given(
     values.iter().flatten().map(move |value| (quantity, *value))
 }
 
-/// The bores, which must be known and make bodies whose compliance is; of a ring the outer diameter, negative.
+/// The bores; for a ring minus the outer diameter. Checks that they are known and that the bodies can be solved.
 pub(super) fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {

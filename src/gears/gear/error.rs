@@ -1,4 +1,4 @@
-//! What can be wrong with the drawing of a gear pair.
+//! What can be wrong with the drawing of a gear pair?
 
 /// A course of a flank that is given through points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +18,7 @@ impl std::fmt::Display for FlankCourse {
     }
 }
 
-/// Why a drawing is not a gear pair that runs. Gears are counted 1 = pinion, 2 = wheel.
+/// Why a drawing is not a gear pair that can run. Gears are numbered 1 = pinion, 2 = wheel.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GearError {
     /// The base circles overlap at the given centre distance.
@@ -58,7 +58,7 @@ pub enum GearError {
         /// The value found.
         value: f64,
     },
-    /// A helix that is none.
+    /// A helix angle outside its range.
     #[error("the helix angle is {value} rad, but must be between -π/2 and π/2")]
     HelixAngle {
         /// Helix angle \[rad\].
@@ -74,7 +74,7 @@ pub enum GearError {
         /// Largest one, in modules.
         limit: f64,
     },
-    /// The rack cuts off what the mate would touch.
+    /// The rack cuts off part of the flank that the mate would touch.
     #[error(
         "gear {gear} is undercut up to a diameter of {:.4} mm, but its mate touches it from {:.4} mm on: \
          its profile shift, thinning included, is {shift:.4}; at least {limit:.4} avoids undercut; raise \
@@ -90,7 +90,7 @@ pub enum GearError {
         limit: f64,
         /// Diameter at which the involute begins \[m\].
         form_diameter: f64,
-        /// Diameter at which contact would begin, the base circle where that is larger \[m\].
+        /// Diameter at which contact would begin, or the base circle if that is larger \[m\].
         active_diameter: f64,
     },
     /// The flanks of a tooth meet below its tip circle.
@@ -169,7 +169,7 @@ pub enum GearError {
         /// Least ratio.
         least: f64,
     },
-    /// A gear that does not run inside its ring.
+    /// A gear that cannot run inside its ring.
     #[error(transparent)]
     Ring(#[from] super::InternalError),
     /// A tip meets its mate's fillet.
@@ -202,7 +202,7 @@ pub enum GearError {
         /// Centre distance \[m\].
         centre_distance: f64,
     },
-    /// A tip reaches into its mate's root.
+    /// A tip reaches below its mate's root circle.
     #[error(
         "the tip of gear {gear} reaches {:.3e} m below its mate's root circle; lower its tip diameter or raise the rack's dedendum", -clearance
     )]
@@ -212,7 +212,7 @@ pub enum GearError {
         /// Distance from tip to root \[m\], negative.
         clearance: f64,
     },
-    /// Nothing says where the body of a gear is held.
+    /// The drawing does not say where the body of a gear is clamped.
     #[error(
         "gear {gear} has no bore, on which its body stands; give `bore` in the table of this gear (of planets \
          train.planetary.*.bore), or the diameter of its shaft"
@@ -244,7 +244,7 @@ pub enum GearError {
         /// 1 = pinion, 2 = wheel.
         gear: usize,
     },
-    /// Points that are no course.
+    /// Points that do not increase.
     #[error(
         "point {point} of the {course} of gear {gear} is not beyond the previous one, or is not a number; \
          list the points with increasing positions"
@@ -274,12 +274,12 @@ pub enum GearError {
         /// Where it ends \[m\].
         to: f64,
     },
-    /// A law of friction gives what is no coefficient of friction.
+    /// A law of friction gives a value outside the range of a coefficient of friction.
     #[error(
         "the law of friction gives a coefficient of {coefficient:.3e}, which must be above 0 and below 1; check mesh.roughness, mesh.oil_viscosity and the speed, or give mesh.friction"
     )]
     MeanFriction {
-        /// What it gives.
+        /// The value of the law.
         coefficient: f64,
     },
 }

@@ -1,38 +1,38 @@
-//! Where pairs slide over the mesh cycle, while those in contact share the load evenly.
+//! How do pairs slide over the mesh cycle if those in contact share the load evenly?
 //!
-//! At mesh phase φ the pairs of a spur gear stand at `s = (φ + j − π) p_b` from the pitch point, j whole, as
-//! long as `0 ≤ φ + j < ε`: at phase 0 one takes hold at the start of the path, π cycles before it passes the pitch
-//! point. n pairs bear 1/n each, so that `Λ₀ = −Σ sign(s)/n` steps where a pair comes, leaves and passes the
-//! pitch point and is constant between, and `Λ₁ = −Σ |s|/n` is straight there ([`friction_direction`]). Over a cycle
-//! `−Λ₁ (1/r_b1 + 1/r_b2)` has Ohlendorf's (1958) loss factor as its mean where `ε ≤ 2`.
+//! At mesh phase φ the pairs of a spur gear stand at `s = (φ + j − π) p_b` from the pitch point, with integer j and
+//! `0 ≤ φ + j < ε`. At phase 0 a pair enters at the start of the path, π cycles before it passes the pitch
+//! point. Each of n pairs carries 1/n. So `Λ₀ = −Σ sign(s)/n` is piecewise constant, with steps where a pair enters,
+//! leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between ([`friction_direction`]). Over a cycle
+//! the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss factor if `ε ≤ 2`.
 //!
-//! A helical pair stands as far ahead as `ε_β/2` at one end of its face and behind at the other. Its lines of
-//! contact bear the same load per length, whatever of them is in contact.
+//! A helical pair is `ε_β/2` cycles ahead at one end of its face and as much behind at the other. Its lines of
+//! contact carry the same load per length at any length of contact.
 
 use super::{FrictionDirection, GearError, GearPair, friction_direction};
 use crate::numerics::quadrature::GaussLegendre;
 
-/// Longest stretch over which a direction that changes steadily is taken as its mean, in mesh cycles.
+/// Longest stretch over which a linearly varying direction is replaced by its mean, in mesh cycles.
 const LONGEST: f64 = 1.0 / 24.0;
 
-/// Ends closer than this to one another \[cycles\] are one.
+/// Ends closer than this \[cycles\] coincide.
 pub(super) const SAME_END: f64 = 1e-9;
 
-/// Nodes of the rule for means: exact where Λ is straight, to round-off on so short stretches elsewhere.
+/// Nodes of the rule for means: exact where Λ is linear, accurate to round-off on such short stretches elsewhere.
 const RULE: usize = 8;
 
-/// The pairs of a drawing by their times of contact. Times are in mesh cycles.
+/// The pairs of a drawing, described by their times of contact in mesh cycles.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct EvenSharing {
     /// From the first touch of a pair, at mid-face, to the pitch point: π = g_f/p_bt.
     pub pitch_phase: f64,
-    /// From the first touch to the last, at one place of the face: the transverse contact ratio ε ≥ 1.
+    /// From the first to the last touch, at one position of the face: the transverse contact ratio ε ≥ 1.
     pub contact_ratio: f64,
-    /// By how much one end of the face is ahead of the other: the overlap ratio ε_β, 0 of spur gears.
+    /// Lead of one end of the face over the other: the overlap ratio ε_β, 0 for spur gears.
     pub overlap_ratio: f64,
     /// Transverse base pitch p_bt \[m\].
     pub base_pitch: f64,
-    /// Force on the flanks, by which friction goes, per force in the transverse section: `1/cos β_b`.
+    /// Force normal to the flanks, which causes friction, per force in the transverse section: `1/cos β_b`.
     pub inclination: f64,
 }
 
@@ -68,7 +68,7 @@ impl EvenSharing {
         while middle - half < self.contact_ratio {
             let from = (middle - half).max(0.0);
             let to = (middle + half).min(self.contact_ratio);
-            // Each side of the pitch point has its mean place in the middle.
+            // The mean position on each side of the pitch point is in the middle.
             let pitch = self.pitch_phase.clamp(from, to);
             if half == 0.0 {
                 bear(middle, 1.0);
@@ -83,7 +83,7 @@ impl EvenSharing {
         friction_direction(&places, &lengths)
     }
 
-    /// Where stretches end on which the direction is one: in order, 1 last. None is shorter than `apart`.
+    /// Ends of the stretches with a constant direction, in order, 1 last. No stretch is shorter than `apart`.
     pub fn ends(&self, apart: f64) -> Vec<f64> {
         self.ends_at(
             &[0.0, self.pitch_phase, self.contact_ratio],
@@ -92,12 +92,12 @@ impl EvenSharing {
         )
     }
 
-    /// Where pairs come and leave, and the load goes over steadily: phases that are moved by some law.
+    /// Phases, mapped by `moved`, at which pairs enter and leave and between which the load varies linearly.
     pub(super) fn touches(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
     }
 
-    /// Ends at marks of a pair, moved by some law.
+    /// Ends at marks of a pair, mapped by `moved`.
     fn ends_at(&self, marks: &[f64], apart: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         let half = 0.5 * self.overlap_ratio;
         let mut ends: Vec<f64> = (marks.iter())
@@ -115,8 +115,8 @@ impl EvenSharing {
         ends
     }
 
-    /// Part of the load that the pair of a tooth bears so long after its first touch at mid-face \[cycles\]; the tooth touches
-    /// again every `teeth` cycles.
+    /// Part of the load on the pair of a tooth at a time after its first touch at mid-face \[cycles\]. The tooth
+    /// touches again every `teeth` cycles.
     pub(super) fn share(&self, since: f64, teeth: u32) -> f64 {
         let half = 0.5 * self.overlap_ratio;
         let line = |middle: f64| {
@@ -134,7 +134,7 @@ impl EvenSharing {
         own / all
     }
 
-    /// Mean over a stretch of the mesh cycle without such an end inside.
+    /// Mean over a stretch of the mesh cycle that contains no such end.
     pub fn mean(&self, [from, to]: [f64; 2]) -> FrictionDirection {
         let rule = GaussLegendre::new(RULE);
         let (mut direction, mut lever) = (0.0, 0.0);

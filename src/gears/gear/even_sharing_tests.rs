@@ -5,7 +5,7 @@ use crate::gear::{
     PathOfContact, ToothForm, fixtures,
 };
 
-/// Apart as ends of divisions are.
+/// Minimum length of divisions.
 const APART: f64 = 1e-9;
 
 fn drawn(teeth: [u32; 2], shift: [f64; 2], helix_degrees: f64) -> GearPair {
@@ -33,7 +33,7 @@ fn late() -> GearPair {
     drawn([30, 71], [-0.1, 0.3], 0.0)
 }
 
-/// Teeth of one stiffness all along the path of a drawing, on bodies that do not yield: they share the load evenly.
+/// Teeth of constant stiffness along the path of a drawing, on rigid bodies: they share the load evenly.
 struct Even {
     path: PathOfContact,
     helix: f64,
@@ -61,7 +61,7 @@ impl FlankLaw for Even {
     }
 }
 
-/// The mesh table of such teeth.
+/// The mesh table of these teeth.
 fn table(pair: &GearPair) -> MeshTableCycle {
     let law = Even {
         path: Flanks::new(pair).unwrap().path(),
@@ -79,7 +79,7 @@ fn table(pair: &GearPair) -> MeshTableCycle {
         .cycle(0, 0)
 }
 
-/// Phases, sharing, signs and levers are those of the mesh table where that shares the load evenly, and so are the
+/// Phases, sharing, signs and levers agree with the mesh table of evenly shared load, and so do the
 /// phases at which they change.
 #[test]
 fn spur_pairs_slide_as_their_mesh_table_has_it() {
@@ -107,7 +107,7 @@ fn spur_pairs_slide_as_their_mesh_table_has_it() {
     }
 }
 
-/// The sign turns where a pair passes the pitch point, from the approach, on which the pinion pushes along +t.
+/// The sign changes where a pair passes the pitch point. In the approach the pinion pushes along +t.
 #[test]
 fn friction_turns_at_the_pitch_point() {
     for pair in spur_pairs() {
@@ -117,14 +117,14 @@ fn friction_turns_at_the_pitch_point() {
         assert!(even.contact_ratio - 1.0 < pitch && pitch < 1.0);
         assert_eq!(even.at(pitch - 1e-12).direction, 1.0);
         assert_eq!(even.at(pitch + 1e-12).direction, -1.0);
-        // Two pairs before and behind it bear half each.
+        // Two pairs, one before and one behind it, carry half each.
         let two = even.at(0.5 * (even.contact_ratio - 1.0));
         assert_eq!(two.direction, 0.0);
         assert!((two.lever / (-0.5 * even.base_pitch) - 1.0).abs() < 1e-14);
     }
 }
 
-/// `H_v = π (u + 1)/(z₁ u) (1 − ε + ε₁² + ε₂²)` (Ohlendorf 1958) is the mean of what evenly loaded pairs slide.
+/// `H_v = π (u + 1)/(z₁ u) (1 − ε + ε₁² + ε₂²)` (Ohlendorf 1958) is the mean sliding of evenly loaded pairs.
 #[test]
 fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
     for pair in spur_pairs() {
@@ -149,8 +149,8 @@ fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
     }
 }
 
-/// Lines of contact of one load per length: Λ follows those of the mesh table, whose spans across the face are within
-/// 1e-5 of that, and its means those of many phases.
+/// Lines of contact with the same load per length: Λ agrees with the mesh table, whose spans across the face give an
+/// error of 1e-5. Its means agree with those over many phases.
 #[test]
 fn helical_lines_slide_as_their_mesh_table_has_it() {
     for degrees in [-8.0, 12.0, 30.0] {
@@ -183,7 +183,7 @@ fn helical_lines_slide_as_their_mesh_table_has_it() {
     }
 }
 
-/// A face of hardly any overlap is that of spur gears.
+/// A face of nearly no overlap behaves like that of spur gears.
 #[test]
 fn a_narrow_helical_face_slides_as_a_spur_one() {
     let pair = drawn([20, 30], [0.0; 2], 0.0);

@@ -1,5 +1,5 @@
-//! The gear pair of tests: unit tests have it from here, and those of the whole program (`tests/common`) compile the
-//! same file. What it needs it names through `super`, which are the gears here and what the program offers there.
+//! The gear pair of tests: the unit tests use it from here, and those of the whole program (`tests/common`) compile
+//! the same file. It names its types through `super`: the gears here, and the re-exports of the program there.
 
 use super::{GearPair, ToothForm};
 

@@ -1,5 +1,5 @@
-//! What load sharing has to know of a tooth pair: where it meets, how it yields, what is
-//! missing from its flanks.
+//! What does load sharing need to know about a tooth pair? Where it meets, how it yields, and how much material
+//! is missing from its flanks.
 
 use super::{AlongFace, Flanks, PairCompliance, PathOfContact};
 use std::f64::consts::FRAC_2_PI;
@@ -7,22 +7,22 @@ use std::sync::Arc;
 
 /// The law of one pair of teeth along the path of contact.
 ///
-/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, j whole, as far as the reach goes.
-/// Of helical gears they stand there at mid-face, and `z tan β_b` further at z \[m\] from it; forces and
-/// lengths of deflection are those along the line of action in the transverse section, loads those per
+/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, for all integers j within the reach.
+/// Helical gears stand there at mid-face, and `z tan β_b` further at z \[m\] from it. Forces and
+/// deflections are those along the line of action in the transverse section, loads are per
 /// width of face.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
 
     /// Slope of the lines of contact in the plane of action `tan β_b` \[1\]: how much further along
-    /// the path a pair stands at the end of a face of unit length. 0 of spur gears.
+    /// the path a pair stands at the end of a face of unit length. 0 for spur gears.
     fn helix(&self) -> f64 {
         0.0
     }
 
-    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it, across a
-    /// gap that is part of [`Self::relief`].
+    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it. The gap there is
+    /// part of [`Self::relief`].
     fn reach(&self) -> [f64; 2] {
         let path = self.path();
         [path.start, path.end]
@@ -31,30 +31,30 @@ pub trait FlankLaw: Sync {
     /// Compliance of a pair at s within the reach; off the path that of its nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
-    /// What the gear bodies give at the pair at s under a unit line load on the pair `ahead`
-    /// base pitches further, both in contact, and the other way round \[m²/N\]. 0: a body of
-    /// its own for every pair.
+    /// How much the gear bodies yield at the pair at s under a unit line load on the pair `ahead`
+    /// base pitches further, both in contact, and the other way round \[m²/N\]. 0 if every pair has
+    /// a separate body.
     fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
         0.0
     }
 
-    /// How slices of the face support each other; none: they do not.
+    /// How slices of the face support each other; `None` if they do not.
     fn along_face(&self) -> Option<Arc<AlongFace>> {
         None
     }
 
-    /// What relief leaves missing between both flanks at s, and off the path the gap under the tip edge, along
+    /// Material that reliefs remove from both flanks at s, and off the path the gap under the tip edge, along
     /// the line of action \[m\].
     fn relief(&self, s: f64) -> f64;
 
-    /// What is missing besides relief \[m\], at s and at z \[m\] from mid-face: crowning,
+    /// Material missing besides relief \[m\], at s and at z \[m\] from mid-face: crowning,
     /// errors of form.
     fn deviation(&self, _s: f64, _z: f64) -> f64 {
         0.0
     }
 
     /// Approach of the flanks by their contact under a line load \[N/m\], and its derivative:
-    /// \[m\] and \[m²/N\]. Linear, as in [`Self::compliance`], unless the law knows better.
+    /// \[m\] and \[m²/N\]. By default linear, as in [`Self::compliance`].
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
         let hertz = self.compliance(s).hertz;
         [hertz * line_load, hertz]
@@ -66,12 +66,12 @@ pub trait FlankLaw: Sync {
     }
 }
 
-/// A law whose contact is linear, with the secant compliance that it has at a line load.
+/// A law with a linear contact, whose compliance is the secant of another law at a line load.
 #[derive(Debug, Clone, Copy)]
 pub struct SecantContact<'a, L> {
     /// The law.
     pub law: &'a L,
-    /// Line load at which the flattening is that of the law \[N/m\], > 0.
+    /// Line load at which the flattening equals that of the law \[N/m\], > 0.
     pub line_load: f64,
 }
 
@@ -117,7 +117,7 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
     }
 }
 
-/// A law on a face whose slices do not support each other, as thin-slice models have it.
+/// A law on a face whose slices do not support each other, as in thin-slice models.
 #[derive(Debug, Clone, Copy)]
 pub struct IndependentSlices<'a, L>(
     /// The law.
@@ -163,16 +163,16 @@ impl<L: FlankLaw> FlankLaw for IndependentSlices<'_, L> {
 }
 
 /// Helical teeth bend and flatten in their normal section. A line of contact has the length
-/// `dz/cos β_b` on a part dz of the face, so that a line load w_n across it has the part w_n per width
-/// of face along the transverse line of action, where the approach of the flanks along their normal
-/// is `1/cos β_b` as long: with the compliance C_n of the spur pair of that section
+/// `dz/cos β_b` on a part dz of the face. A line load w_n across it therefore is w_n per width
+/// of face along the transverse line of action. The approach of the flanks along that line is 1/cos β_b times
+/// the one along their normal. With the compliance C_n of the spur pair of the normal section
 ///
 /// ```text
 /// F_n = w_n dz/cos β_b,   F = F_n cos β_b = w_n dz,   x = x_n/cos β_b = C_n w_n/cos β_b
 /// ```
 ///
-/// ISO 6336-1 multiplies the stiffness of that pair by cos β, 2 % less at 30°. What the load on one
-/// pair moves another by is a matter of bodies that are no more inclined than their axes: the ring in
+/// ISO 6336-1 multiplies the stiffness of that pair by cos β, 2 % less at 30°. The coupling of pairs is
+/// a matter of the bodies, which are no more inclined than their axes: the ring in
 /// the transverse section.
 impl FlankLaw for Flanks {
     fn path(&self) -> PathOfContact {
@@ -217,8 +217,8 @@ impl FlankLaw for Flanks {
         self.lead(z) / self.base_helix_angle.cos()
     }
 
-    /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
-    /// compliance `2/π Σ (1 − ν²)/E`, which gives its derivative.
+    /// Weber & Banaschek's approach. It varies as `w (C − ½ h ln w)` with the linear law's
+    /// compliance h, `2/π Σ (1 − ν²)/E`; hence its derivative.
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
         let give = self.pair.form.material.iter();
         let give = give.map(|material| material.plane_strain_modulus().recip());
@@ -231,7 +231,7 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - slope]
     }
 
-    /// Where reliefs begin, the ends of the path, and where virtual teeth end before it.
+    /// Starts of reliefs, ends of the path, and the ends of virtual teeth before it.
     fn kinks(&self) -> Vec<f64> {
         let (path, cos) = (self.path(), self.base_helix_angle.cos());
         let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();
@@ -246,7 +246,7 @@ impl FlankLaw for Flanks {
 }
 
 impl Flanks {
-    /// Material that both flanks lack at position s \[m\]: tip and root relief, crowning and slope of the profiles,
+    /// Material missing from both flanks at position s \[m\]: tip and root relief, crowning and slope of the profiles,
     /// courses through points.
     pub fn relief(&self, s: f64) -> f64 {
         let (form, path) = (&self.pair.form, self.path());
@@ -264,8 +264,8 @@ impl Flanks {
                 .sum::<f64>()
     }
 
-    /// Material that both flanks lack at z from the middle of the common face \[m\]: crowning and slope of the leads, end relief, courses
-    /// through points.
+    /// Material missing from both flanks at z from the middle of the common face \[m\]: crowning and slope of the
+    /// leads, end relief, courses through points.
     pub fn lead(&self, z: f64) -> f64 {
         let form = &self.pair.form;
         let own = |gear: usize| {

@@ -1,13 +1,13 @@
-//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding, all in
-//! the transverse section, in which helical gears are spur gears. Compliances are those of that section
-//! too; [`FlankLaw`](super::FlankLaw) has those of inclined teeth.
+//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief and sliding. All are in
+//! the transverse section, in which helical gears are spur gears, and so are compliances.
+//! [`FlankLaw`](super::FlankLaw) has the compliances of inclined teeth.
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
 //!
-//! The wheel may be a ring ([`ToothForm::ring`](super::ToothForm::ring)), whose radii are negative. The formulas hold as they are.
+//! The wheel may be a ring ([`ToothForm::ring`](super::ToothForm::ring)) with negative radii. The same formulas apply.
 
 use super::compliance::GearBodies;
 use super::drawing_checks::{bores, check_points, check_values};
@@ -16,17 +16,17 @@ use super::tip_contact::TipContact;
 use super::{AlongFace, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::sync::Arc;
 
-/// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
-/// load that teeth stand closes.
+/// Gap \[modules\] up to which tip edges beyond the ends of the path are considered: several times the gap
+/// that a load within the strength of the teeth closes.
 const TIP_GAP: f64 = 0.03;
 
-/// Part of the roll angle at which the flanks of a virtual tooth meet up to which it has a thickness to bear with.
+/// A virtual tooth is thick enough to carry load up to this part of the roll angle at which its flanks meet.
 const LAST_ROLL: f64 = 0.99;
 
-/// Most pairs in contact at once, those off the path included: a little less than three.
+/// Largest number of pairs in contact at once, those off the path included: a little less than three.
 const MOST_RATIO: f64 = 2.99;
 
-/// Where contact of rigid gears can be, on the line of action.
+/// Where rigid gears can touch on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
     /// Distance of neighbouring pairs in contact, `π m_t cos α_t` \[m\].
@@ -40,13 +40,13 @@ pub struct PathOfContact {
 }
 
 impl PathOfContact {
-    /// Pairs in contact on average, `(end − start) / base pitch`.
+    /// Mean number of pairs in contact, `(end − start) / base pitch`.
     pub fn contact_ratio(&self) -> f64 {
         (self.end - self.start) / self.base_pitch
     }
 
     /// Lowest and highest point of the pinion's flank at which a single pair is in contact
-    /// \[m\]; none from a contact ratio of 2.
+    /// \[m\]; `None` from a contact ratio of 2.
     pub fn single_pair(&self) -> Option<[f64; 2]> {
         let [lowest, highest] = [self.end - self.base_pitch, self.start + self.base_pitch];
         (lowest < highest).then_some([lowest, highest])
@@ -72,9 +72,9 @@ pub struct Flanks {
     pub pressure_angle: f64,
     /// Helix angle at the base cylinders \[rad\], positive with a right-handed pinion.
     pub base_helix_angle: f64,
-    /// Centre distance, negative of a ring \[m\].
+    /// Centre distance, negative for a ring \[m\].
     pub centre_distance: f64,
-    /// Radii on which the gears roll, negative of a ring \[m\].
+    /// Radii on which the gears roll, negative for a ring \[m\].
     pub operating_pitch_radii: [f64; 2],
     /// Backlash along the line of action, at both flanks together \[m\]: twice the half gap.
     pub backlash: f64,
@@ -82,15 +82,15 @@ pub struct Flanks {
     pub clearance: [f64; 2],
     /// Face width \[m\].
     pub face_width: f64,
-    /// Diameters where the gear bodies are held \[m\]: their bores; of a ring its outer diameter, negative.
+    /// Diameters at which the gear bodies are clamped \[m\]: their bores; for a ring minus its outer diameter.
     pub bores: [f64; 2],
     path: PathOfContact,
     /// tan α_w.
     tangent: f64,
     reach: [f64; 2],
     pub(super) bodies: GearBodies,
-    /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
-    /// spur gears none.
+    /// For helical gears the spur pair of their normal section, whose teeth have the same compliance;
+    /// `None` for spur gears.
     pub(super) normal_section: Option<Box<Flanks>>,
     pub(super) along_face: Option<Arc<AlongFace>>,
     pub(super) pair: GearPair,
@@ -102,7 +102,7 @@ impl Flanks {
     /// # Errors
     ///
     /// [`GearError`]: undercut where the mate would touch, pointed tips, interference, contact ratio below 1, negative
-    /// backlash, tips in the mate's root, and values that are no lengths or moduli; of a ring [`InternalPair::check`], too.
+    /// backlash, tips in the mate's root, and invalid lengths or moduli. For a ring also [`InternalPair::check`].
     pub fn new(pair: &GearPair) -> Result<Self, GearError> {
         check_values(pair)?;
         if pair.form.ring.is_some() {
@@ -136,7 +136,7 @@ impl Flanks {
             tangent - path.end / wheel.base_radius,
         ];
         for ((gear, tooth), roll) in (1..).zip(&teeth).zip(lowest) {
-            // A roll angle below zero would be contact beyond the end of the line of action.
+            // With a negative roll angle contact would lie beyond the end of the line of action.
             if tooth.sense() < 0.0 {
                 if roll > tooth.form_roll {
                     return Err(GearError::RingInterference {
@@ -206,11 +206,11 @@ impl Flanks {
     }
 
     /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
-    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are: with the base radius
-    /// `r_b/(cos β_b cos β)` of the virtual teeth it has the operating pressure angle `tan α = tan α_w cos β`. Its bodies
-    /// have their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
-    /// Virtual teeth come to a point a little below those of a helix, whose angle grows outwards: they end, and
-    /// with them the places of loads, before that.
+    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are. With the base radius
+    /// `r_b/(cos β_b cos β)` of the virtual teeth its operating pressure angle is `tan α = tan α_w cos β`. Its bodies
+    /// have the same ratios of root to bore, and the number of teeth nearest to that of the virtual teeth.
+    /// Virtual teeth become pointed a little below those of a helix, whose angle grows outwards. Teeth and
+    /// positions of loads end before that.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();
@@ -268,8 +268,8 @@ impl Flanks {
         self.path
     }
 
-    /// Where loaded pairs can touch on the line of action \[m\]: with their tip edges earlier and later
-    /// than on the path of contact.
+    /// Where loaded pairs can touch on the line of action \[m\]: their tip edges touch before and behind
+    /// the path of contact.
     pub fn reach(&self) -> [f64; 2] {
         self.reach
     }
@@ -289,22 +289,22 @@ impl Flanks {
         } else {
             return 0.0;
         };
-        // Within the reach there is a flank under the edge.
+        // Every edge within the reach is above a flank.
         gap.unwrap_or(f64::INFINITY)
     }
 
-    /// Pairs in contact on average in one transverse section, ε_α.
+    /// Mean number of pairs in contact in one transverse section, ε_α.
     pub fn contact_ratio(&self) -> f64 {
         self.path.contact_ratio()
     }
 
-    /// By how many mesh cycles one end of the face is ahead of the other, ε_β: what helical pairs have
-    /// in contact on average beyond [`Self::contact_ratio`].
+    /// Lead of one end of the face over the other in mesh cycles, ε_β: the mean number of helical pairs
+    /// in contact beyond [`Self::contact_ratio`].
     pub fn overlap_ratio(&self) -> f64 {
         self.face_width * self.base_helix_angle.tan().abs() / self.path.base_pitch
     }
 
-    /// Roll angles of pinion and wheel at position s, held on the path of contact.
+    /// Roll angles of pinion and wheel at position s, clamped to the path of contact.
     pub fn roll(&self, s: f64) -> [f64; 2] {
         let s = s.clamp(self.path.start, self.path.end);
         let tangent = self.tangent;

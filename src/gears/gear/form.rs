@@ -1,4 +1,4 @@
-//! What a drawing says of the teeth beyond number, module, pressure angle and width.
+//! What does a drawing say about the teeth beyond number, module, pressure angle and width?
 
 use super::modification::{Modification, Relief};
 use crate::numerics::point_course::PointCourse;
@@ -13,12 +13,12 @@ pub struct ToothForm {
     pub profile_shift: [f64; 2],
     /// The basic rack that cuts both gears.
     pub rack: BasicRack,
-    /// What each tooth is thinner along its reference circle than the profile shift makes it
-    /// \[m\]. The rack is fed deeper for it, by `thinning / (2 tan α_t)`.
+    /// Reduction of each tooth's thickness along its reference circle from that by the profile shift
+    /// \[m\]. The rack is fed deeper by `thinning / (2 tan α_t)` to get it.
     pub thinning: [f64; 2],
-    /// Centre distance \[m\]; none: the one without backlash for the profile shifts.
+    /// Centre distance \[m\]; `None`: the one without backlash for the profile shifts.
     pub centre_distance: Option<f64>,
-    /// Tip diameters \[m\]; none: `m_t z + 2 m_n (h_a + x + k)` with the tip alteration k that
+    /// Tip diameters \[m\]; `None`: `m_t z + 2 m_n (h_a + x + k)` with the tip alteration k that
     /// keeps the rack's clearance (ISO 21771, 10.3).
     pub tip_diameter: [Option<f64>; 2],
     /// Material taken off towards the tip, falling to 0 from the tip circle inwards.
@@ -30,35 +30,35 @@ pub struct ToothForm {
     pub overhang: [FaceOverhang; 2],
     /// Middle of the common face from the middle of the gear bodies, along +z \[m\].
     pub face_middle: f64,
-    /// Material taken off towards both ends of the own face.
+    /// Material taken off towards both ends of each gear's face.
     pub end_relief: [Relief; 2],
     /// Crowning and slope of the profile, root to tip.
     pub profile: [Modification; 2],
-    /// Crowning and slope of the lead, over the own face width.
+    /// Crowning and slope of the lead, over each gear's face width.
     pub lead: [Modification; 2],
-    /// Missing material \[m\] of the profile through points, over the roll length from the base circle (base radius times roll angle) in the
-    /// transverse section.
+    /// Missing material \[m\] of the profile through points, over the roll length from the base circle (base radius
+    /// times roll angle) in the transverse section.
     pub profile_points: [PointCourse; 2],
-    /// Missing material \[m\] of the lead through points, over the distance from the middle of the own face.
+    /// Missing material \[m\] of the lead through points, over the distance from the middle of each gear's face.
     pub lead_points: [PointCourse; 2],
-    /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
+    /// Bore of the gear bodies \[m\], where they are clamped; `None`: the shaft's diameter, which
     /// only the shaft knows.
     pub bore: [Option<f64>; 2],
-    /// Outer diameter of the ring whose inner teeth are those of the wheel \[m\]: there it is held all round, and the
-    /// wheel has no bore. None: the teeth of the wheel point outwards.
+    /// Outer diameter of a ring with inner teeth as the wheel \[m\]. The ring is clamped all round there, and the
+    /// wheel has no bore. `None`: the teeth of the wheel point outwards.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ring: Option<f64>,
-    /// What the gears are made of.
+    /// Materials of the gears.
     pub material: [Material; 2],
-    /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
+    /// Hubs, webs and rims of the gear bodies. They do not affect the flanks.
     pub body: [BodyShape; 2],
     /// The plane state of teeth and bodies.
     pub plane: Plane,
 }
 
 impl ToothForm {
-    /// That of a pair of which either gear comes from a drawing of its own: the first entries of one and the second ones
-    /// of another. What both have in common is that of the first.
+    /// The form of a pair of gears with separate drawings: the first entries of `one` and the second ones
+    /// of `two`. Common values are those of `one`.
     pub fn of_each(one: &Self, two: &Self) -> Self {
         fn both<T: Clone>(one: &[T; 2], two: &[T; 2]) -> [T; 2] {
             [one[0].clone(), two[1].clone()]
@@ -91,12 +91,12 @@ impl ToothForm {
         points.iter_mut().for_each(|point| point[0] *= -1.0);
     }
 
-    /// Whether the flanks lack anything along the lead.
+    /// Whether any material is missing along the lead.
     pub fn has_modified_lead(&self) -> bool {
         self.has_curved_lead() || self.lead.iter().any(|lead| lead.slope != 0.0)
     }
 
-    /// Whether what the flanks lack is no straight line along the lead.
+    /// Whether the missing material varies nonlinearly along the lead.
     pub fn has_curved_lead(&self) -> bool {
         self.lead.iter().any(|lead| lead.crowning != 0.0)
             || self.end_relief.iter().any(|relief| relief.amount != 0.0)
@@ -130,7 +130,7 @@ impl Default for ToothForm {
     }
 }
 
-/// How far a gear's face reaches beyond the common face, on which flanks touch \[m\]; by default not at all.
+/// Lengths by which a gear's face extends beyond the common face, on which flanks touch \[m\]; by default 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct FaceOverhang {
     /// Beyond its end of negative z.
@@ -140,8 +140,8 @@ pub struct FaceOverhang {
 }
 
 impl FaceOverhang {
-    /// A place z from the middle of a common face of a width, from the middle of the own face; and half the width
-    /// of that \[m\].
+    /// Converts a position z from the middle of a common face to one from the middle of this gear's face. Also returns
+    /// half the width of this gear's face \[m\].
     pub fn own(&self, z: f64, common: f64) -> [f64; 2] {
         let Self { before, behind } = self;
         [
@@ -151,13 +151,13 @@ impl FaceOverhang {
     }
 }
 
-/// What a gear body is made of between shaft and teeth; by default one solid piece as long as the body, that
-/// leaves its shaft as it is.
+/// Construction of a gear body between shaft and teeth; by default one solid piece as long as the body that
+/// does not stiffen its shaft.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct BodyShape {
-    /// The hub; none where the shaft bends as if it were alone.
+    /// The hub; `None` if the shaft bends as if it were alone.
     pub hub: Option<Hub>,
-    /// The web; none where the body is as thick as it is long.
+    /// The web; `None` if the body is as thick as it is long.
     pub web: Option<Web>,
 }
 
@@ -171,7 +171,7 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Where it begins and ends about a place of its shaft \[m\].
+    /// Its ends around a position on its shaft \[m\].
     pub fn ends(&self, at: f64) -> [f64; 2] {
         [-0.5, 0.5].map(|side| at + side * self.length)
     }
@@ -207,14 +207,14 @@ impl Default for BasicRack {
     }
 }
 
-/// The plane state in which teeth and gear bodies deform. The flattening of the flanks is one of
-/// plane strain whatever they do: it is short against the face width.
+/// The plane state in which teeth and gear bodies deform. The flattening of the flanks is always
+/// plane strain: its extent is short compared with the face width.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub enum Plane {
-    /// Free of stress across the face: a face narrow against what deforms.
+    /// Free of stress across the face: a face narrow compared with the deformed region.
     #[default]
     Stress,
-    /// Held from widening: a wide face.
+    /// No strain across the face: a wide face.
     Strain,
 }
 
@@ -243,7 +243,7 @@ impl Material {
         self.young_modulus / (1.0 - self.poisson_ratio.powi(2))
     }
 
-    /// The material whose plane stress is this one's plane state: in plane strain Young's modulus
+    /// The material whose plane stress equals this one's plane state. In plane strain Young's modulus
     /// is `E / (1 − ν²)` and Poisson's ratio `ν / (1 − ν)`.
     pub fn in_plane(&self, plane: Plane) -> Self {
         match plane {

@@ -1,4 +1,4 @@
-//! Direction and lever of sliding friction, from where the pairs in contact stand.
+//! Direction and lever of sliding friction, from the positions of the pairs in contact.
 //!
 //! With `n = (sin α, cos α)` along the line of action and `t = (cos α, −sin α)` across it, the
 //! contact at `s n` from the pitch point has the velocity `−Ω₁ (s + r₁ sin α)` along t on the
@@ -11,16 +11,16 @@
 //! ```
 //!
 //! (`friction` and `friction_lever` of the structure). Its power is `−μ F Σ p |v|`: friction
-//! dissipates. Of helical gears F is the force along the line of action in the transverse section, where
-//! the flanks slide, and friction goes with the force along their normal: σ is ± 1/cos β_b there. On the
-//! coast flanks pairs stand at the mirror images of these places, −s, where the
-//! pinion slides the other way: Λ₀ has the opposite sign, Λ₁ the same.
+//! dissipates. For helical gears F is the force along the line of action in the transverse section, where
+//! the flanks slide. Friction is proportional to the force along their normal, so σ is ± 1/cos β_b there. On the
+//! coast flanks pairs stand at the mirror images of these positions, −s, where the
+//! pinion slides in the opposite direction: Λ₀ has the opposite sign, Λ₁ the same.
 
-/// What friction does per unit of coefficient and mesh force.
+/// Effect of friction per unit of coefficient and mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionDirection {
-    /// Net direction Λ₀ on the drive flanks, in \[−1, 1\]; +1 where the pinion slides along
-    /// +t, as it does on the way to the pitch point.
+    /// Net direction Λ₀ on the drive flanks, in \[−1, 1\]; +1 if the pinion slides along
+    /// +t, as it does before the pitch point.
     pub direction: f64,
     /// Its first moment Λ₁ about the pitch point \[m\], ≤ 0.
     pub lever: f64,

@@ -1,12 +1,12 @@
-//! Where friction turns within the mesh cycle, by pairs of teeth that share the load evenly.
+//! Where does friction reverse within the mesh cycle if pairs of teeth share the load evenly?
 
 use super::EvenSharing;
 use super::even_sharing::SAME_END;
 use crate::model::Division;
 
 impl EvenSharing {
-    /// Divisions of a mesh cut where the friction of these pairs turns or steps, with its mean between: exact for the
-    /// direction of spur pairs, and for the moment of friction over each stretch.
+    /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps, and gives each part its
+    /// mean. This is exact for the direction of spur pairs, and for the moment of friction over each stretch.
     pub fn cut(&self, mesh: &[Division]) -> Vec<Division> {
         let stretches = self.ends(SAME_END);
         let starts = || std::iter::once(&0.0).chain(&stretches);
@@ -24,7 +24,7 @@ impl EvenSharing {
         cut
     }
 
-    /// Divisions cut at phases, in order.
+    /// Cuts divisions at phases, given in order.
     pub(super) fn cut_at(mesh: &[Division], phases: &[f64]) -> Vec<Division> {
         let mut cut = Vec::with_capacity(mesh.len() + phases.len());
         let mut start = 0.0;
@@ -53,7 +53,7 @@ pub(super) mod tests {
     use super::*;
     use crate::model::Stiffness;
 
-    /// A pair comes at 0, passes the pitch point at 0.75 and leaves at 1.6.
+    /// A pair enters at 0, passes the pitch point at 0.75 and leaves at 1.6.
     pub const PAIRS: EvenSharing = EvenSharing {
         pitch_phase: 0.75,
         contact_ratio: 1.6,
@@ -66,7 +66,7 @@ pub(super) mod tests {
         divisions.iter().map(|division| division.end).collect()
     }
 
-    /// The course of the stiffness goes on across the cuts, and the direction is one between them.
+    /// The stiffness continues across the cuts, and the direction is constant between them.
     #[test]
     fn divisions_are_cut_where_friction_turns() {
         let course = Stiffness::series([4e8, 3e7, -1e7, 4e6, 0.0, 0.0, 0.0, 0.0]);
@@ -78,7 +78,7 @@ pub(super) mod tests {
         assert_eq!(cut.len(), 3);
         let directions: Vec<f64> = cut.iter().map(|division| division.friction[0]).collect();
         assert_eq!(directions, [0.0, 1.0, -1.0]);
-        // Two pairs a base pitch apart; one from 0.15 before the pitch point to 0.25 behind it.
+        // Two pairs one base pitch apart; then one from 0.15 before the pitch point to 0.25 behind it.
         for (division, lever) in cut.iter().zip([-6e-3, -0.9e-3, -1.5e-3]) {
             assert!((division.friction[1] / lever - 1.0).abs() < 1e-12);
         }
@@ -93,7 +93,7 @@ pub(super) mod tests {
         }
     }
 
-    /// A step of the stiffness where a pair leaves, but for rounding, is one cut with it.
+    /// A step of the stiffness at the exit of a pair coincides with a cut up to rounding, so there is one cut.
     #[test]
     fn a_step_of_the_stiffness_is_a_cut_of_friction() {
         let levels = Division::levels(&[4e8, 3e8], &[0.6]);
@@ -106,13 +106,13 @@ pub(super) mod tests {
         };
         let segments = pitch.cut(&segments);
         assert_eq!(segments.len(), 61);
-        // Equal segments between two cuts have the same direction, and become one.
+        // Equal segments between two cuts have the same direction, so they merge.
         let mut different: Vec<[f64; 2]> = segments.iter().map(|own| own.friction).collect();
         different.dedup();
         assert_eq!(different.len(), 3);
     }
 
-    /// Friction takes power on both flanks of every division: Λ₁ < 0, and Λ₀ turns with the flank.
+    /// Friction dissipates on both flanks of every division: Λ₁ < 0, and Λ₀ changes sign with the flank.
     #[test]
     fn the_coast_flank_is_the_mirror_image() {
         let drive = PAIRS.cut(&[Division::level(1.0, 4e8)]);

@@ -1,8 +1,8 @@
-//! Helical gears: their transverse section, which is that of a spur pair, and the lines of contact
+//! Helical gears: their transverse section, which equals that of a spur pair, and the lines of contact
 //! across it.
 //!
-//! z runs along the axes, the pinion's rotation positive about it. A right-handed pinion's section
-//! at z is turned by `z tan β/r` in that sense from the one at mid-face: at each place of the face
+//! z runs along the axes, and the pinion's rotation is positive about it. The section of a right-handed pinion
+//! at z is turned by `z tan β/r` in that sense from the one at mid-face. At each position on the face
 //! the mesh is that of the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
 
 use super::{BasicRack, GearPair, ToothForm};
@@ -32,17 +32,17 @@ impl GearPair {
         std::f64::consts::PI * self.transverse_module() * self.transverse_pressure_angle().cos()
     }
 
-    /// Overlap ratio `ε_β = b |tan β_b|/p_bt` \[1\]: by how many mesh cycles one end of the face is
-    /// ahead of the other.
+    /// Overlap ratio `ε_β = b |tan β_b|/p_bt` \[1\]: the lead of one end of the face over the other in mesh
+    /// cycles.
     pub fn overlap_ratio(&self) -> f64 {
         self.face_width * self.base_helix_angle().tan().abs() / self.base_pitch()
     }
 
     /// The spur pair whose flanks are those of the transverse section.
     ///
-    /// Its rack has the same depths. The corner of the rack's tip, an ellipse there, becomes the arc
-    /// that ends on the flank where the ellipse does and touches the same bottom: involutes begin
-    /// where they do.
+    /// Its rack has the same depths. The corner of the rack's tip is an ellipse in this section. It is replaced by the
+    /// arc that ends on the flank at the same point and touches the same bottom, so involutes begin
+    /// at the same point.
     pub(super) fn transverse_section(&self) -> Self {
         if self.helix_angle == 0.0 {
             return self.clone();
@@ -72,7 +72,7 @@ impl GearPair {
         }
     }
 
-    /// Numbers of teeth of the spur gears that have the curvature of the normal section, that of a ring negative,
+    /// Numbers of teeth of the spur gears that have the curvature of the normal section, negative for a ring,
     /// `z_n = z/(cos² β_b cos β)` (ISO 6336-1).
     pub(super) fn virtual_teeth(&self) -> [f64; 2] {
         let cos = self.helix_angle.cos() * self.base_helix_angle().cos().powi(2);
@@ -80,13 +80,13 @@ impl GearPair {
     }
 }
 
-/// Unit vector of the force of the wheel on the pinion's drive flanks: its part along the line of
-/// action n in the transverse section, and that along z, the axis about which the pinion turns forward.
+/// Unit vector of the force of the wheel on the pinion's drive flanks: its component along the line of
+/// action n in the transverse section, and that along z, about which the pinion turns forward.
 ///
 /// `(−cos β_b, sin β_b)`: normal to the lines of contact in the plane of action. A right-handed pinion
 /// (β > 0) that drives is pushed along +z, the wheel along −z. On the coast flanks the pinion is
-/// pushed along −z, by as much: with a mesh force F < 0 there, counted along the transverse line of
-/// action on either flank, the axial force on the pinion is `F tan β_b` on both. That is
+/// pushed along −z by the same force. The mesh force is F < 0 there and refers to the transverse line of
+/// action on either flank, so the axial force on the pinion is `F tan β_b` on both. That is
 /// `F_t tan β` with the tangential force `F_t = F cos α_t` at the reference cylinder, as
 /// `tan β_b = tan β cos α_t`.
 pub fn mesh_force_direction(pair: &GearPair) -> [f64; 2] {

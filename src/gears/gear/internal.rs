@@ -1,8 +1,8 @@
-//! A gear inside a ring: do the teeth fit into the spaces, and how much backlash do they leave?
+//! Do the teeth of a gear fit into the spaces of a ring around it, and how much backlash is left?
 //!
-//! The ring's spaces have the shape of the teeth of an external gear with as many teeth. With the
-//! profile shift counted as in ISO 21771, positive where it makes the ring's teeth thicker, the width
-//! of a space at the reference circle is `m (π/2 − 2 x tan α)`. On the operating pitch circles
+//! The ring's spaces have the shape of the teeth of an external gear with the same number of teeth. The
+//! profile shift is signed as in ISO 21771: positive if it makes the ring's teeth thicker. The width
+//! of a space at the reference circle is then `m (π/2 − 2 x tan α)`. On the operating pitch circles
 //!
 //! ```text
 //! cos α' = m (z₂ − z₁) cos α / (2 a),     s' = 2 r' (s/(2r) + inv α − inv α')
@@ -22,17 +22,17 @@ pub struct InternalPair {
     pub module: f64,
     /// Pressure angle \[rad\].
     pub pressure_angle: f64,
-    /// Profile shift coefficients x in these modules \[1\]; of the ring positive towards the axis.
+    /// Profile shift coefficients x in these modules \[1\]; for the ring positive towards the axis.
     pub profile_shift: [f64; 2],
     /// Tip radii \[m\]; that of the ring is its inner radius.
     pub tip_radius: [f64; 2],
-    /// What each tooth is thinner along its reference circle \[m\].
+    /// Reduction of each tooth's thickness along its reference circle \[m\].
     pub thinning: [f64; 2],
     /// Distance of the axes \[m\].
     pub centre_distance: f64,
 }
 
-/// Why a gear does not run inside a ring.
+/// Why a gear cannot run inside a ring.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum InternalError {
     /// The ring has too few teeth.
@@ -61,7 +61,7 @@ pub enum InternalError {
          circles; thin the teeth, change a profile shift, or move the axes closer together"
     )]
     Jammed {
-        /// By how much \[m\].
+        /// Size of the overlap \[m\].
         overlap: f64,
     },
     /// Fewer than one pair of teeth in contact.
@@ -80,25 +80,25 @@ pub enum InternalError {
     Involute {
         /// Tip radius of the ring \[m\].
         tip: f64,
-        /// The smallest that is possible \[m\].
+        /// The smallest possible one \[m\].
         least: f64,
     },
-    /// Tips of both gears meet beside the path of contact.
+    /// Tips of both gears meet outside the path of contact.
     #[error(
         "the tips of the teeth meet outside the contact: they overlap by {overlap:.3e} rad of the ring's rotation; \
          the ring needs more teeth than the gear (commonly at least 8), or a larger difference of the profile shifts"
     )]
     Tips {
-        /// By how much \[rad\].
+        /// Size of the overlap \[rad\].
         overlap: f64,
     },
 }
 
 impl InternalPair {
-    /// A pair whose wheel is a ring.
+    /// The internal pair of a drawing whose wheel is a ring.
     ///
     /// # Errors
-    /// As [`GearPair::tight_centre_distance`], where the drawing leaves distance or tips open.
+    /// As [`GearPair::tight_centre_distance`], if the drawing does not state the distance or the tips.
     pub fn of(pair: &GearPair) -> Result<Self, GearError> {
         let tips = [
             Tooth::tip_radius_of(pair, 0)?,
@@ -178,8 +178,8 @@ impl InternalPair {
         Ok(path / (PI * self.module * self.pressure_angle.cos()))
     }
 
-    /// Mesh phase in \[0, ½) at which a tooth of the gear, or the middle of a space, stands on the line of centres, where
-    /// the gear drives: as [`GearPair::symmetry`](super::GearPair::symmetry).
+    /// Mesh phase in \[0, ½) at which a tooth of the driving gear, or the middle of a space, is on the line of centres:
+    /// as [`GearPair::symmetry`](super::GearPair::symmetry).
     ///
     /// # Errors
     /// As [`Self::operating_pressure_angle`].
@@ -187,7 +187,7 @@ impl InternalPair {
         Ok(self.tooth_phase()?.rem_euclid(0.5))
     }
 
-    /// Mesh phase in \[0, 1) at which a tooth of the gear stands on the line of centres, where it drives: the path of
+    /// Mesh phase in \[0, 1) at which a tooth of the driving gear is on the line of centres. The path of
     /// contact starts at the ring's tip.
     ///
     /// # Errors
@@ -204,26 +204,26 @@ impl InternalPair {
             + involute(self.pressure_angle)
             - involute(working);
         let pitch = PI * self.module * self.pressure_angle.cos();
-        // Half the tooth follows its flank: on the base circle, as long as on the line of action.
+        // The middle is half a tooth behind the flank: the same length on the base circle and on the line of action.
         Ok(((approach + base * half_angle) / pitch).rem_euclid(1.0))
     }
 
-    /// That the gear runs inside the ring: without overlap of teeth, without interference of tips, one pair always in
-    /// contact.
+    /// Checks that the gear runs inside the ring: without overlap of teeth, without interference of tips, and with at
+    /// least one pair always in contact.
     ///
     /// # Errors
     /// [`InternalError`].
     pub fn check(&self) -> Result<(), InternalError> {
         let working = self.operating_pressure_angle()?;
         let gap = self.half_gap()?;
-        // Numbers of twelve digits leave so much.
+        // Numbers of twelve digits leave an error of this size.
         if gap < -1e-9 * self.module {
             let overlap = -2.0 * gap / working.cos();
             return Err(InternalError::Jammed { overlap });
         }
         let [gear_tip, ring_tip] = self.tip_radius;
         let [gear_base, ring_base] = self.base_radii();
-        // The gear's involute starts where the line of action touches its base circle.
+        // The gear's involute starts at the contact of the line of action with its base circle.
         let start = self.centre_distance * working.sin();
         let least = (ring_base * ring_base + start * start).sqrt();
         if ring_tip < least {
@@ -235,7 +235,7 @@ impl InternalPair {
         let a = self.centre_distance;
         let ratio = f64::from(self.teeth[0]) / f64::from(self.teeth[1]);
         let at_tip = |base: f64, tip: f64| involute((base / tip).acos());
-        // Where the tip circles cross, by the angles about both axes.
+        // Intersection of the tip circles, as angles about both axes.
         let apart = (ring_tip * ring_tip - gear_tip * gear_tip - a * a) / (2.0 * a * gear_tip);
         let beside = (a * a + ring_tip * ring_tip - gear_tip * gear_tip) / (2.0 * a * ring_tip);
         if apart.abs() < 1.0 && beside.abs() < 1.0 {
@@ -247,7 +247,7 @@ impl InternalPair {
             }
         }
         let ratio = self.contact_ratio()?;
-        // Written so that a ratio that is no number is refused.
+        // Written so that a NaN is rejected.
         if ratio >= 1.0 { Ok(()) } else { Err(InternalError::ContactRatio { ratio }) }
     }
 }
@@ -256,7 +256,7 @@ impl InternalPair {
 mod tests {
     use super::*;
 
-    /// With tips that are one module and the profile shift beyond the reference circle.
+    /// Tips are one module plus the profile shift beyond the reference circle.
     fn pair(teeth: [u32; 2], module: f64, shift: [f64; 2], distance: f64) -> InternalPair {
         let beyond = |gear: usize, side: f64| {
             module * (0.5 * f64::from(teeth[gear]) + side * (1.0 + shift[gear]))
@@ -280,7 +280,7 @@ mod tests {
         own.thinning = [40e-6, 60e-6];
         let expected = 0.5 * 100e-6 * 20f64.to_radians().cos();
         assert!((own.half_gap().unwrap() - expected).abs() < 1e-12);
-        // Against the formula of tight pairs: inv α' = inv α + 2 tan α (x₁ + x₂)/(z₁ − z₂) with ISO's signs.
+        // Compare with the formula of tight pairs: inv α' = inv α + 2 tan α (x₁ + x₂)/(z₁ − z₂) with ISO's signs.
         let (x1, x2) = (0.5039, 0.1171);
         let alpha = 20f64.to_radians();
         let tight = involute(alpha) + 2.0 * alpha.tan() * (x1 + x2) / (36.0 - 93.0);
@@ -288,14 +288,14 @@ mod tests {
         let distance = 0.021 * 57.0 / 2.0 * alpha.cos() / working.cos();
         let own = pair([36, 93], 21e-3, [x1, x2], distance);
         assert!(own.half_gap().unwrap().abs() < 1e-12);
-        // Axes closer together give room.
+        // Axes closer together increase the backlash.
         let near = pair([36, 93], 21e-3, [x1, x2], distance - 1e-4);
         let grown = near.half_gap().unwrap() / (1e-4 * working.sin());
         assert!((grown - 1.0).abs() < 0.01, "{grown}");
     }
 
-    /// At the reference distance a tooth of 20° has half its pitch: half a cycle lies between its flank and its middle
-    /// less what the line of action turns meanwhile.
+    /// At the reference distance a tooth of 20° is half a pitch thick: its middle is half a cycle behind its flank,
+    /// less the rotation of the line of action meanwhile.
     #[test]
     fn the_tooth_stands_on_the_line_of_centres() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
@@ -339,7 +339,7 @@ mod tests {
         assert!(matches!(near.check(), Err(InternalError::TooNear { .. })));
         let jammed = pair([37, 91], 5e-3, [0.2, 0.0], 0.135);
         assert!(matches!(jammed.check(), Err(InternalError::Jammed { .. })));
-        // 30 and 34 teeth of 20°: the tips foul, as every handbook of internal gears warns.
+        // 60 and 64 teeth of 20°: the tips foul, as every handbook of internal gears warns.
         let tips = pair([60, 64], 5e-3, [0.0; 2], 0.01);
         assert!(
             matches!(tips.check(), Err(InternalError::Tips { .. })),

@@ -19,7 +19,7 @@ pub fn inverse_involute(value: f64) -> f64 {
     loop {
         let tangent = angle.tan();
         let next = angle - (tangent - angle - value) / (tangent * tangent);
-        // From above every step goes down until round-off turns it.
+        // From above every step decreases, until round-off reverses it.
         if next >= angle || next.is_nan() {
             return angle;
         }
@@ -44,8 +44,8 @@ mod tests {
         for degrees in [0.5f64, 2.0, 11.0, 20.0, 33.3, 60.0, 85.0] {
             let angle = degrees.to_radians();
             let back = inverse_involute(involute(angle));
-            // A relative error ε of inv α moves α by ε inv α / tan² α < ε α / 3; the
-            // subtraction in inv α loses α³/3 against α.
+            // A relative error ε of inv α changes α by ε inv α / tan² α < ε α / 3. The
+            // subtraction in inv α cancels all but α³/3 of α.
             let lost = f64::EPSILON * (1.0 + 3.0 / angle.powi(2));
             assert!((back / angle - 1.0).abs() < 4.0 * lost, "{degrees}: {back}");
         }

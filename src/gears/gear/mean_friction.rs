@@ -1,4 +1,4 @@
-//! The mean coefficient of friction of a mesh, by load, speed, oil and roughness.
+//! The mean coefficient of friction of a mesh, from load, speed, oil and roughness.
 //!
 //! ```text
 //! μ = 0.048 (w/(v_Σ ρ))^0.2 η^−0.05 Ra^0.25 X_L
@@ -6,12 +6,12 @@
 //! ```
 //!
 //! with the line load w = F/b \[N/mm\], the sum of both flanks' velocities across the contact at the
-//! pitch point v_Σ \[m/s\], the relative radius of curvature there ρ \[mm\] (of helical flanks `ρ/cos β_b`, the
-//! one across their lines of contact, which bear F/b too: `F/cos β_b` on `b/cos β_b`), the dynamic viscosity η \[mPa s\]
-//! of the oil at its temperature, the mean roughness Ra of both flanks \[µm\] and the factor X_L of the
-//! kind of oil (Schlenk, *Untersuchungen zur Freßtragfähigkeit von Großzahnrädern*, TU München 1995;
-//! ISO/TR 14179-2:2001). It is a fit to loaded gears in an FZG rig. As the report has it, line loads
-//! below 150 N/mm count as that, and so do pitch line speeds above 50 m/s as 50 m/s.
+//! pitch point v_Σ \[m/s\], and the relative radius of curvature there ρ \[mm\]. For helical flanks it is `ρ/cos β_b`
+//! across their lines of contact, which also carry F/b: `F/cos β_b` on `b/cos β_b`. η is the dynamic viscosity
+//! \[mPa s\] of the oil at its temperature, Ra the mean roughness of both flanks \[µm\] and X_L the factor of the
+//! type of oil (Schlenk, *Untersuchungen zur Freßtragfähigkeit von Großzahnrädern*, TU München 1995;
+//! ISO/TR 14179-2:2001). It is a fit to loaded gears in an FZG rig. As in the report, line loads below
+//! 150 N/mm are raised to that, and pitch line speeds above 50 m/s are reduced to that.
 
 use super::{GearError, GearPair};
 
@@ -21,7 +21,7 @@ const LEAST_LINE_LOAD: f64 = 150e3;
 /// Largest pitch line speed of the fit \[m/s\].
 const MOST_SPEED: f64 = 50.0;
 
-/// What Schlenk's law takes beside load and speed.
+/// Inputs of Schlenk's law besides load and speed.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MeanFriction {
     /// Mean of both flanks' arithmetic roughness Ra \[m\].
@@ -38,8 +38,8 @@ impl MeanFriction {
     /// pinion speed \[rad/s\].
     ///
     /// # Errors
-    /// As [`GearPair::operating_pressure_angle`]; [`GearError::MeanFriction`] where the law does not give
-    /// a coefficient above 0 and below 1.
+    /// As [`GearPair::operating_pressure_angle`]; [`GearError::MeanFriction`] if the coefficient is not
+    /// above 0 and below 1.
     pub fn coefficient(&self, pair: &GearPair, force: f64, speed: f64) -> Result<f64, GearError> {
         let sine = pair.operating_pressure_angle()?.sin();
         let [pinion, wheel] = pair.operating_pitch_radii()?;

@@ -1,19 +1,19 @@
-//! The mesh at any load: every pair of teeth, on every slice of the face, as a spring across a gap of its own.
+//! The mesh at any load: every pair of teeth, on every slice of the face, is a spring across a separate gap.
 //!
-//! At a mesh phase the force that presses gears together is a broken line over their approach x: each pair
-//! that joins stiffens the mesh from its own approach on ([`LoadSharing`]). It is
+//! At a mesh phase the force that presses gears together is piecewise linear in their approach x. Each pair
+//! stiffens the mesh from the approach on at which it comes into contact ([`LoadSharing`]). The force is
 //!
 //! ```text
 //! F(x) = Σ_l k_l max(0, x − g_l)
 //! ```
 //!
-//! exactly, bodies that couple pairs included: k_l is what the l-th pair to join adds, g_l where it
-//! joins. A mesh is then a set of one-sided contacts side by side, whose stiffness and gap go along with the mesh
-//! phase and know no load. Where two pairs change places in the order of joining their gaps are equal, and the
+//! exactly, even if bodies couple pairs: k_l is the stiffness that the l-th pair adds, g_l the approach at which
+//! it comes into contact. A mesh is then a set of parallel one-sided contacts. Their stiffness and gap depend on
+//! the mesh phase but not on the load. If two pairs swap their order of contact their gaps are equal, so the
 //! force does not step.
 //!
-//! Slices do not support each other here, so that each keeps springs of its own. On a slice the gap is that of its middle: flanks askew across the face close slice by slice, an error of second order in
-//! the width of a slice.
+//! Slices do not support each other here, so each has separate springs. The gap of a slice is that of its middle:
+//! misaligned flanks close slice by slice, with an error of second order in the width of a slice.
 
 use super::mesh_table::{BEHIND, CARRIED_ON, MeshTableError, breaks};
 use super::sharing::{Face, JoiningSpring, LoadSharing, MOST_PAIRS, pairs_at};
@@ -23,16 +23,16 @@ use crate::numerics::legendre::{evaluate, transforms8};
 /// Longest stretch, in mesh cycles.
 const LONGEST: f64 = 0.25;
 
-/// Largest error of a course, relative to the stiffness, and of a gap to [`GAP_SCALE`].
+/// Largest error of the interpolated stiffness, relative to it, and of a gap, relative to [`GAP_SCALE`].
 const TOLERANCE: f64 = 1e-9;
 
-/// What errors of a gap are held against \[m\]: deflections of loaded teeth.
+/// Reference for errors of a gap \[m\]: typical deflections of loaded teeth.
 const GAP_SCALE: f64 = 1e-5;
 
-/// Gaps that differ by less are one \[m\]: only round-off keeps them apart.
+/// Gaps closer than this \[m\] are equal: only round-off separates them.
 const TOGETHER: f64 = 1e-15;
 
-/// Most stretches of a cycle.
+/// Largest number of stretches of a cycle.
 const MOST: usize = 1024;
 
 /// Shortest stretch, in mesh cycles.
@@ -41,9 +41,9 @@ const SHORTEST: f64 = 1e-9;
 /// The springs of a mesh over its cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSprings {
-    /// Where along the face each slice lies \[m\], from mid-face.
+    /// Position of each slice along the face \[m\], from mid-face.
     pub centres: Vec<f64>,
-    /// Stretches of the mesh cycle on which the same pairs join in the same order, in order.
+    /// Stretches of the mesh cycle with the same pairs in the same order of contact, in order.
     pub stretches: Vec<SpringStretch>,
 }
 
@@ -52,7 +52,7 @@ pub struct MeshSprings {
 pub struct SpringStretch {
     /// Mesh phase at its end, in cycles.
     pub end: f64,
-    /// The springs of each slice in the order in which they join.
+    /// The springs of each slice in their order of contact.
     pub springs: Vec<Vec<SpringPiece>>,
 }
 
@@ -71,18 +71,18 @@ pub struct SpringPiece {
 struct Column {
     phase: f64,
     springs: Vec<JoiningSpring>,
-    /// Of each spring.
+    /// One entry per spring.
     friction: Vec<[f64; 2]>,
 }
 
 impl Column {
-    /// The pairs in the order in which they join, slice by slice.
+    /// The pairs in their order of contact, slice by slice.
     fn order(&self) -> impl Iterator<Item = usize> {
         self.springs.iter().map(|spring| spring.pair)
     }
 
-    /// Whether pairs join in the same order on every one of so many slices, but for those that join together
-    /// here or there: rounding alone puts one of them first.
+    /// Whether pairs come into contact in the same order on each of `slices` slices. The order of pairs that do so
+    /// together does not count: it is a matter of rounding.
     fn same_order(&self, other: &Self, slices: usize) -> bool {
         let on_slice = self.springs.len() / slices;
         if self.springs.len() != other.springs.len() {
@@ -108,12 +108,12 @@ impl Column {
 }
 
 impl MeshSprings {
-    /// The springs of the pairs of a law on equal slices of a face, flanks askew by `misalignment` \[rad\] in
-    /// the plane of action.
+    /// The springs of the pairs of a law on equal slices of a face, with flanks misaligned by `misalignment` \[rad\]
+    /// in the plane of action.
     ///
     /// # Errors
-    /// [`MeshTableError`]: a path or pairs that share no load, a course that no polynomials follow, or
-    /// helical gears, whose slices each have pairs of their own.
+    /// [`MeshTableError`]: the load cannot be shared, no polynomials follow the springs, or the
+    /// gears are helical, whose slices each have separate pairs.
     pub fn new(law: &impl FlankLaw, face: Face, misalignment: f64) -> Result<Self, MeshTableError> {
         if law.helix() != 0.0 {
             return Err(MeshTableError::HelicalPairs { helix: law.helix() });
@@ -164,7 +164,7 @@ impl MeshSprings {
         })
     }
 
-    /// Most springs of one slice at once.
+    /// Largest number of springs of one slice at one time.
     pub fn most(&self) -> usize {
         let counts = self
             .stretches
@@ -175,11 +175,11 @@ impl MeshSprings {
     }
 }
 
-/// What became of a stretch.
+/// Result of a fit to a stretch.
 enum Examined {
     /// Polynomials follow its springs.
     Follows(Vec<Vec<SpringPiece>>),
-    /// It has to be cut here; how far polynomials are off.
+    /// It must be cut at this phase; error of the polynomials.
     Cut(f64, f64),
 }
 
@@ -219,7 +219,7 @@ fn examine(
         }
         return Ok(Examined::Cut(0.5 * (low + high), f64::INFINITY));
     }
-    // Where pairs join together their springs have one sum in any order.
+    // Springs of pairs that come into contact together have the same sum in any order.
     checks.retain(|check| check.order().eq(nodes[0].order()));
     let count = nodes[0].springs.len();
     let through = |value: &dyn Fn(&Column) -> f64| -> [f64; NODES] {
@@ -238,7 +238,7 @@ fn examine(
                 error = error.max(off);
                 error = error.max((evaluate(&gap, x) - own.gap).abs() / GAP_SCALE);
             }
-            // Windows that start in a stretch run on behind it.
+            // Windows that start in a stretch extend beyond its end.
             let end = evaluate(&stiffness, 1.0);
             let [least, most] = CARRIED_ON.map(|part| part * end);
             let inside = |x: &f64| (least..=most).contains(&evaluate(&stiffness, *x));
@@ -255,7 +255,7 @@ fn examine(
     if error > TOLERANCE {
         return Ok(Examined::Cut(0.5 * (from + to), error));
     }
-    // As many on every slice: the same pairs are within reach.
+    // The same number on every slice: the same pairs are within reach.
     let on_slice = count / slices;
     debug_assert!(on_slice <= MOST_PAIRS);
     Ok(Examined::Follows(
@@ -263,8 +263,8 @@ fn examine(
     ))
 }
 
-/// The springs of a slice, those that join at the same approach throughout being one: on flanks that lack nothing two
-/// pairs touch together.
+/// Merges springs of a slice that always come into contact together: on flanks without missing material two
+/// pairs touch at the same approach.
 fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
     let mut out: Vec<SpringPiece> = Vec::new();
     for spring in springs {
@@ -309,7 +309,7 @@ mod tests {
         Flanks::new(&pair([20, 30], form)).unwrap()
     }
 
-    /// At any phase and load the springs bear what load sharing finds, with the same stiffness.
+    /// At any phase and load the springs carry the load of load sharing, with the same stiffness.
     #[test]
     fn springs_bear_what_the_pairs_share() {
         let flanks = relieved();
@@ -361,7 +361,7 @@ mod tests {
         assert_eq!(refused, Err(MeshTableError::HelicalPairs { helix }));
     }
 
-    /// Askew flanks: the force over the approach tends to the wedge's with the square of the slice width.
+    /// Misaligned flanks: the error of the force over the approach falls with the square of the slice width.
     #[test]
     fn slices_close_a_wedge_with_second_order() {
         let flanks = relieved();
@@ -389,13 +389,13 @@ mod tests {
             });
             (forces.sum::<f64>() / 2e3 - 1.0).abs()
         };
-        // Where the wedge ends inside a slice matters: the worst of neighbours.
+        // The error depends on the position of the wedge's end in a slice: take the worst of neighbouring divisions.
         let worst = |around: usize| (around..around + 4).map(off).fold(0.0, f64::max);
         let [coarse, fine] = [worst(8), worst(32)];
         assert!(fine < coarse / 8.0, "{coarse} {fine}");
     }
 
-    /// Where a parabolic relief begins two pairs lack the same but for rounding: no stretch of its own lies there.
+    /// At the start of a parabolic relief two pairs have equal gaps up to rounding: this creates no extra stretch.
     #[test]
     fn rounding_cuts_no_stretches() {
         let mut pair = relieved().pair.clone();
@@ -418,7 +418,7 @@ mod tests {
         }
     }
 
-    /// Crowned leads on slices: pairs that lack the same join together on each.
+    /// Crowned leads on slices: pairs with equal gaps come into contact together on each.
     #[test]
     fn crowned_leads_have_springs_of_their_own() {
         let mut pair = relieved().pair.clone();

@@ -1,17 +1,17 @@
-//! The misalignment of flanks on shafts that give way under their load.
+//! How are the flanks misaligned if the shafts deflect under their load?
 //!
-//! The mesh force F at z_c tilts the gears against each other, which moves z_c. With the
-//! structure's participations w and w₁ its tilt closes or opens the flanks by
+//! The mesh force F at z_c tilts the gears relative to each other, which moves z_c. With the
+//! structure's participations w and w₁ the tilt closes or opens the flanks by
 //!
 //! ```text
 //! θ = a F + b F z_c,   a = Σ w w₁ / ω²,   b = Σ w₁² / ω²
 //! ```
 //!
-//! and `ε = ε₀ + θ(z_c(ε))` is to be met. A load off mid-face turns the gears so that the loaded
+//! and the equation is `ε = ε₀ + θ(z_c(ε))`. A load off mid-face turns the gears so that the loaded
 //! side recedes (b > 0), while z_c falls as ε grows: `ε − ε₀ − θ` rises with ε, at least as fast
 //! as ε, and has one root.
 
-/// Tilt of the flanks against each other under a static mesh force.
+/// Relative tilt of the flanks under a static mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltCompliance {
     /// By a force at mid-face, a \[rad/N\].
@@ -21,8 +21,8 @@ pub struct TiltCompliance {
 }
 
 impl TiltCompliance {
-    /// The compliance of elastic modes: frequencies ω \[rad/s\] (those of rigid modes are 0 and
-    /// left out), participations w \[1/√kg\] and w₁ \[1/(m √kg)\].
+    /// The compliance of elastic modes: frequencies ω \[rad/s\] (rigid modes have 0 and are
+    /// skipped), participations w \[1/√kg\] and w₁ \[1/(m √kg)\].
     pub fn of_modes(frequency: &[f64], mesh: &[f64], mesh_tilt: &[f64]) -> Self {
         let (mut by_force, mut by_moment) = (0.0, 0.0);
         for ((omega, w), tilt) in frequency.iter().zip(mesh).zip(mesh_tilt) {
@@ -37,9 +37,9 @@ impl TiltCompliance {
         }
     }
 
-    /// The same where places across the face are counted the other way round: what a force at mid-face opens at one
-    /// end counts as opened at the other. A mirrored coast flank is the image of the drive flank so counted, and its
-    /// own misalignment with it, while shafts that bend open both flanks at the same end of the face.
+    /// The same with positions across the face reversed: an opening by a force at mid-face changes ends. A mirrored
+    /// coast flank is the image of the drive flank in reversed positions, with its misalignment. But bent shafts open
+    /// both flanks at the same end of the face.
     pub fn other_way_round(self) -> Self {
         Self {
             by_force: -self.by_force,
@@ -53,14 +53,14 @@ impl TiltCompliance {
     }
 }
 
-/// How the fixed point is sought.
+/// Settings of the fixed-point search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MisalignmentSearch {
     /// First step's relaxation, in (0, 1\]; later ones are Aitken's.
     pub relaxation: f64,
     /// Largest `|ε₀ + θ − ε|` of a solution \[rad\].
     pub tolerance: f64,
-    /// Most evaluations of the load centroid.
+    /// Largest number of evaluations of the load centroid.
     pub limit: usize,
 }
 
@@ -77,11 +77,11 @@ impl Default for MisalignmentSearch {
 /// One evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MisalignmentStep {
-    /// Misalignment tried \[rad\].
+    /// Trial misalignment \[rad\].
     pub misalignment: f64,
     /// Load centroid there \[m\].
     pub centre: f64,
-    /// What the structure makes of it, less what was tried \[rad\].
+    /// Misalignment of the structure under that load less the trial value \[rad\].
     pub residual: f64,
 }
 
@@ -106,21 +106,21 @@ pub struct MisalignmentReport {
 }
 
 impl MisalignmentReport {
-    /// The last misalignment tried \[rad\]: the solution if the search converged.
+    /// The last trial misalignment \[rad\]: the solution if the search converged.
     pub fn misalignment(&self) -> Option<f64> {
         self.steps.last().map(|step| step.misalignment)
     }
 }
 
-/// The misalignment under load, from that without, `unloaded` \[rad\].
+/// The misalignment under load, starting from that without load, `unloaded` \[rad\].
 ///
 /// * `centre`: load centroid at a misalignment \[m\], averaged over the mesh cycle, under the
 ///   same mean mesh force `force` \[N\].
 ///
-/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), kept in
-/// (0, 1\], where that of a rising `ε − ε₀ − θ` lies. A step out of the bracket that the signs
-/// of the residuals give is replaced by its middle, so that shafts however soft do not make
-/// the search swing.
+/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to
+/// (0, 1\], the range for a rising `ε − ε₀ − θ`. A step outside the bracket from the signs
+/// of the residuals is replaced by its middle, so that the search does not oscillate on
+/// very soft shafts.
 pub fn loaded_misalignment(
     unloaded: f64,
     force: f64,
@@ -131,7 +131,7 @@ pub fn loaded_misalignment(
     let mut steps: Vec<MisalignmentStep> = Vec::new();
     let mut relaxation = search.relaxation;
     let mut misalignment = unloaded;
-    // Largest value tried that is too small, smallest that is too large.
+    // Largest trial value that is too small, smallest that is too large.
     let mut bracket = [f64::NEG_INFINITY, f64::INFINITY];
     let ending = loop {
         if steps.len() == search.limit {

@@ -1,4 +1,4 @@
-//! Gear geometry and what follows from it; knows nothing of files or dynamics.
+//! Gear geometry and derived quantities; independent of files and dynamics.
 
 mod compliance;
 mod drawing_checks;

@@ -1,10 +1,10 @@
-//! What is taken off the involute flanks, along the profile and along the lead (ISO 21771, clause 9), or lacks by
-//! error of manufacture. All of it is material that is missing, normal to the flank.
+//! Material that is missing from the involute flanks, along the profile and along the lead (ISO 21771, clause 9), by
+//! design or by errors of manufacture, normal to the flank.
 
-/// Relief of a flank, from nothing at its start to all at the end of the flank.
+/// Relief of a flank, from 0 at its start to its maximum at the end of the flank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Relief {
-    /// Most material taken off, normal to the flank \[m\]; 0: no relief.
+    /// Largest amount of material taken off, normal to the flank \[m\]; 0: no relief.
     pub amount: f64,
     /// Length over which it falls to 0 \[m\]: along the line of action (base radius times roll angle), or along the
     /// face.
@@ -16,10 +16,10 @@ pub struct Relief {
 /// How relief rises over its length.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub enum ReliefCourse {
-    /// In proportion to the way.
+    /// Proportional to the distance.
     #[default]
     Linear,
-    /// With its square, without a kink where it begins.
+    /// Proportional to its square, without a kink at the start.
     Parabolic,
 }
 
@@ -37,18 +37,18 @@ impl Relief {
     }
 }
 
-/// Modification of the whole flank of a gear, in one direction of it.
+/// Modification of a gear's whole flank in one direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Modification {
     /// Crowning: missing at both ends, with the square of the distance from the middle \[m\].
     pub crowning: f64,
-    /// Slope: how much more is missing at one end than at the other \[m\]: at the tip than at the root, at the face end
-    /// of positive z than at that of negative z.
+    /// Slope: material missing at the tip in excess of the root, or at the face end of positive z in excess of that of
+    /// negative z \[m\].
     pub slope: f64,
 }
 
 impl Modification {
-    /// Material missing at a place from −1 to 1 across the flank \[m\]; a slope is counted from the middle.
+    /// Material missing at a position from −1 to 1 across the flank \[m\]; a slope is 0 in the middle.
     pub fn at(&self, place: f64) -> f64 {
         self.crowning * place * place + 0.5 * self.slope * place
     }

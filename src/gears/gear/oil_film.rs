@@ -4,9 +4,9 @@
 //! R = r_w1 r_w2 sin α_w/(a cos β_b),   L = b/cos β_b
 //! ```
 //!
-//! are the relative radius of curvature across the line of contact and its length (spur gears: β_b = 0). Of helical flanks the
-//! film is thinner than their distance along the line of action by `cos β_b`, and its force along that line is smaller by as
-//! much: `F = C √cos β_b x^(−3/2) (−x')` of the distance x. One pair of teeth is counted.
+//! are the relative radius of curvature across the line of contact and its length (spur gears: β_b = 0). On helical
+//! flanks the film is thinner than their distance along the line of action by `cos β_b`, and its force along that line
+//! is smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')` at the distance x. One pair of teeth counts.
 
 use super::{GearError, GearPair};
 use crate::model::Film;
@@ -23,7 +23,7 @@ pub struct OilFilm {
 }
 
 impl OilFilm {
-    /// The film between the flanks of a pair, by distances along the transverse line of action.
+    /// The film between the flanks of a pair, in distances along the transverse line of action.
     ///
     /// # Errors
     /// As [`GearPair::operating_pressure_angle`].
@@ -68,7 +68,7 @@ mod tests {
         assert_eq!(film.thickness, OIL.thickness);
     }
 
-    /// The power of the film across the flanks is that along the line of action.
+    /// The power of the film across the flanks equals that along the line of action.
     #[test]
     fn helical_films_have_the_power_of_their_normal_section() {
         let pair = GearPair {

@@ -1,18 +1,18 @@
-//! The gear pair as its drawing gives it.
+//! The gear pair as drawn.
 
 use super::{GearError, ToothForm, inverse_involute, involute};
 use std::f64::consts::PI;
 
-/// Backlash of less than this part of a module, positive or negative, is round-off of a pair
-/// without any.
+/// A backlash below this part of a module, positive or negative, is round-off of a pair
+/// without backlash.
 pub(super) const NO_BACKLASH: f64 = 1e-9;
 
-/// An involute pair on parallel axes, spur or helical, of one normal module, one normal pressure angle
-/// and opposite helix angles, without which two gears do not mesh: a drawing with unlike ones cannot
+/// An involute pair on parallel axes, spur or helical, with one normal module, one normal pressure angle
+/// and opposite helix angles. Two gears do not mesh without these, so other drawings cannot
 /// be expressed. Arrays are `[pinion, wheel]`.
 ///
-/// The wheel may be a ring ([`ToothForm::ring`]), with the pinion's hand of helix. Its number of teeth then counts as
-/// negative in all formulas (ISO 21771), and so do its radii and the centre distance that follow from it. The distance
+/// The wheel may be a ring ([`ToothForm::ring`]), with helices of the same hand as the pinion's. Its number of teeth is
+/// negative in all formulas (ISO 21771), and so are its radii and the centre distance derived from it. The distance
 /// and the diameters of the drawing are positive.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GearPair {
@@ -22,12 +22,12 @@ pub struct GearPair {
     pub module: f64,
     /// Normal pressure angle α_n \[rad\].
     pub pressure_angle: f64,
-    /// Helix angle β at the reference cylinder \[rad\], between −π/2 and π/2: positive where the
-    /// pinion is right-handed and the wheel left-handed, 0 of spur gears.
+    /// Helix angle β at the reference cylinder \[rad\], between −π/2 and π/2: positive for a
+    /// right-handed pinion and a left-handed wheel, 0 for spur gears.
     pub helix_angle: f64,
     /// Width of the common face, on which flanks touch \[m\].
     pub face_width: f64,
-    /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks.
+    /// Axial length of the gear bodies \[m\]. Like the torque it does not affect the flanks.
     pub body_length: [f64; 2],
     /// Rated torque on the pinion \[N m\]: load = 1.
     pub rated_torque: f64,
@@ -42,18 +42,18 @@ impl GearPair {
         self.signed_teeth().map(|z| 0.5 * module * z)
     }
 
-    /// Numbers of teeth, that of a ring negative.
+    /// Numbers of teeth, negative for a ring.
     pub(super) fn signed_teeth(&self) -> [f64; 2] {
         let [pinion, wheel] = self.teeth.map(f64::from);
         [pinion, self.wheel_sign() * wheel]
     }
 
-    /// -1 of a ring, 1 of an external wheel.
+    /// -1 for a ring, 1 for an external wheel.
     pub(super) fn wheel_sign(&self) -> f64 {
         if self.form.ring.is_some() { -1.0 } else { 1.0 }
     }
 
-    /// The centre distance of the drawing, negative of a ring \[m\].
+    /// The centre distance of the drawing, negative for a ring \[m\].
     fn given_centre_distance(&self) -> Option<f64> {
         let given = self.form.centre_distance;
         given.map(|distance| self.wheel_sign() * distance)
@@ -72,7 +72,7 @@ impl GearPair {
 
     /// Operating pressure angle α_w in the transverse section \[rad\]: `cos α_w = (r_b1 + r_b2) / a`
     /// for a given centre distance a, else `inv α_w = inv α_t + 2 tan α_n (x₁ + x₂) / (z₁ + z₂)`.
-    /// Exactly the transverse pressure angle where the centre distance is the reference one.
+    /// Exactly the transverse pressure angle at the reference centre distance.
     ///
     /// # Errors
     ///
@@ -96,7 +96,7 @@ impl GearPair {
         }
     }
 
-    /// Pressure angle \[rad\] at which teeth of the given profile shifts, not thinned, mesh
+    /// Pressure angle \[rad\] at which teeth of the given profile shifts without thinning mesh
     /// without backlash (ISO 21771, 5.3).
     fn tight_pressure_angle(&self) -> Result<f64, GearError> {
         let sum: f64 = self.form.profile_shift.iter().sum();
@@ -151,7 +151,7 @@ impl GearPair {
         Ok(self.base_radii().map(|base| base / angle.cos()))
     }
 
-    /// Normal backlash `j_bn = j_bt cos β_b` \[m\]: what the flanks are apart along their normal, at
+    /// Normal backlash `j_bn = j_bt cos β_b` \[m\]: distance of the flanks along their normal, at
     /// both flanks together.
     ///
     /// # Errors
@@ -163,7 +163,7 @@ impl GearPair {
 
     /// Backlash along the line of action in the transverse section `j_bt = j_t cos α_w` \[m\], at both
     /// flanks together. `j_t` is the circumferential backlash on the operating pitch circles, their
-    /// pitch less the thickness of both teeth; negative where teeth overlap.
+    /// pitch less the thickness of both teeth; negative if teeth overlap.
     ///
     /// # Errors
     ///
@@ -176,8 +176,8 @@ impl GearPair {
         Ok((pitch - pinion - wheel) * angle.cos())
     }
 
-    /// The half gap \[m\] that the drawing states, half of the backlash along the line of action; none where
-    /// thinning and centre distance leave no backlash but round-off: such a drawing is nominal.
+    /// Half gap \[m\] of the drawing, half of the backlash along the line of action. `None` if
+    /// thinning and centre distance leave only round-off: such a drawing is nominal.
     ///
     /// # Errors
     ///
@@ -187,7 +187,7 @@ impl GearPair {
         Ok((backlash > NO_BACKLASH * self.module).then_some(0.5 * backlash))
     }
 
-    /// The pair with bores that the drawing leaves open set to the diameters of its shafts \[m\].
+    /// The pair with the bores that the drawing does not state set to the diameters of its shafts \[m\].
     pub fn on_shafts(&self, diameters: [f64; 2]) -> Self {
         let mut pair = self.clone();
         for (bore, diameter) in pair.form.bore.iter_mut().zip(diameters) {

@@ -1,23 +1,23 @@
-//! How a load spreads over the pairs in contact and over the face width.
+//! How is a load shared among the pairs in contact and over the face width?
 //!
-//! Every pair is cut into slices across the face. At place z of the face let x be the
-//! approach of the gears along the line of action. A pair j presses with the line load
+//! Every pair is cut into slices across the face. Let x be the approach of the gears along the line of
+//! action at position z of the face. A pair j presses with the line load
 //!
 //! ```text
 //! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
 //! ```
 //!
 //! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the
-//! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. A body is
-//! one for all pairs: what its share of `C_jj` and `C_ji` have in common counts once. Conry &
-//! Seireg 1973 pose the problem of deformation compatibility; slices do not support each other
-//! unless the law of the pairs knows how they do ([`AlongFace`](super::AlongFace)): as in any thin-slice model.
+//! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share
+//! a body, so the common part of its share of `C_jj` and of `C_ji` counts once. Conry &
+//! Seireg 1973 pose the problem of deformation compatibility. Slices do not support each other, as in any
+//! thin-slice model, unless the law of the pairs describes it ([`AlongFace`](super::AlongFace)).
 //!
-//! Within a slice the part of the gap that is common to the pairs is a straight line. F(x) is
-//! then piecewise quadratic and monotone, and solved exactly, whatever the number of slices:
-//! with plain misalignment one slice is as good as a hundred. Where the gap curves across the
-//! face (crowning) the error falls with the square of the slice width. On a helical face every slice
-//! has pairs of its own ([`HelicalFace`]).
+//! Within a slice the common part of the pairs' gaps is linear. F(x) is
+//! then piecewise quadratic and monotone, and solved exactly for any number of slices:
+//! with plain misalignment one slice is as good as a hundred. If the gap curves across the
+//! face (crowning), the error falls with the square of the slice width. On a helical face every slice
+//! has different pairs ([`HelicalFace`]).
 
 mod contact;
 mod coupled;
@@ -38,7 +38,7 @@ use coupled::{Bearing, Coupled, PairBearing};
 use pairs::Span;
 use ramp::Ramp;
 
-/// How a load is borne.
+/// How the mesh carries a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SharedLoad {
     /// Approach of the gears x \[m\]: the loaded static transmission error, counted from
@@ -48,24 +48,24 @@ pub struct SharedLoad {
     pub stiffness: f64,
     /// Centroid of the load across the face, from mid-face \[m\].
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1. On a helical face what the pairs that came last
-    /// bear, each at its own place of the face, what those before them bear, and so on.
+    /// Share of each pair in the load; they sum to 1. On a helical face first the share of the pairs that entered last,
+    /// each at its position on the face, then that of those before them, and so on.
     pub share: [f64; MOST_PAIRS],
-    /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face those off the path
-    /// count as far as they bear load.
+    /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face lines off the path
+    /// count if they carry load.
     pub contact_fraction: f64,
 }
 
-/// What a pair adds to the mesh on a slice from the approach on at which it joins the others there.
+/// Contribution of a pair to the mesh on a slice, from the approach on at which it comes into contact there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct JoiningSpring {
-    /// The pair that joins.
+    /// The pair that comes into contact.
     pub pair: usize,
-    /// By how much it stiffens the mesh \[N/m\].
+    /// Its additional stiffness of the mesh \[N/m\].
     pub stiffness: f64,
-    /// Approach at which it joins, at the middle of the slice \[m\].
+    /// Approach at which it comes into contact, at the middle of the slice \[m\].
     pub gap: f64,
-    /// Share of each pair in what this spring bears; they sum to 1, and may be negative: who joins takes
+    /// Share of each pair in the load of this spring; they sum to 1. A share may be negative: a new pair takes
     /// load from its neighbours.
     pub share: [f64; MOST_PAIRS],
 }
@@ -75,37 +75,37 @@ pub(super) struct JoiningSpring {
 pub struct LoadSharing {
     face: Face,
     pairs: usize,
-    /// One for each pair of each slice.
+    /// One per pair and slice.
     ramps: Vec<Ramp>,
-    /// The slices of a helical face; of others, which are equal, none.
+    /// The slices of a helical face; empty for a spur face, whose slices are equal.
     spans: Vec<Span>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
-    /// Which pairs are on the path of contact.
+    /// Whether each pair is on the path of contact.
     on_path: [bool; MOST_PAIRS],
-    /// Whether every pair lacks the same all along its face.
+    /// Whether the gap of every pair is constant along its face.
     even: bool,
-    /// By how much the line load of each pair exceeds the least at which its contact is
-    /// linearised \[N/m\]; of a linear contact, anything positive.
+    /// Excess of the line load of each pair over the least at which its contact is
+    /// linearised \[N/m\]; for a linear contact, any positive value.
     above_least: [f64; MOST_PAIRS],
-    /// The same pairs with slices that support each other, where gaps vary along the face.
+    /// The same pairs with slices that support each other, if gaps vary along the face.
     coupled: Option<Coupled>,
 }
 
 impl LoadSharing {
-    /// The pairs in contact on a face, whose slices support each other as far as the law of the pairs
-    /// knows ([`FlankLaw::along_face`](super::FlankLaw::along_face)).
+    /// The pairs in contact on a face. Its slices support each other if the law of the pairs
+    /// describes it ([`FlankLaw::along_face`](super::FlankLaw::along_face)).
     ///
     /// * `misalignment`: angle between the flanks in the plane of action ε \[rad\]; the gap
     ///   grows with z.
     ///
     /// # Errors
     /// No pair, more than [`MOST_PAIRS`], a face without width or slices, an ε that is not
-    /// finite, or bodies that couple pairs more strongly than any body does.
+    /// finite, or bodies whose coupling of pairs is unphysically strong.
     pub fn new(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<Self, SharingError> {
         check(pairs, face, misalignment)?;
         let coupled = Coupled::new(pairs, face, misalignment)?;
-        // Then slices for themselves only tell where flanks first touch.
+        // With coupled slices, independent ones only give the first touch of the flanks.
         let joining = if coupled.is_some() { 1 } else { pairs.len() };
         Ok(Self {
             coupled,
@@ -113,7 +113,7 @@ impl LoadSharing {
         })
     }
 
-    /// The same of slices that do not support each other.
+    /// The same for slices that do not support each other.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -126,7 +126,7 @@ impl LoadSharing {
         Self::of_joining(pairs, face, misalignment, pairs.len())
     }
 
-    /// The first pairs, so many, to join on slices that do not support each other.
+    /// The first `joining` pairs that come into contact, on slices that do not support each other.
     fn of_joining(
         pairs: &[ContactPair],
         face: Face,
@@ -152,22 +152,22 @@ impl LoadSharing {
         })
     }
 
-    /// How a force ≥ 0 \[N\] is borne. Without force: where the flanks first touch.
+    /// Distribution of a force ≥ 0 \[N\]. Without force: where the flanks first touch.
     pub fn bear(&self, force: f64) -> SharedLoad {
         self.bear_with_lengths(force).0
     }
 
-    /// How a force is borne, and lengths \[m\] (line loads \[N/m\] last) whose signs, zero among the
-    /// positive, say which formula bears it: while none changes its sign, the law is smooth.
-    /// Their number depends on pairs and slices only. On a helical face there are none: a pair comes
-    /// into contact there little by little.
+    /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its
+    /// formula; zero counts as positive. The law is smooth while none of them changes its sign.
+    /// Their number depends on pairs and slices only. On a helical face there are none, as pairs come
+    /// into contact gradually.
     pub fn bear_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
         let (load, margins, _) = self.bear_near(force, &Touching::default());
         (load, margins)
     }
 
-    /// The same, with what of the face is in contact: where slices support each other that is sought from what
-    /// is `near`, in contact at another mesh phase, or from the whole face.
+    /// The same, with the part of the face in contact. If slices support each other, its search starts from
+    /// `near`, the contact at another mesh phase, or from the whole face.
     pub(in crate::gear) fn bear_near(
         &self,
         force: f64,
@@ -187,9 +187,9 @@ impl LoadSharing {
         }
     }
 
-    /// How a force is borne, and the loaded length of each pair \[m\].
+    /// Distribution of a force, and the loaded length of each pair \[m\].
     fn bear_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
-        // Without a force slices touch where they touch alone.
+        // Without a force coupled slices touch where independent ones do.
         if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
             return self.shared(coupled, &coupled.bear(force));
         }
@@ -219,7 +219,7 @@ impl LoadSharing {
         (shared, loaded.map(|slices| slices * slice))
     }
 
-    /// What slices that support each other bear, and the loaded length of each pair \[m\].
+    /// Load on slices that support each other, and the loaded length of each pair \[m\].
     fn shared(&self, coupled: &Coupled, bearing: &Bearing) -> (SharedLoad, [f64; MOST_PAIRS]) {
         let (loads, moment, loaded) = PairBearing::sums(&coupled.pairs(bearing));
         let total: f64 = loads.iter().sum();
@@ -234,7 +234,7 @@ impl LoadSharing {
         (shared, loaded.map(|part| part * self.face.width))
     }
 
-    /// As in [`SharedLoad`], of pairs that are loaded on so many slices.
+    /// As in [`SharedLoad`], for pairs that are loaded on these numbers of slices.
     fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
         if self.spans.is_empty() {
             let on_path = || (loaded.iter().zip(self.on_path)).filter(|(_, on_path)| *on_path);
@@ -253,7 +253,7 @@ impl LoadSharing {
         loaded.iter().sum::<f64>() / all
     }
 
-    /// The springs that the pairs are, slice by slice in the order in which they join as the gears approach.
+    /// The springs of the pairs, slice by slice in their order of contact as the gears approach.
     pub(super) fn springs(&self) -> impl Iterator<Item = JoiningSpring> {
         self.ramps.iter().map(|ramp| {
             let total = ramp.total();
@@ -297,9 +297,9 @@ impl LoadSharing {
 
     /// Approach of the gears under a force \[m\].
     ///
-    /// The last knot that needs no more force is found, and the quadratic from there on
-    /// solved; its terms are sums of what is engaged, not of changes since the first knot, so
-    /// that nothing cancels.
+    /// Finds the last knot that needs no more force, and solves the quadratic from there
+    /// on. Its terms are sums over the engaged ramps, not of changes since the first knot, so
+    /// nothing cancels.
     fn approach(&self, force: f64) -> f64 {
         let engaged = |x: f64| -> f64 {
             let forces = self.ramps.iter().map(|r| r.total() * r.travel(x).mean);
@@ -318,12 +318,12 @@ impl LoadSharing {
         if rest == 0.0 {
             return knot;
         }
-        // The root of slope d + curvature d²/2 = rest that does not cancel.
+        // The root of slope d + curvature d²/2 = rest, in the form without cancellation.
         knot + 2.0 * rest / (slope + (slope * slope + 2.0 * curvature * rest).max(0.0).sqrt())
     }
 }
 
-/// Refuses pairs, a face and an angle that share no load.
+/// Rejects pairs, a face or an angle that cannot share a load.
 fn check(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<(), SharingError> {
     if pairs.is_empty() {
         return Err(SharingError::NoPair);

@@ -1,5 +1,5 @@
-//! When a tooth stands on the line of centres: the mesh phase about which what the coast flanks
-//! do is the mirror image of what the drive flanks do.
+//! At which mesh phase is a tooth on the line of centres? The coast flanks mirror the drive flanks about
+//! this phase.
 
 use super::{GearError, GearPair, Tooth, involute};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -31,7 +31,7 @@ impl GearPair {
     ///
     /// # Errors
     ///
-    /// As [`Self::operating_pressure_angle`], and [`GearError::TipBelowForm`] where the wheel's tip
+    /// As [`Self::operating_pressure_angle`], and [`GearError::TipBelowForm`] if the wheel's tip
     /// does not reach the pitch point.
     pub fn approach(&self) -> Result<f64, GearError> {
         self.path_to_tip(1)
@@ -41,7 +41,7 @@ impl GearPair {
     ///
     /// # Errors
     ///
-    /// As [`Self::approach`], of the pinion's tip.
+    /// As [`Self::approach`], for the pinion's tip.
     pub fn recess(&self) -> Result<f64, GearError> {
         self.path_to_tip(0)
     }
@@ -60,15 +60,15 @@ impl GearPair {
                 form_diameter: 2.0 * own.abs() * tangent.hypot(1.0),
             });
         }
-        // The line of action goes on beyond the base circle of a ring.
+        // The line of action continues beyond the base circle of a ring.
         Ok(if mate > 0.0 { length.min(mate * tangent) } else { length })
     }
 
-    /// Mesh phase in \[0, 1) at which a tooth of the pinion stands on the line of centres:
+    /// Mesh phase in \[0, 1) at which a tooth of the pinion is on the line of centres:
     /// `(g_f + s_w cos α_w/2)/p_b`.
     ///
-    /// At mesh phase 0 a pair takes hold at the start of the path, of helical gears at mid-face. Its pinion flank passes the pitch point
-    /// the path before it later, and half the tooth follows, `s_w/2` on the pitch circle.
+    /// At mesh phase 0 a pair enters at the start of the path (helical gears: at mid-face). Its pinion flank passes the
+    /// pitch point after the distance g_f. The middle of the tooth is `s_w/2` behind it on the pitch circle.
     ///
     /// # Errors
     ///
@@ -81,10 +81,10 @@ impl GearPair {
     }
 
     /// Mesh phase in \[0, ½) at which a tooth of the pinion ([`Self::tooth_phase`]), or the middle of a space half a
-    /// cycle on, stands on the line of centres. At these phases the pinion is its own mirror image, and what
-    /// touches its coast flanks is the image of what touches its drive flanks:
-    /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`. Of helical gears the image of a place of the
-    /// face is the one as far from mid-face on the other side.
+    /// cycle later, is on the line of centres. At these phases the pinion is its mirror image, and contact
+    /// on its coast flanks is the image of contact on its drive flanks:
+    /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`. On helical gears the image of a position on the
+    /// face is at the same distance from mid-face on the other side.
     ///
     /// # Errors
     ///
@@ -94,8 +94,8 @@ impl GearPair {
     }
 }
 
-/// The mesh phase of [`GearPair::symmetry`] of a pair of which the transverse contact ratio ε alone is known:
-/// `ε/2 + 1/4`, modulo ½. Approach and recess are then taken to be equal, and the pinion's tooth
+/// The mesh phase of [`GearPair::symmetry`] of a pair with only the transverse contact ratio ε known:
+/// `ε/2 + 1/4`, modulo ½. Approach and recess are assumed to be equal, and the pinion's tooth
 /// to be as thick as its space.
 pub fn standard_symmetry(contact_ratio: f64) -> f64 {
     (0.5 * contact_ratio + 0.25).rem_euclid(0.5)

@@ -23,9 +23,9 @@ fn pairs() -> Vec<GearPair> {
     ]
 }
 
-/// Place \[m\] from the pitch point, along `(lean sin α_w, cos α_w)`, at which the flank of a
-/// pinion's tooth lies on that line: `side` +1 its leading flank, −1 its trailing one, the tooth's
-/// centre line turned by `angle` \[rad\] past the line of centres.
+/// Intersection of the flank of a pinion's tooth with the line `(lean sin α_w, cos α_w)` through the pitch
+/// point, as a distance from that point \[m\]. `side` is +1 for the leading flank, −1 for the trailing one.
+/// The tooth's centre line is turned by `angle` \[rad\] past the line of centres.
 fn place_on_line(pair: &GearPair, side: f64, lean: f64, angle: f64) -> f64 {
     let tooth = Tooth::new(pair, 0).unwrap();
     let (sin, cos) = pair.operating_pressure_angle().unwrap().sin_cos();
@@ -61,7 +61,7 @@ fn flanks_of_a_tooth_meet_both_lines_at_mirror_images() {
         let cycle = std::f64::consts::TAU / f64::from(pair.teeth[0]);
         for turned in [-0.2, -0.05, 0.0, 0.1, 0.25] {
             let at = |cycles: f64| place_on_line(&pair, 1.0, 1.0, cycles * cycle);
-            // The tooth stands on the line of centres where the drive flanks' phase is this.
+            // The tooth is on the line of centres at this phase of the drive flanks.
             let phase = path.phase(at(turned)) - turned - symmetry;
             let off = (phase + 0.25).rem_euclid(0.5) - 0.25;
             assert!(off.abs() < 1e-12, "{:?}: {off}", pair.teeth);
@@ -87,7 +87,7 @@ fn the_path_begins_at_the_wheel_s_tip() {
 
 #[test]
 fn coast_flanks_of_a_standard_pair_follow_half_a_cycle_later() {
-    // Like gears: approach is recess, tooth is space.
+    // Equal gears: approach equals recess, tooth equals space.
     let pair = pair([24, 24], [0.0; 2], [0.0; 2], 0.0);
     let ratio = Flanks::new(&pair).unwrap().contact_ratio();
     let symmetry = pair.symmetry().unwrap();

@@ -1,21 +1,21 @@
-//! Contact of a tip edge off the path of contact: earlier and later than rigid gears would touch.
+//! Contact of a tip edge off the path of contact: before and after the contact of rigid gears.
 //!
-//! Loaded gears come closer than rigid ones, and the tooth that is about to take hold meets its mate with
-//! its tip edge before it reaches the line of action; one that leaves stays in touch beyond. Rigidly
-//! rotated, the two are apart by a gap that grows with the square of the distance from the path.
+//! Loaded gears come closer than rigid ones. The tip edge of an entering tooth therefore meets its mate before
+//! it reaches the line of action; that of a leaving one stays in contact beyond it. With rigid
+//! rotation the gap between the two grows with the square of the distance from the path.
 //!
-//! With the tip's gear at the origin and its mate at (a, 0), α_w the operating pressure angle, a pair that
-//! conjugate flanks would have at u on the line of action has the tip edge at the roll angle t_a of the
-//! involute whose string leaves the base circle at the polar angle `γ = (u − u_a)/r_b − α_w`, u_a where the path ends:
+//! With the tip's gear at the origin, its mate at (a, 0) and the operating pressure angle α_w, consider a pair whose
+//! conjugate flanks would touch at u on the line of action. Its tip edge is at the roll angle t_a of the
+//! involute whose string leaves the base circle at the polar angle `γ = (u − u_a)/r_b − α_w`, with the path's end u_a:
 //!
 //! ```text
 //! P = r_b (cos γ − t_a sin γ, sin γ + t_a cos γ)
 //! ```
 //!
-//! The mate's involute through P, seen from the mate's centre and turned by π, has its string leave at the polar angle
-//! `γ' = ϑ − β` with `cos β = r_b'/ρ`, (ρ, ϑ) the place of P there. While the gears turn by `du/r_b` the edge comes nearer
-//! along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the mate goes away by `du`: the gap along
-//! the line of action is
+//! Seen from the mate's centre and turned by π, the string of the mate's involute through P leaves at the polar angle
+//! `γ' = ϑ − β` with `cos β = r_b'/ρ` and the polar coordinates (ρ, ϑ) of P there. While the gears turn by `du/r_b`,
+//! the edge approaches along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the mate recedes
+//! by `du`: the gap along the line of action is
 //!
 //! ```text
 //! ∫ (a/r_b) (cos α_w − cos γ') du
@@ -25,10 +25,10 @@
 
 use crate::numerics::legendre::transforms8;
 
-/// A tip edge and the flank it slides on beyond the end of the path of contact.
+/// A tip edge and the flank on which it slides beyond the end of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TipContact {
-    /// Base radius of the gear whose tip it is \[m\].
+    /// Base radius of the gear with the tip \[m\].
     pub base_radius: f64,
     /// Roll angle of the tip.
     pub tip_roll: f64,
@@ -44,7 +44,7 @@ pub(super) struct TipContact {
 
 impl TipContact {
     /// Gap along the line of action \[m\] where conjugate flanks would touch `beyond` \[m\] behind
-    /// the end; none where the edge would be in the mate's fillet.
+    /// the end. `None` if the edge would be in the mate's fillet.
     pub fn gap(&self, beyond: f64) -> Option<f64> {
         self.string(beyond)?;
         let opening = |x: &f64| {
@@ -57,13 +57,13 @@ impl TipContact {
         Some(beyond * mean * self.centre_distance / self.base_radius)
     }
 
-    /// By how much the string of the mate's involute through the tip edge is turned against the line of action
-    /// \[rad\]; none where the edge is in the mate's fillet.
+    /// Angle between the line of action and the string of the mate's involute through the tip edge
+    /// \[rad\]. `None` if the edge is in the mate's fillet.
     fn string(&self, beyond: f64) -> Option<f64> {
         let (sin, cos) = (beyond / self.base_radius - self.pressure_angle).sin_cos();
         let [x, y] = [cos - self.tip_roll * sin, sin + self.tip_roll * cos]
             .map(|coordinate| self.base_radius * coordinate);
-        // A ring looks the other way from its centre, and its involute ends at the largest roll angle.
+        // Seen from its centre a ring is mirrored, and its involute ends at the largest roll angle.
         let sense = self.mate_base_radius.signum();
         let (x, y) = (sense * (self.centre_distance - x), sense * -y);
         let ratio = self.mate_base_radius / x.hypot(y);
@@ -72,8 +72,8 @@ impl TipContact {
             .then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
     }
 
-    /// How far behind the end of the path the gap reaches `gap` \[m\], but for the mate's fillet and
-    /// at most `furthest` \[m\].
+    /// Distance behind the end of the path at which the gap reaches `gap` \[m\], limited by the mate's fillet and
+    /// by `furthest` \[m\].
     pub fn reach(&self, gap: f64, furthest: f64) -> f64 {
         let inside = |beyond: f64| self.gap(beyond).is_some_and(|own| own <= gap);
         if inside(furthest) {
@@ -108,19 +108,19 @@ mod tests {
         Flanks::new(&pair).unwrap().tips()
     }
 
-    /// Where conjugate contact ends at the tip, from the pitch point.
+    /// End of conjugate contact at the tip, from the pitch point.
     fn end(tip: TipContact) -> f64 {
         tip.base_radius * (tip.tip_roll - tip.pressure_angle.tan())
     }
 
-    /// The involute of a gear at the origin, its string leaving at the polar angle γ.
+    /// The involute of a gear at the origin whose string leaves at the polar angle γ.
     fn point(base: f64, gamma: f64, roll: f64) -> [f64; 2] {
         let (sin, cos) = gamma.sin_cos();
         [base * (cos - roll * sin), base * (sin + roll * cos)]
     }
 
-    /// Distance from the tip edge to the mate's flank, by search along the flank, over the part of it
-    /// that closes it: the flank moves along its normal with r_b' per unit of rotation.
+    /// Distance from the tip edge to the mate's flank, by search along the flank, over the speed of
+    /// approach: the flank moves along its normal with r_b' per unit of rotation.
     #[test]
     fn the_gap_is_the_distance_to_the_flank_on_small_ways() {
         for tip in tips([20, 30], [0.0; 2], None)
@@ -153,7 +153,7 @@ mod tests {
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();
                 assert!(gap > 0.0);
-                // Both fall with the square of the way; they differ by its cube.
+                // Both fall with the square of the distance; they differ by its cube.
                 assert!(
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"

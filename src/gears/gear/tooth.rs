@@ -1,32 +1,32 @@
 //! The tooth of one gear as the basic rack cuts it: involute flank and trochoidal fillet.
 //!
 //! Coordinates: the gear's axis is the origin, y runs along the tooth's centre line outwards,
-//! x to one side of it (half the thickness). Both curves are exact and known with their
+//! x to one side of it (half the thickness). Both curves are exact, with exact
 //! derivatives:
 //!
 //! * involute, roll angle t = tan(pressure angle), τ = t − θ_b:
 //!   `x = r_b (t cos τ − sin τ)`, `y = r_b (t sin τ + cos τ)`, `y' = r_b t cos τ`;
 //! * fillet, angle γ of the normal from α (where it meets the involute) to π/2 (root circle):
-//!   the normal at every point passes through the pitch point of gear and rack, so that a corner
-//!   of radius ρ whose centre lies h below the rolling line and b beside the tooth's centre line
-//!   leaves, with `φ = (h cot γ + b)/r` and `D = h/sin γ + ρ`,
+//!   the normal at every point passes through the pitch point of gear and rack. For a corner
+//!   of radius ρ whose centre is h below the rolling line and b beside the tooth's centre line,
+//!   with `φ = (h cot γ + b)/r` and `D = h/sin γ + ρ`,
 //!   `x = r sin φ − D cos(γ − φ)`, `y = r cos φ − D sin(γ − φ)`.
 //!
 //! A rack whose straight flank ends beyond the tangent point of the base circle undercuts the tooth: its
-//! corner cuts the root of the involute off. The fillet then crosses the involute at some γ above α, and the
+//! corner cuts off the root of the involute. The fillet then crosses the involute at some γ above α, and the
 //! flank begins there.
 //!
-//! A ring has inner teeth. Its number of teeth and its radii count as negative, which the formulas of the involute take as
-//! they are; y then runs outwards from its axis all the same, from the tip to the root. A rack cuts no ring: its fillet
+//! A ring has inner teeth. Its number of teeth and its radii are negative, so the formulas of the involute need no
+//! change. y still runs outwards from its axis, from the tip to the root. A ring is not cut by a rack: its fillet
 //! is an arc of the radius of the rack's corner that touches the involute and the root circle, or the largest such arc
-//! that has room between two teeth.
+//! that fits between two teeth.
 //!
 //! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
 
 use super::{BasicRack, GearError, GearPair, inverse_involute, involute};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// One tooth of one gear: radii \[m\], negative of a ring; angles \[rad\].
+/// One tooth of one gear: radii \[m\], negative for a ring; angles \[rad\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tooth {
     /// Reference radius `m z / 2`, on which gear and rack roll.
@@ -37,15 +37,15 @@ pub struct Tooth {
     pub tip_radius: f64,
     /// Root radius.
     pub root_radius: f64,
-    /// Radius at which fillet and involute meet; of undercut teeth, at which they cross.
+    /// Radius at which fillet and involute meet; for undercut teeth, at which they cross.
     pub form_radius: f64,
     /// Roll angle there, the tangent of the pressure angle.
     pub form_roll: f64,
-    /// Where the rack cuts the root of the involute off.
+    /// The undercut, if the rack cuts off the root of the involute.
     pub undercut: Option<Undercut>,
     /// Roll angle at the tip.
     pub tip_roll: f64,
-    /// Half the angle of the tooth on the base circle, θ_b; the involute is thought to reach it.
+    /// Half the angle of the tooth on the base circle, θ_b, with the involute extended to it.
     pub base_half_angle: f64,
     /// Half the angle of the tooth where the fillet meets the root circle, θ_f.
     pub root_half_angle: f64,
@@ -54,7 +54,7 @@ pub struct Tooth {
     fillet: Fillet,
 }
 
-/// By how much the rack undercuts a tooth, in modules of the drawing.
+/// Undercut of a tooth, in modules of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undercut {
     /// Profile shift coefficient at which the tooth is cut, thinning included.
@@ -75,14 +75,14 @@ struct Fillet {
 
 #[derive(Debug, Clone, PartialEq)]
 enum FilletCurve {
-    /// What the rack's rounded corner leaves.
+    /// The trochoid of the rack's rounded corner.
     Corner {
         /// Distance of its centre below the rolling line \[m\].
         depth: f64,
         /// Its centre's distance from the tooth's centre line \[m\].
         offset: f64,
     },
-    /// An arc about a centre \[m\], of a ring.
+    /// An arc about a centre \[m\], for a ring.
     Arc([f64; 2]),
 }
 
@@ -120,12 +120,12 @@ impl Tooth {
         Ok(tooth)
     }
 
-    /// The tooth of a spur gear that the rack of pair `pair` cuts, with a number of teeth that need
-    /// not be whole, up to a tip radius \[m\]; both are negative of a ring.
+    /// The tooth of a spur gear cut by the rack of pair `pair`, with any real number
+    /// of teeth, up to a tip radius \[m\]; both are negative for a ring.
     ///
     /// # Errors
     ///
-    /// [`GearError::PointedTip`], [`GearError::TipBelowForm`]; of a ring [`GearError::RingTip`] and
+    /// [`GearError::PointedTip`], [`GearError::TipBelowForm`]; for a ring [`GearError::RingTip`] and
     /// [`GearError::RingSpace`].
     pub(super) fn cut(
         pair: &GearPair,
@@ -215,7 +215,7 @@ impl Tooth {
         let root_radius = reference_radius + module * (generating_shift - rack.dedendum);
         let base_half_angle = base_half_angle(pair, index, teeth);
         let (base, root) = (base_radius.abs(), root_radius.abs());
-        // Roll angle where the arc begins, and the polar angle of its centre.
+        // Roll angle at the start of the arc, and the polar angle of its centre.
         let arc = |radius: f64| {
             let tangent = (((root - radius) / base).powi(2) - 1.0).max(0.0).sqrt();
             let roll = tangent + radius / base;
@@ -271,15 +271,15 @@ impl Tooth {
         })
     }
 
-    /// Which way the tooth points: 1 outwards, -1 towards the axis.
+    /// Direction in which the tooth points: 1 outwards, -1 towards the axis.
     pub(super) fn sense(&self) -> f64 {
         self.base_radius.signum()
     }
 
     /// Angle γ of the normal at which the fillet of an undercut tooth crosses the involute.
     ///
-    /// With γ the fillet goes down. At α it lies outside the tooth, on the branch of the involute beyond the base
-    /// circle; at the base circle it lies inside. Rounding hides that of an undercut of almost nothing, which then
+    /// The fillet goes down with γ. At α it is outside the tooth, on the branch of the involute beyond the base
+    /// circle; at the base circle it is inside. Rounding hides a very small undercut, which then
     /// ends on the base circle.
     fn crossing(&self) -> f64 {
         let outside = |normal: f64| {
@@ -296,13 +296,13 @@ impl Tooth {
         high
     }
 
-    /// Roll angle at which the flanks of such a tooth meet.
+    /// Roll angle at which the flanks of a tooth meet.
     pub(super) fn pointed_roll(pair: &GearPair, index: usize, teeth: f64) -> f64 {
         inverse_involute(base_half_angle(pair, index, teeth)).tan()
     }
 
-    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative of a ring: as given, else with the
-    /// addendum altered so that the tip keeps the rack's clearance; in a ring, where that would lengthen it, as it is.
+    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative for a ring. If not given, the
+    /// addendum is altered so that the tip keeps the rack's clearance; a ring's is never lengthened.
     ///
     /// # Errors
     ///
@@ -321,7 +321,7 @@ impl Tooth {
         Ok(pair.pitch_radii()[index] + pair.module * (pair.form.rack.addendum + own + alteration))
     }
 
-    /// Thickness along the circle of a radius between base and tip, negative of a ring \[m\].
+    /// Thickness along the circle of a radius between base and tip, negative for a ring \[m\].
     pub fn thickness(&self, radius: f64) -> f64 {
         let pressure_angle = (self.base_radius / radius).acos();
         2.0 * radius * (self.base_half_angle - involute(pressure_angle))
@@ -389,7 +389,7 @@ fn generating_shift(pair: &GearPair, index: usize) -> f64 {
     pair.form.profile_shift[index] - thinning
 }
 
-/// Half the angle of a tooth on the base circle \[rad\], of so many teeth.
+/// Half the angle of a tooth on the base circle \[rad\], for this number of teeth.
 fn base_half_angle(pair: &GearPair, index: usize, teeth: f64) -> f64 {
     let (sin, cos) = pair.pressure_angle.sin_cos();
     (FRAC_PI_2 + 2.0 * generating_shift(pair, index) * sin / cos) / teeth
@@ -402,7 +402,7 @@ fn land(rack: BasicRack, angle: f64) -> f64 {
     FRAC_PI_4 - (rack.dedendum - rack.tip_radius) * sin / cos - rack.tip_radius / cos
 }
 
-/// Whether the corners of the rack of a pair fit on its tip.
+/// Checks that the corners of the rack of a pair fit on its tip.
 fn check_rack(pair: &GearPair) -> Result<(), GearError> {
     let (rack, angle) = (pair.form.rack, pair.pressure_angle);
     let (sin, cos) = angle.sin_cos();

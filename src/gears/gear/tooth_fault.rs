@@ -1,39 +1,39 @@
-//! Single teeth of another stiffness or profile: which mesh cycles do they change, and how?
+//! Teeth with a different stiffness or profile: which mesh cycles do they change, and how?
 //!
-//! The pair of tooth n first touches at the start of mesh cycle n, at mid-face. It bears the share σ of the mesh while it is in
-//! contact, as pairs that share the load evenly do. A tooth whose pair has the part f of its stiffness, and whose flanks lack d,
-//! leaves the mesh
+//! The pair of tooth n first touches at the start of mesh cycle n, at mid-face. While it is in contact it carries the
+//! share σ of the mesh, as with evenly shared load. A tooth that reduces its pair's stiffness to the part f and whose
+//! flanks miss material d changes the mesh to
 //!
 //! ```text
 //! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,
 //! ```
 //!
-//! as long as all pairs of the mesh touch. Cycles recur after a revolution of the gear; with faults of both gears after the
-//! hunting cycle, the least common multiple of the teeth.
+//! as long as all pairs of the mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they
+//! repeat after the hunting cycle, the least common multiple of the teeth.
 
 use super::EvenSharing;
 use crate::model::{Division, FlankError};
 use crate::numerics::integers::least_multiple;
 use serde::Serialize;
 
-/// The middle of a tooth of the pinion passes the line of centres nearly so many cycles after its drive flank passes the pitch
-/// point: half its thickness, which is nearly half a pitch.
+/// Approximate number of cycles from the passage of a pinion tooth's drive flank at the pitch point to that of its
+/// middle at the line of centres: half its thickness, which is nearly half a pitch.
 const HALF_TOOTH: f64 = 0.25;
 
-/// A tooth unlike the others.
+/// A tooth that differs from the others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ToothFault {
-    /// Of the pinion 0, of the wheel 1.
+    /// 0 for the pinion, 1 for the wheel.
     pub gear: usize,
-    /// Number of the tooth, from 0, in the order in which they engage: that of mesh cycle 0 is 0.
+    /// Number of the tooth, from 0, in the order of engagement: tooth 0 engages in mesh cycle 0.
     pub tooth: u32,
-    /// Part f of the stiffness of its pair that is left, in (0, 1].
+    /// Remaining part f of the stiffness of its pair, in (0, 1].
     pub stiffness: f64,
-    /// What its drive flank and its coast flank lack along the line of action, d \[m\].
+    /// Material missing from its drive flank and its coast flank along the line of action, d \[m\].
     pub lacks: [f64; 2],
 }
 
-/// A pair of gears with teeth unlike the others.
+/// A pair of gears with some teeth that differ from the others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultyTeeth {
     /// The teeth.
@@ -54,7 +54,7 @@ enum Course {
 }
 
 impl FaultyTeeth {
-    /// Mesh cycles after which all recur.
+    /// Mesh cycles after which all repeat.
     pub fn base_cycles(&self) -> usize {
         let of_faults = self
             .faults
@@ -63,13 +63,13 @@ impl FaultyTeeth {
         of_faults.fold(1, least_multiple)
     }
 
-    /// The cycles of drive flanks, from that of flanks whose teeth are all alike.
+    /// The cycles of drive flanks, from the cycle of flanks with equal teeth.
     pub fn on_drive(&self, alike: &[Division]) -> Vec<Vec<Division>> {
         self.cycles(alike, Course::Drive)
     }
 
-    /// Those of coast flanks, mirror images of the drive flanks about the phase at which tooth 0 of the pinion stands on the line
-    /// of centres.
+    /// The cycles of coast flanks, mirror images of the drive flanks about the phase at which tooth 0 of the pinion
+    /// is on the line of centres.
     pub fn on_coast(&self, alike: &[Division]) -> Vec<Vec<Division>> {
         let centred = self.pairs.pitch_phase + HALF_TOOTH;
         let twice = 2.0 * self.symmetry;
@@ -97,14 +97,14 @@ impl FaultyTeeth {
             .collect()
     }
 
-    /// A division about a time \[cycles\].
+    /// A division with the faults around a time \[cycles\].
     fn changed(&self, division: &Division, time: f64, course: Course) -> Division {
         let (mut left, mut lacking) = (1.0, 0.0);
         for fault in &self.faults {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
                 Course::Drive => (time - number, 0),
-                // A tooth of the pinion stands before the tooth of the wheel that the next one drives.
+                // On the coast flank a tooth of the wheel meets the pinion tooth before the one that drives it.
                 Course::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
             };
             let share = self.pairs.share(since, self.teeth[fault.gear]);
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// Stiffness and gap in the middle of each division, and where it ends.
+    /// Stiffness and gap in the middle of each division, and its end.
     fn told(cycle: &[Division]) -> Vec<[f64; 3]> {
         let one = |own: &Division| [own.end, own.stiffness.mean(), own.error.coefficients()[0]];
         cycle.iter().map(one).collect()
@@ -154,7 +154,7 @@ mod tests {
         }
     }
 
-    /// Tooth 3 shares the load with tooth 2, bears it alone, and shares it with tooth 4.
+    /// Tooth 3 shares the load with tooth 2, carries it alone, and shares it with tooth 4.
     #[test]
     fn a_tooth_changes_the_cycles_of_its_pair() {
         let alike = Division::levels(&[4.0, 3.0], &[0.6]);
@@ -163,7 +163,7 @@ mod tests {
         near(&told(&cycles[3]), &[[0.6, 3.2, 2e-6], [1.0, 1.8, 4e-6]]);
         near(&told(&cycles[4]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
         assert!(cycles[..3].iter().all(|cycle| *cycle == alike));
-        // The last tooth touches into the next revolution.
+        // The last tooth stays in contact into the next revolution.
         let cycles = teeth(1, 6).on_drive(&alike);
         near(&told(&cycles[0]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
         assert_eq!((cycles.len(), &cycles[1]), (7, &alike));
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(of_wheel.len(), 7);
     }
 
-    /// Faults of both gears recur after the hunting cycle. Shares of a helical pair add up to one.
+    /// Faults of both gears repeat after the hunting cycle. Shares of a helical pair add up to one.
     #[test]
     fn hunting_cycles_have_all_pairs_of_teeth() {
         let mut both = teeth(0, 3);
@@ -207,7 +207,7 @@ mod tests {
                 lost.sum::<f64>()
             })
             .sum();
-        // Each pair bears one cycle's load in all; one tooth meets 7 times, the other 5.
+        // Each pair carries one cycle's load in total; one tooth meets 7 times, the other 5.
         assert!((lost / (0.4 * 12.0) - 1.0).abs() < 1e-3, "{lost}");
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! Every node has the six freedoms of [`Freedom`]. A freedom is free, fixed to the ground,
 //! tied to a free one at a constant ratio (a gear train), or carried by the rigid body of
-//! another node; only the free ones appear in the matrices, and `T^T M T`, `T^T K T` with the
-//! map T from free to all freedoms is formed entry by entry.
+//! another node. Only the free ones appear in the matrices: `T^T M T` and `T^T K T`, with the
+//! map T from free to all freedoms, are formed entry by entry.
 
 mod coupling;
 
@@ -46,7 +46,7 @@ impl Freedom {
     ];
 }
 
-/// Where a freedom stands in the matrices.
+/// How a freedom enters the matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bond {
     Free,
@@ -103,8 +103,8 @@ impl Assembly {
         Ok(first)
     }
 
-    /// Goes on from the last node, which is at the first of the `stations`, as
-    /// [`Self::add_shaft`] does.
+    /// Continues [`Self::add_shaft`] from the last node, which is at the first of the
+    /// `stations`.
     ///
     /// # Errors
     /// Those of [`BeamElement::new`].
@@ -144,7 +144,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds springs from a node to the ground, one stiffness a freedom in the order of
+    /// Adds springs from a node to the ground, one stiffness per freedom in the order of
     /// [`Freedom`] \[N/m, N m/rad\].
     ///
     /// # Errors
@@ -162,7 +162,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds springs between two nodes, one stiffness a freedom in the order of [`Freedom`]
+    /// Adds springs between two nodes, one stiffness per freedom in the order of [`Freedom`]
     /// \[N/m, N m/rad\]; each acts between the same freedoms of both.
     ///
     /// # Errors
@@ -210,7 +210,7 @@ impl Assembly {
     }
 
     /// Adds an inertia about the axis alone \[kg m²\], such as a motor behind a coupling. It
-    /// does not tilt with the shaft, so that there is no gyroscopic moment of it.
+    /// does not tilt with the shaft, so it has no gyroscopic moment.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
@@ -261,7 +261,7 @@ impl Assembly {
 
     /// Adds a node on the rigid body of `body`, at the distance `offset` \[m\] from it along
     /// the shaft: `u = u_body + θ_body × offset e_z`, `θ = θ_body`. Freedoms of the body may
-    /// be fixed, before or after.
+    /// be fixed before or after.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`]; [`ShaftError::TiedToBound`] from
@@ -300,7 +300,7 @@ impl Assembly {
         Ok(node)
     }
 
-    /// Adds a node that moves as `node` does, told along other axes: the unit vectors `frame`.
+    /// Adds a node that moves with `node` but has components along other axes, the unit vectors `frame`.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`]; [`ShaftError::TiedToBound`] from [`Assembly::matrices`] if `node`
@@ -391,7 +391,7 @@ impl Assembly {
         })
     }
 
-    /// A freedom as a combination of free ones, by their place in the matrices.
+    /// A freedom as a combination of free ones, by their indices in the matrices.
     fn position(&self, index: usize, free: &[Option<usize>]) -> Result<Position, ShaftError> {
         let bound = |master: usize| ShaftError::TiedToBound {
             node: index / NODE_FREEDOMS,
@@ -440,24 +440,24 @@ fn scatter(entries: &mut Vec<(usize, usize, f64)>, ends: [usize; 2], element: &E
     }
 }
 
-/// `(place in the matrices, factor)` of every free freedom in a combination.
+/// `(index in the matrices, factor)` of every free freedom in a combination.
 type Position = Vec<(usize, f64)>;
 
-/// Mass and stiffness over the free freedoms, and where each freedom went.
+/// Mass and stiffness over the free freedoms, and the position of each freedom in them.
 #[derive(Debug, Clone)]
 pub struct AssembledMatrices {
     /// Mass matrix M, symmetric.
     pub mass: Mat<f64>,
     /// Stiffness matrix K, symmetric.
     pub stiffness: Mat<f64>,
-    /// What else acts; none where nothing does.
+    /// Damping and coupling; `None` if there is neither.
     pub coupling: Option<CouplingMatrices>,
     position: Vec<Position>,
 }
 
 impl AssembledMatrices {
     /// The coefficients of `Σ coefficient · freedom of node` over the free freedoms, one
-    /// entry a row of the matrices. Nodes that do not exist and fixed freedoms add nothing.
+    /// entry per row of the matrices. Nonexistent nodes and fixed freedoms add nothing.
     pub fn functional(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
         let mut row = vec![0.0; self.mass.nrows()];
         for &(node, freedom, coefficient) in terms {

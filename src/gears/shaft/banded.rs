@@ -1,4 +1,4 @@
-//! Symmetric banded matrices: what shafts one behind the other assemble to.
+//! Symmetric banded matrices, such as those of shafts in a row.
 //!
 //! Stored by rows of the lower half, the diagonal last: entry (i, i − b + k) is `rows[i (b + 1) + k]`.
 //! Every operation is a plain loop whose order does not depend on the machine.
@@ -14,7 +14,7 @@ pub(super) struct Banded {
 }
 
 impl Banded {
-    /// Distance of the entry that is farthest from the diagonal of any of some matrices of one size.
+    /// Largest distance from the diagonal of any nonzero entry of matrices of equal size.
     pub fn width(matrices: &[&Mat<f64>]) -> usize {
         let mut width = 0;
         for matrix in matrices {
@@ -43,7 +43,7 @@ impl Banded {
         Self { size, band, rows }
     }
 
-    /// `self + factor other`, of one size and band.
+    /// `self + factor other`, of equal size and band.
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
         let rows = self.rows.iter().zip(&other.rows);
         Self {
@@ -87,7 +87,7 @@ impl Banded {
         out
     }
 
-    /// Sums of the moduli of what `A x` adds up, row by row.
+    /// Sums of the moduli of the terms of `A x`, row by row.
     pub fn moduli(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.size];
         for i in 0..self.size {
@@ -102,7 +102,7 @@ impl Banded {
         out
     }
 
-    /// `A = L D Lᵀ` without pivoting; none where a pivot is zero or not a number.
+    /// `A = L D Lᵀ` without pivoting; `None` if a pivot is zero or NaN.
     pub fn factor(&self) -> Option<Factor> {
         let (band, width) = (self.band, self.band + 1);
         let mut lower = self.rows.clone();
@@ -111,7 +111,7 @@ impl Banded {
         for i in 0..self.size {
             let first = i.saturating_sub(band);
             for j in first..=i {
-                // Row j of L reaches back to j − band, and so does what has been found of row i.
+                // Row j of L reaches back to j − band; so do the known entries of row i.
                 let from = first.max(j.saturating_sub(band));
                 let mut sum = lower[i * width + j + band - i];
                 for k in from..j {
@@ -147,7 +147,7 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    /// Negative pivots: as many as the matrix has negative eigenvalues (Sylvester).
+    /// Number of negative pivots, which is the number of negative eigenvalues (Sylvester).
     pub fn negative(&self) -> usize {
         self.pivots.iter().filter(|pivot| **pivot < 0.0).count()
     }
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
     use crate::numerics::random::Stream;
 
-    /// A random symmetric matrix of a band, its diagonal `shift` higher.
+    /// A random symmetric matrix of a band, with `shift` added to its diagonal.
     fn random(size: usize, band: usize, shift: f64) -> Mat<f64> {
         let mut stream = Stream::new(7, 0, 0);
         let mut matrix = Mat::zeros(size, size);

@@ -76,7 +76,7 @@ pub struct Material {
     pub young_modulus: f64,
     /// Shear modulus G \[Pa\].
     pub shear_modulus: f64,
-    /// Density ρ \[kg/m³\]; zero makes a massless spring of the element.
+    /// Density ρ \[kg/m³\]; zero makes the element a massless spring.
     pub density: f64,
 }
 
@@ -98,7 +98,7 @@ pub struct BeamElement {
 
 impl BeamElement {
     /// An element of the given length \[m\]; `shear_coefficient` is κ \[1\], infinity for a
-    /// beam rigid in shear.
+    /// beam that is rigid in shear.
     ///
     /// # Errors
     /// [`ShaftError::NotPositive`] and [`ShaftError::Negative`].
@@ -186,12 +186,12 @@ impl BeamElement {
         combine(plane, linear(axial), linear(torsion))
     }
 
-    /// Gyroscopic matrix of an element that turns about its axis at 1 rad/s, consistent with
+    /// Gyroscopic matrix of an element that rotates about its axis at 1 rad/s, consistent with
     /// the mass: skew, `G q'` of its tilts (Nelson, *J. Mech. Design* 102, 1980; Friswell, Penny,
     /// Garvey & Lees, *Dynamics of Rotating Machines*, 2010, section 5.4).
     ///
-    /// A disc of the section feels `+J_p θy'` about x and `−J_p θx'` about y. With
-    /// `J_p = 2 J_d` the entries are twice those of the rotary part of the mass, taken between
+    /// The moments on a disc of the section are `+J_p θy'` about x and `−J_p θx'` about y. With
+    /// `J_p = 2 J_d` the entries are twice those of the rotary part of the mass, between
     /// the two planes.
     pub fn gyroscopic(&self) -> ElementMatrix {
         let polar = 2.0 * self.material.density * self.section.second_moment()
@@ -209,7 +209,7 @@ impl BeamElement {
         full
     }
 
-    /// Shape of the rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`: of the
+    /// Rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`: of the
     /// deflection at an end, between it and the slope there, of a slope, between both slopes.
     fn rotary(&self) -> [f64; 4] {
         let (l, phi) = (self.length, self.shear_parameter());
@@ -227,7 +227,7 @@ const IN_X: [(usize, f64); 4] = [(0, 1.0), (4, 1.0), (6, 1.0), (10, 1.0)];
 /// The same in the plane of y, where the slope is `−θx`.
 const IN_Y: [(usize, f64); 4] = [(1, 1.0), (3, -1.0), (7, 1.0), (9, -1.0)];
 
-/// Places the 4 × 4 matrix of one bending plane (deflection and slope at either end) in
+/// Writes the 4 × 4 matrix of one bending plane (deflection and slope at either end) into
 /// both planes, and the 2 × 2 axial and torsional ones.
 fn combine(plane: [[f64; 4]; 4], axial: [[f64; 2]; 2], torsion: [[f64; 2]; 2]) -> ElementMatrix {
     let mut full = [[0.0; ELEMENT_FREEDOMS]; ELEMENT_FREEDOMS];

@@ -11,21 +11,21 @@
 //! -----+---------------------------+----- shaft
 //! ```
 //!
-//! A hub bends and twists with its shaft: a section of its diameter. What is outside of it is a rigid
-//! body. Without a hub all of the body is, and the shaft bends beneath it as if it were alone.
+//! A hub bends and twists with its shaft: a section of its diameter. The parts outside it are a rigid
+//! body. Without a hub the whole body is rigid, and the shaft bends below it as if it were alone.
 
 use super::disc::Disc;
 use super::error::{ShaftError, positive};
 use crate::gear::{GearPair, Hub};
 
-/// A gear body by what it does to its shaft.
+/// The effect of a gear body on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GearBody {
-    /// What makes the shaft thicker.
+    /// The hub, which thickens the shaft.
     pub hub: Option<Hub>,
-    /// What is rigid, outside of the hub.
+    /// The rigid part outside the hub.
     pub rigid: Disc,
-    /// All of it outside of the shaft, hub included.
+    /// The whole body outside the shaft, hub included.
     pub whole: Disc,
 }
 
@@ -33,8 +33,8 @@ impl GearBody {
     /// The body of one gear of a pair on a shaft of a diameter \[m\], of a density \[kg/m³\].
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`]; [`ShaftError::BodyParts`] where shaft, hub, web, rim and pitch circle do not
-    /// lie outside of one another in this order.
+    /// [`ShaftError::NotPositive`]; [`ShaftError::BodyParts`] if the diameters of shaft, hub, web, rim and pitch circle
+    /// do not increase in this order.
     pub fn new(
         gears: &GearPair,
         index: usize,

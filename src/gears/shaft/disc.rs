@@ -40,7 +40,7 @@ impl Disc {
         })
     }
 
-    /// An annulus between two diameters, the outer one first \[m\], that is no thicker than a web up to its rim.
+    /// An annulus between two diameters, the outer one first \[m\], with a web of its thickness inside the rim.
     ///
     /// # Errors
     /// As [`Self::annulus`].

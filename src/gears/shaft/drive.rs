@@ -38,7 +38,7 @@ pub struct FlexibleDrive {
 pub struct Shaft {
     /// Diameter \[m\].
     pub diameter: f64,
-    /// Inner diameter of a hollow shaft \[m\]; 0 of a solid one.
+    /// Inner diameter of a hollow shaft \[m\]; 0 for a solid one.
     pub inner_diameter: f64,
     /// Distance between the bearings \[m\].
     pub span: f64,
@@ -50,21 +50,21 @@ pub struct Shaft {
     pub end_inertia: f64,
     /// Both bearings, first and second.
     pub bearings: [Bearing; 2],
-    /// What brakes the shaft.
+    /// Brakes of the shaft.
     pub drag: Drag,
 }
 
-/// What brakes the rotation of a shaft, at the free end of its overhang, where the end inertia
-/// sits and torques act; nothing by default.
+/// Brakes of a shaft's rotation at the free end of its overhang, where the end inertia
+/// is and torques act; none by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Drag {
     /// Viscous part, torque per speed of this shaft \[N m s/rad\].
     pub viscous: f64,
-    /// Constant part, against the sense of running \[N m\].
+    /// Constant part, against the direction of rotation \[N m\].
     pub constant: f64,
 }
 
-/// Stiffness and damping of one bearing; none by default.
+/// Stiffness and damping of one bearing; zero by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Bearing {
     /// Along the line of centres, x \[N/m\].
@@ -80,15 +80,15 @@ pub struct Bearing {
     /// Cross-coupled stiffness `[k_xy, k_yx]` \[N/m\]: forces `−k_xy y` along x, `−k_yx x`
     /// along y.
     pub cross: [f64; 2],
-    /// Rolling contacts beside these springs; of trains alone.
+    /// Rolling contacts in addition to these springs; only for trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingBearing>,
-    /// What it stands on, where that is neither the ground nor a housing.
+    /// Its pedestal, if it stands neither on the ground nor on a housing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal: Option<Pedestal>,
 }
 
-/// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the
+/// The support of a bearing of the `pedestal` tier: a mass that may move along and across the
 /// line of centres, on springs to the ground.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Pedestal {
@@ -121,7 +121,7 @@ impl Pedestal {
     }
 }
 
-/// Which motions of a shaft are free.
+/// Free motions of a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Motion {
     /// All six.
@@ -130,19 +130,19 @@ pub enum Motion {
     Translation,
     /// The rotation about its axis; mounts are rigid.
     Rotation,
-    /// All but the rotation, which is held where torques would act.
+    /// All but the rotation, which is fixed where torques would act.
     Lateral,
     /// None.
     None,
 }
 
 impl Motion {
-    /// Whether the shaft may turn.
+    /// Whether the shaft may rotate.
     pub(super) fn turns(self) -> bool {
         matches!(self, Self::All | Self::Translation | Self::Rotation)
     }
 
-    /// What is held everywhere, beside the rotation.
+    /// The freedoms that are fixed at every node, besides the rotation.
     pub(super) fn held(self) -> &'static [Freedom] {
         match self {
             Self::All | Self::Lateral => &[],
@@ -151,7 +151,7 @@ impl Motion {
         }
     }
 
-    /// Whether it may move otherwise.
+    /// Whether any other motion is free.
     pub(super) fn yields(self) -> bool {
         self.held().len() < 5
     }
@@ -160,9 +160,9 @@ impl Motion {
 /// One bearing in an assembly.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Support {
-    /// On the shaft.
+    /// Node of the shaft.
     pub node: usize,
-    /// What the bearing stands on; none for the ground.
+    /// Node below the bearing; `None` for the ground.
     pub base: Option<usize>,
     pub stiffness: Bearing,
     /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
@@ -170,8 +170,8 @@ pub(super) struct Support {
 }
 
 impl Support {
-    /// Adds a bearing between a node of a shaft and a base, or the ground, to an assembly. It has no rolling contacts
-    /// before its mean load is known.
+    /// Adds a bearing between a node of a shaft and a base, or the ground, to an assembly. Its rolling contacts have no
+    /// stiffness until its mean load is known.
     pub fn add(
         assembly: &mut Assembly,
         node: usize,
@@ -207,7 +207,7 @@ impl Support {
     }
 }
 
-/// What every drive must satisfy.
+/// Checks that apply to every drive.
 pub(super) fn check(
     gears: &GearPair,
     shafts: &[Shaft; 2],
@@ -248,11 +248,11 @@ impl Shaft {
         Ok(())
     }
 
-    /// That the bearings hold whatever may move. `number` is 1 or 2.
+    /// Checks that the bearings hold all free motions. `number` is 1 or 2.
     fn check_held(&self, number: usize, motion: Motion) -> Result<(), ShaftError> {
         let supports =
             |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
-        // A line is held in a plane by two springs, or by one and a tilt spring.
+        // Two springs hold a line in a plane, or one and a tilt spring.
         let upright = motion == Motion::Translation || supports(|b| b.tilt) > 0;
         let held = |count: usize| count == 2 || (count == 1 && upright);
         let needed = match motion {

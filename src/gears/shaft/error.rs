@@ -1,4 +1,4 @@
-//! What can go wrong between a description of a structure and its modes.
+//! What can go wrong between the description of a structure and its modes?
 
 use crate::structure::ModeCount;
 
@@ -8,13 +8,13 @@ pub enum ShaftError {
     /// The drawing of the gears is not a pair that meshes.
     #[error(transparent)]
     Gear(#[from] crate::gear::GearError),
-    /// Shafts, gears and couplings make no train.
+    /// Shafts, gears and couplings do not form a train.
     #[error(transparent)]
     Train(#[from] super::train::TrainError),
     /// A quantity that must be positive and finite is not.
     #[error("{quantity} is {value}, but must be positive and finite")]
     NotPositive {
-        /// The quantity, with its unit.
+        /// Name of the quantity, with its unit.
         quantity: &'static str,
         /// The value found.
         value: f64,
@@ -22,7 +22,7 @@ pub enum ShaftError {
     /// A quantity that must be non-negative and finite is not.
     #[error("{quantity} is {value}, but must be finite and not negative")]
     Negative {
-        /// The quantity, with its unit.
+        /// Name of the quantity, with its unit.
         quantity: &'static str,
         /// The value found.
         value: f64,
@@ -30,7 +30,7 @@ pub enum ShaftError {
     /// A quantity that must be finite is not.
     #[error("{quantity} is {value}, but must be finite")]
     NotFinite {
-        /// The quantity, with its unit.
+        /// Name of the quantity, with its unit.
         quantity: &'static str,
         /// The value found.
         value: f64,
@@ -53,12 +53,12 @@ pub enum ShaftError {
         /// Fraction of the span.
         position: f64,
     },
-    /// A stretch of shaft was given no element.
+    /// A stretch of shaft without elements.
     #[error(
         "{stretch} has no beam element; give it at least one (more elements make the highest modes more accurate)"
     )]
     NoElement {
-        /// Which stretch of the shaft.
+        /// Name of the stretch.
         stretch: &'static str,
     },
     /// A shaft is free to move as a rigid body other than by rotating about its axis.
@@ -71,7 +71,7 @@ pub enum ShaftError {
         /// The free motion.
         direction: &'static str,
     },
-    /// Rolling elements that do not fit side by side.
+    /// Rolling elements that do not fit next to each other.
     #[error(
         "{count} rolling elements of {diameter} m touch: on their pitch circle neighbours are {room:.6e} m apart; correct \
          their number, their diameter or the pitch diameter"
@@ -84,7 +84,7 @@ pub enum ShaftError {
         /// Distance of the centres of neighbours \[m\].
         room: f64,
     },
-    /// A groove that does not embrace its ball.
+    /// A groove with a radius below that of its ball.
     #[error(
         "the groove of a ball bearing has {conformity} ball diameters as its radius, but must be wider than the ball: \
          between 0.5 and 1; usual values are 0.52 and 0.53"
@@ -93,12 +93,12 @@ pub enum ShaftError {
         /// Radius of the groove over the ball's diameter.
         conformity: f64,
     },
-    /// Pedestals are released but not described.
+    /// The tier has pedestals, but they are not described.
     #[error(
         "kind = \"pedestal\" needs a pedestal for each of the four bearings; give shafts.pedestals"
     )]
     NoPedestals,
-    /// An assembly call names a node that was never added.
+    /// An assembly call with the index of a node that does not exist.
     #[error("node {node} does not exist; the assembly has {nodes} nodes, counted from 0")]
     NoSuchNode {
         /// The index given.
@@ -113,10 +113,10 @@ pub enum ShaftError {
     TiedToBound {
         /// Node of the tied freedom.
         node: usize,
-        /// Node of the freedom it follows.
+        /// Node of its master.
         master: usize,
     },
-    /// Mass and stiffness are not square matrices of one size.
+    /// Mass and stiffness are not square matrices of equal size.
     #[error(
         "mass ({mass_rows} x {mass_columns}) and stiffness ({stiffness_rows} x {stiffness_columns}) must be square and of one size"
     )]
@@ -162,7 +162,7 @@ pub enum ShaftError {
         "the mass matrix is not positive definite: a degree of freedom has no inertia; give it inertia or constrain it"
     )]
     MassNotPositiveDefinite,
-    /// The parts of a gear body do not lie outside of one another.
+    /// The diameters of the parts of a gear body do not increase outwards.
     #[error(
         "gear {gear}: the diameter of {outside} is {outer} m, but must be greater than the diameter of {inside}, \
          {inner} m; correct gear.hub_diameter or gear.rim_diameter"
@@ -205,20 +205,20 @@ pub enum ShaftError {
         "the structure has {found} rigid-body modes, but {expected} are expected; check bearings and constraints"
     )]
     RigidModes {
-        /// Number known from the supports.
+        /// Number according to the supports.
         expected: usize,
         /// Number of eigenvalues that are zero within round-off.
         found: usize,
     },
-    /// More (or fewer) modes were asked for than can be given.
+    /// More (or fewer) modes were requested than are available.
     #[error(transparent)]
     ModeCount(#[from] ModeCount),
-    /// A damping override names no elastic mode.
+    /// A damping override whose mode is not elastic.
     #[error(
         "the damping of mode {mode} cannot be overridden: only modes {first} to {last} are elastic and computed (counted from 1)"
     )]
     DampingOverride {
-        /// Mode named, from 1.
+        /// Requested mode, from 1.
         mode: usize,
         /// First elastic mode, from 1.
         first: usize,
@@ -231,13 +231,13 @@ pub enum ShaftError {
         /// The ratio.
         ratio: f64,
     },
-    /// The eigensolver gave up.
+    /// The eigensolver did not converge.
     #[error("the symmetric eigensolver did not converge on {size} degrees of freedom")]
     NoConvergence {
         /// Order of the problem.
         size: usize,
     },
-    /// What loads deflect beyond the computed modes was not found.
+    /// The static deflection beyond the computed modes did not converge.
     #[error(
         "the iteration for the deflection of the bearings beyond the {modes} computed modes did not converge; compute \
          more modes"

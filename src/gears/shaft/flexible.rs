@@ -1,5 +1,5 @@
-//! The flexible drive as a train of two: Timoshenko shafts on bearings, rigid gear bodies centred on their node, end
-//! inertias on overhangs.
+//! The flexible drive as a train of two shafts: Timoshenko beams on bearings, rigid gear bodies centred on their nodes,
+//! end inertias on overhangs.
 
 use super::drive::{self, FlexibleDrive, Motion};
 use super::error::ShaftError;
@@ -11,17 +11,17 @@ use crate::structure::ModalStructure;
 impl FlexibleDrive {
     /// The `retained` lowest of the `modes` lowest modes of the drive.
     ///
-    /// With `mta` (modal-truncation augmentation) the modes computed but not retained
+    /// With `mta` (modal-truncation augmentation) the modes that are computed but not retained
     /// return as residual flexibility `Σ mesh²/ω²`; without it that is 0. Modes beyond
-    /// `modes` are dropped either way.
+    /// `modes` are dropped in both cases.
     ///
     /// `pinion_torque` and `wheel_torque` act at the end inertias, each positive in its
-    /// shaft's sense of running. The sign of a mode is such that its mesh participation is
-    /// positive, or, where the mesh does not feel it, that its largest freedom moves in the
+    /// shaft's direction of rotation. The sign of a mode makes its mesh participation
+    /// positive. If that is zero, the mode's largest freedom moves in the
     /// positive direction.
     ///
     /// # Errors
-    /// Any [`ShaftError`] but those of ties: unphysical dimensions, shafts that are not
+    /// All of [`ShaftError`] except those of ties: unphysical dimensions, shafts that are not
     /// held, more modes than freedoms, fewer retained than the two rigid ones.
     pub fn modes(
         &self,
@@ -31,13 +31,13 @@ impl FlexibleDrive {
     ) -> Result<ModalStructure, ShaftError> {
         drive::check(&self.gears, &self.shafts, self.density, Motion::All)?;
         let mut structure = self.train()?.modes(modes, retained, mta)?;
-        // From the gear to the load: a train counts along its shaft.
+        // Torques count from the gear to the load, but a train counts along its shaft.
         for wheel in structure.torques.iter_mut().skip(1) {
             for gain in &mut wheel.gain {
                 *gain = -*gain;
             }
         }
-        // What is called pinion or wheel is the gear, not the end where torques act.
+        // Motions of pinion and wheel are those of the gears, not of the ends where torques act.
         if let [.., pinion_end, wheel_end, pinion, wheel] = structure.motions.as_mut_slice() {
             pinion_end.gain.clone_from(&pinion.gain);
             wheel_end.gain.clone_from(&wheel.gain);
@@ -45,7 +45,7 @@ impl FlexibleDrive {
         Ok(structure)
     }
 
-    /// The drive as a train, the middles of its gear bodies in one plane.
+    /// The drive as a train, with the middles of its gear bodies in one plane.
     pub(super) fn train(&self) -> Result<TrainDrive, ShaftError> {
         let pair = TwoShafts {
             gears: &self.gears,
@@ -63,7 +63,7 @@ impl FlexibleDrive {
         })
     }
 
-    /// One shaft in its sections, a hub among them.
+    /// One shaft with its sections and its hub.
     fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
         let body = pair.body(index)?;
         let mut shaft = pair.shaft(index, self.shafts[index].overhang, body.rigid)?;
@@ -103,7 +103,7 @@ impl FlexibleDrive {
     }
 }
 
-/// That a hub about a gear ends between both bearings \[m\]. `number` of the shaft is 1 or 2.
+/// Checks that a hub around a gear ends between both bearings \[m\]. `number` of the shaft is 1 or 2.
 fn check_hub(hub: Hub, number: usize, gear: f64, bearings: [f64; 2]) -> Result<(), ShaftError> {
     let [start, end] = hub.ends(gear);
     let round_off = 8.0 * f64::EPSILON * bearings[1];

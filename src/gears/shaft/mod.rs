@@ -1,4 +1,4 @@
-//! Structures: beam elements, assembly, modes. Knows nothing of files or dynamics.
+//! Structures: beam elements, assembly, modes. Independent of files and dynamics.
 
 mod assembly;
 mod banded;

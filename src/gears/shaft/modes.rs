@@ -1,17 +1,17 @@
 //! Natural modes of a symmetric pair: `K φ = ω² M φ`, `φᵀ M φ = 1`.
 //!
-//! With `M = L Lᵀ` the dense symmetric eigenproblem of `L⁻¹ K L⁻ᵀ` gives every mode, but
-//! each ω² with the error of the *largest*, which is many decades above the modes of
-//! interest. One block step of shifted inverse iteration with a Rayleigh–Ritz projection
+//! With `M = L Lᵀ` the dense symmetric eigenproblem of `L⁻¹ K L⁻ᵀ` gives every mode. But
+//! each ω² has the error of the *largest*, which is many decades above the modes of
+//! interest. The remedy is one block step of shifted inverse iteration with a Rayleigh–Ritz projection
 //! (Parlett, *The Symmetric Eigenvalue Problem*, chapters 11 and 14) on the requested
-//! modes alone,
+//! modes only,
 //!
 //! ```text
 //! (K + σ M) X = M Φ,   then   (XᵀMΦ) y = (ω² + σ)(XᵀMX) y,   φ ← X y
 //! ```
 //!
-//! leaves the round-off of the largest *requested* ω² and that of the entries of K; the
-//! projected stiffness needs no product with K, whose cancellation would hurt again.
+//! It leaves the round-off of the largest *requested* ω² and that of the entries of K. The
+//! projected stiffness needs no product with K, which would cancel again.
 
 mod lanczos;
 mod pencil;
@@ -25,17 +25,17 @@ use faer::{Mat, MatRef};
 use pencil::Pencil;
 
 /// Largest accepted relative residual of a mode. Round-off leaves 1e-16 to 1e-12 of the
-/// moduli summed; a failed solution leaves far more.
+/// sum of moduli; a failed solution leaves far more.
 const RESIDUAL_BOUND: f64 = 1e-9;
 
 /// Largest difference of two entries that symmetry makes equal, relative to the geometric mean
-/// of the diagonal entries of their row and column: beyond what sums in another order leave.
+/// of the diagonal entries of their row and column: more than a different order of summation causes.
 const ASYMMETRY_BOUND: f64 = 1e-10;
 
-/// Fewest freedoms of which only the lowest modes are sought.
+/// Smallest number of freedoms for which only the lowest modes are computed.
 const LARGE: usize = 400;
 
-/// The band must be this many times narrower than the matrix, and the modes fewer than freedoms by as much,
+/// The band must be this many times narrower than the matrix, and the modes this many times fewer than freedoms,
 /// for that to be less work.
 const NARROW: usize = 8;
 
@@ -49,15 +49,15 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// The `requested` lowest modes of the symmetric pair `(mass, stiffness)`, of which
-    /// exactly `rigid` are rigid-body motions.
+    /// The `requested` lowest modes of the symmetric pair `(mass, stiffness)`, with
+    /// exactly `rigid` rigid-body motions.
     ///
     /// # Errors
     /// [`ShaftError::Shape`], [`ShaftError::NonFinite`], [`ShaftError::Asymmetric`],
     /// [`ShaftError::ModeCount`],
     /// [`ShaftError::MassNotPositiveDefinite`], [`ShaftError::StiffnessIndefinite`],
-    /// [`ShaftError::RigidModes`] when the eigenvalues that are zero within round-off are
-    /// not `rigid` in number, [`ShaftError::NoConvergence`], [`ShaftError::Residual`].
+    /// [`ShaftError::RigidModes`] if the number of eigenvalues that are zero within round-off is
+    /// not `rigid`, [`ShaftError::NoConvergence`], [`ShaftError::Residual`].
     pub fn lowest(
         mass: &Mat<f64>,
         stiffness: &Mat<f64>,
@@ -94,7 +94,7 @@ impl Modes {
                 eigenvalue: estimate[0],
             });
         }
-        // The shift makes K + σM definite and is no larger than the first elastic ω² needs.
+        // The shift makes K + σM definite, and is not larger than the first elastic ω² requires.
         let shift = estimate[rigid.min(size - 1)].max(2.0 * dense_error);
         let pencil = Pencil::Dense(mass, stiffness);
         let refined = if shift > 0.0 {
@@ -110,7 +110,7 @@ impl Modes {
         refined.finish(pencil, shift, requested, rigid)
     }
 
-    /// The same of matrices with few diagonals; none where a dense solution has to say.
+    /// The same for banded matrices; `None` if a dense solution is needed.
     fn of_band(
         mass: &Mat<f64>,
         stiffness: &Mat<f64>,
@@ -190,10 +190,10 @@ impl Modes {
         self.shape.col(mode).iter().copied().collect()
     }
 
-    /// Holds every mode to its equation, row by row in units of the freedom's own inertia,
-    /// against the moduli of what the shifted equation sums: without the shift a rigid motion
-    /// that no spring couples to anything would be held to the round-off of its own zero. Where a mode hardly moves light and
-    /// stiff parts, the round-off of their motion as a part of the whole counts, not as a part of its own.
+    /// Checks the equation of every mode, row by row in units of the freedom's inertia. The reference is
+    /// the sum of moduli in the shifted equation: without the shift a rigid motion that no spring couples
+    /// would be compared with the round-off of zero. If a mode hardly moves light and
+    /// stiff parts, the round-off of their motion with the whole counts.
     fn check_residual(&self, pencil: Pencil<'_>, shift: f64) -> Result<(), ShaftError> {
         let size = pencil.size();
         let unit: Vec<f64> = (0..size)
@@ -215,7 +215,7 @@ impl Modes {
                 scale += moduli * moduli / pencil.inertia(row);
             }
             let relative = (residual / scale).sqrt();
-            // A mode without stiffness sums nothing and is exact; a NaN must fail.
+            // A mode without stiffness has no terms and is exact; a NaN must fail.
             let holds =
                 scale == 0.0 || residual.sqrt() <= RESIDUAL_BOUND * scale.sqrt() + round_off;
             if !holds {
@@ -296,7 +296,7 @@ fn refine(
         .ok_or(ShaftError::StiffnessIndefinite {
             eigenvalue: estimate[0],
         })?;
-    // Columns scaled by ω² + σ: the solution is then close to the shapes themselves, and the
+    // Columns scaled by ω² + σ: the solution is then close to the shapes, and the
     // Gram matrix below close to the identity.
     let inertia = pencil.mass_product(shape);
     let load = Mat::from_fn(size, estimate.len(), |i, j| {
@@ -326,7 +326,7 @@ fn eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
     })
 }
 
-/// Round-off of the Rayleigh quotient of one mode, from the moduli of what it sums:
+/// Round-off of the Rayleigh quotient of one mode, from the moduli of its terms:
 /// `16 eps · |φ|ᵀ (|K| + σ|M|) |φ|`.
 fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
     let terms = pencil.terms(shape);
@@ -337,7 +337,7 @@ fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
     16.0 * f64::EPSILON * sum
 }
 
-/// Sign of every mode behind the `rigid` first, from its mesh participation.
+/// Sign of every mode after the first `rigid` ones, from its mesh participation.
 pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f64> {
     let mesh = &mesh[rigid..];
     let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
@@ -349,7 +349,7 @@ pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f
             }
             let shape = solution.shape.col(rigid + index);
             let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            // The first of those that tie within round-off.
+            // The first entry of those equal within round-off.
             shape
                 .iter()
                 .find(|v| v.abs() > (1.0 - 1e-6) * peak)

@@ -6,17 +6,17 @@ use crate::numerics::linalg::product;
 use crate::structure::Coupling;
 use faer::Mat;
 
-/// Part of a shape's largest entry, each times the root of its freedom's inertia, below which
-/// another one is the round-off of zero: a mode of torsion, or of bending in one plane, moves
-/// nothing else. On the default drive couplings stand above 1e-7 of the largest at up to 150
-/// modes, and what this removes, below 1e-9.
+/// An entry of a shape below this part of the largest, each times the square root of its freedom's inertia,
+/// is round-off of zero: a mode of torsion, or of bending in one plane, moves
+/// nothing else. On the default drive couplings are above 1e-7 of the largest at up to 150
+/// modes, and removed entries are below 1e-9.
 const SHAPE_NOISE: f64 = 1e-8;
 
-/// Part of a matrix's largest entry below which another one is the round-off of zero.
+/// An entry of a matrix below this part of the largest is round-off of zero.
 const COUPLING_NOISE: f64 = 1e-13;
 
-/// The coupling of the modes of a solution, none where no mode feels anything of it, and what a turning frame adds to
-/// their stiffness, empty without one; `settle` is what turns a participation as the solution has it, one entry a mode,
+/// The coupling of the modes of a solution, `None` if there is none, and the contribution of a rotating frame to
+/// their stiffness, empty without one. `settle` converts a participation in the solution, one entry per mode,
 /// into that of the structure.
 pub(super) fn coupling(
     matrices: &AssembledMatrices,
@@ -37,7 +37,7 @@ pub(super) fn coupling(
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
     };
-    // Skew, or symmetric, in every bit.
+    // Skew or symmetric in every bit.
     let parted = |matrix: &Mat<f64>, sign: f64| {
         let felt = project(matrix);
         let part = |i: usize, j: usize| 0.5 * (felt[(i, j)] + sign * felt[(j, i)]);
@@ -60,7 +60,7 @@ pub(super) fn coupling(
     (felt.then_some(coupling), of_frame)
 }
 
-/// The shapes of the structure's modes, freedoms × modes, without round-off of zeros.
+/// The shapes of the structure's modes, freedoms × modes, with round-off of zeros removed.
 fn settled_shape(mass: &Mat<f64>, solution: &Modes, settle: impl Fn(&mut [f64])) -> Mat<f64> {
     let mut shape = solution.shape.clone();
     for row in 0..shape.nrows() {
@@ -84,7 +84,7 @@ fn settled_shape(mass: &Mat<f64>, solution: &Modes, settle: impl Fn(&mut [f64]))
     shape
 }
 
-/// The entries row by row, those that are round-off of zero set to it.
+/// The entries row by row, with round-off of zero set to 0.
 fn rows(matrix: &Mat<f64>) -> Vec<f64> {
     let noise = COUPLING_NOISE * matrix.norm_max();
     (0..matrix.nrows())

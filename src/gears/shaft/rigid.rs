@@ -2,9 +2,9 @@
 //! neither bend nor twist.
 //!
 //! Each shaft with its gear is one rigid body that moves as its gear's centre does. Gear body,
-//! shaft and end inertia keep their places on it, and the bearings act where they stand: the
-//! matrices are those of the flexible drive, reduced to rigid motions of the shafts. A tier is
-//! what is released of them.
+//! shaft and end inertia keep their positions on it, and the bearings act at theirs. The
+//! matrices are those of the flexible drive, reduced to rigid motions of the shafts. A tier
+//! determines which of these motions are free.
 
 use super::disc::Disc;
 use super::drive::{self, Motion, Pedestal, Shaft};
@@ -15,7 +15,7 @@ use crate::gear::GearPair;
 use crate::structure::ModalStructure;
 use strum::IntoStaticStr;
 
-/// What a rigid-body model releases. Everything else is fixed to the ground.
+/// Free motions of a rigid-body model. All others are fixed to the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, serde::Serialize)]
 #[strum(serialize_all = "snake_case")]
 pub enum Tier {
@@ -66,14 +66,14 @@ impl Tier {
 /// `tilting` and `pedestal`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RigidDrive {
-    /// What is released.
+    /// The free motions.
     pub tier: Tier,
     /// The gear pair.
     pub gears: GearPair,
-    /// Pinion shaft, wheel shaft. Stiffness that holds a motion not released is of no effect.
+    /// Pinion shaft, wheel shaft. Stiffness against a fixed motion has no effect.
     pub shafts: [Shaft; 2],
-    /// What the bearings stand on, `[pinion, wheel]` by `[first, second]`: needed by
-    /// [`Tier::Pedestal`], of no effect in other tiers.
+    /// Pedestals of the bearings, `[pinion, wheel]` by `[first, second]`: needed by
+    /// [`Tier::Pedestal`], without effect in other tiers.
     pub pedestals: Option<[[Pedestal; 2]; 2]>,
     /// Density of shafts and gear bodies \[kg/m³\].
     pub density: f64,
@@ -81,7 +81,7 @@ pub struct RigidDrive {
     pub damping: f64,
     /// `(mode, ratio)` overrides, modes counted from 1 in ascending frequency.
     pub damping_overrides: Vec<(usize, f64)>,
-    /// Whether shafts and gear bodies have gyroscopic moments; felt by tiers that tilt.
+    /// Whether shafts and gear bodies have gyroscopic moments; they act only in tiers that tilt.
     pub gyroscopic: bool,
 }
 
@@ -91,7 +91,7 @@ impl RigidDrive {
     /// that the tier cannot load have no gain.
     ///
     /// # Errors
-    /// As there; [`ShaftError::NoPedestals`].
+    /// As [`FlexibleDrive::modes`](super::FlexibleDrive::modes); [`ShaftError::NoPedestals`].
     pub fn modes(
         &self,
         modes: usize,
@@ -102,7 +102,7 @@ impl RigidDrive {
         self.train()?.modes(modes, retained, mta)
     }
 
-    /// The drive as a train, the middles of its gear bodies in one plane.
+    /// The drive as a train, with the middles of its gear bodies in one plane.
     fn train(&self) -> Result<TrainDrive, ShaftError> {
         let pair = TwoShafts {
             gears: &self.gears,
@@ -115,7 +115,7 @@ impl RigidDrive {
         Ok(pair.train([self.shaft(&pair, 0)?, self.shaft(&pair, 1)?]))
     }
 
-    /// One shaft, its places counted from its gear.
+    /// One shaft, with positions counted from its gear.
     fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
         let own = &self.shafts[index];
         let first_bearing = -own.gear_position * own.span;

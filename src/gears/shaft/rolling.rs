@@ -1,20 +1,21 @@
-//! What does a rolling bearing bear of the displacement of its inner ring, and how stiff is it there?
+//! What load does a rolling bearing carry at a displacement of its inner ring, and how stiff is it there?
 //!
 //! The inner ring moves by (x, y, z) and tilts about x and y. At the angle φ around the bearing it moves by
 //! `u_r = x cos φ + y sin φ` radially and by `u_z = z + R τ` along the axis, `τ = θx sin φ − θy cos φ`. Every
-//! rolling element presses with `Q = c δ^p` where its approach δ is positive (ISO/TS 16281).
+//! rolling element presses with `Q = c δ^p` if its approach δ is positive (ISO/TS 16281).
 //!
-//! Balls: the centres of curvature of both grooves are `A = r_i + r_e − D` apart without load, along the contact
+//! Balls: without load the centres of curvature of both grooves are `A = r_i + r_e − D` apart along the contact
 //! angle. With the radial clearance s,
 //!
 //! ```text
 //! δ = |(A cos α − s/2 + u_r, A sin α + u_z)| − A,   p = 3/2,   R = D_pw/2 + (r_i − D/2) cos α
 //! ```
 //!
-//! and c follows from Hertz: `c = (√2 π/3) E_y/(1 − ν²) (Σ K (Σρ/(χ² E))^{1/3})^{-3/2}` over both rings, K and E the
-//! complete elliptic integrals of the contact ellipse with the ratio of axes χ. The standard rounds √2 π/3 to 1.48.
+//! and c follows from Hertz: `c = (√2 π/3) E_y/(1 − ν²) (Σ K (Σρ/(χ² E))^{1/3})^{-3/2}` over both rings, with the
+//! complete elliptic integrals K and E of the contact ellipse with the ratio of axes χ. The standard rounds √2 π/3 to
+//! 1.48.
 //!
-//! Rollers: slices at the places ξ along the roller have
+//! Rollers: slices at the positions ξ along the roller have
 //!
 //! ```text
 //! δ = cos α (u_r − s/2) + z sin α + τ (D_pw sin α/2 − ξ),   p = 10/9,   c = 35948 N/mm² · L^{8/9} / slices
@@ -32,13 +33,13 @@ pub const RING_FREEDOMS: usize = 5;
 /// A displacement of the inner ring \[m, rad\], or a load on it \[N, N m\].
 pub type Ring<T = f64> = [T; RING_FREEDOMS];
 
-/// Slices of a roller.
+/// Number of slices of a roller.
 const SLICES: usize = 30;
 
 /// c of a steel roller of 1 m \[N/m^{10/9}\]; the units of the standard cancel to 10⁶.
 const ROLLER: f64 = 35_948e6;
 
-/// Ratio of axes beyond which a contact is no ellipse of two bodies like balls in grooves.
+/// Largest ratio of axes for which a contact is an ellipse, as between balls and grooves.
 const LONGEST_ELLIPSE: f64 = 1e4;
 
 /// A rolling bearing by its catalogue data.
@@ -48,11 +49,11 @@ pub struct RollingBearing {
     pub count: u32,
     /// Diameter of the circle of their centres D_pw \[m\].
     pub pitch_diameter: f64,
-    /// Nominal contact angle α \[rad\]; positive where the bearing bears a thrust of the shaft along +z.
+    /// Nominal contact angle α \[rad\]; positive if the bearing carries a thrust of the shaft along +z.
     pub contact_angle: f64,
-    /// Radial clearance s, from one side to the other \[m\]; negative of a preload.
+    /// Radial clearance s, across the diameter \[m\]; negative for a preload.
     pub clearance: f64,
-    /// What rolls.
+    /// The rolling elements.
     pub element: RollingElement,
 }
 
@@ -79,7 +80,7 @@ pub enum RollingElement {
     },
 }
 
-/// A bearing ready to be loaded.
+/// A bearing with its coefficients of contact.
 #[derive(Debug, Clone)]
 pub struct RollingLaw {
     bearing: RollingBearing,
@@ -88,14 +89,14 @@ pub struct RollingLaw {
     exponent: f64,
 }
 
-/// What a bearing bears at a displacement of its inner ring.
+/// The load on a bearing at a displacement of its inner ring.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RollingLoad {
     /// Load on the bearing \[N, N m\].
     pub load: Ring,
     /// Its derivative by the displacement, symmetric \[N/m, N, N m\].
     pub stiffness: Ring<Ring>,
-    /// Elements that bear.
+    /// Number of elements that carry load.
     pub elements: u32,
     /// The largest force on one of them \[N\].
     pub largest: f64,
@@ -172,7 +173,7 @@ impl RollingLaw {
         }
     }
 
-    /// A stiffness of each freedom of the order of a loaded bearing \[N/m, N m/rad\].
+    /// A typical stiffness of a loaded bearing for each freedom \[N/m, N m/rad\].
     pub(super) fn typical(&self) -> Ring {
         let diameter = self.bearing.element.diameter();
         let stiffness = 1e10 * diameter;
@@ -180,7 +181,7 @@ impl RollingLaw {
         [stiffness, stiffness, stiffness, tilt, tilt]
     }
 
-    /// What the bearing bears where its inner ring has moved.
+    /// The load on the bearing at a displacement of its inner ring.
     pub fn at(&self, moved: &Ring) -> RollingLoad {
         let mut found = RollingLoad::default();
         for number in 0..self.bearing.count {
@@ -211,7 +212,7 @@ impl RollingLaw {
         found
     }
 
-    /// Adds a ball between grooves of these radii \[m\]; its force \[N\].
+    /// Adds a ball between grooves of these radii \[m\]; returns its force \[N\].
     fn ball(&self, moved: &Ring, angle: f64, grooves: [f64; 2], sum: &mut RollingLoad) -> f64 {
         let own = &self.bearing;
         let diameter = own.element.diameter();
@@ -226,18 +227,18 @@ impl RollingLaw {
         let length = reach[0].hypot(reach[1]);
         let normal = reach.map(|part| part / length);
         let gradient = combined([&radial, &axial], normal);
-        // Across the normal the direction of the force turns.
+        // Motion across the normal rotates the direction of the force.
         let across = combined([&radial, &axial], [-normal[1], normal[0]]);
         self.press(length - apart, &gradient, Some((&across, length)), sum)
     }
 
-    /// Adds the slices of a roller of this length \[m\]; its force \[N\].
+    /// Adds the slices of a roller of this length \[m\]; returns its force \[N\].
     fn roller(&self, moved: &Ring, angle: f64, length: f64, sum: &mut RollingLoad) -> f64 {
         let own = &self.bearing;
         let (sin, cos) = own.contact_angle.sin_cos();
         let slices = (0..SLICES).map(|slice| {
             let place = length * ((slice as f64 + 0.5) / SLICES as f64 - 0.5);
-            // The arm of the normal force about the middle of the bearing.
+            // The lever arm of the normal force about the middle of the bearing.
             let [radial, mut axial] = directions(angle, 1.0);
             let arm = 0.5 * own.pitch_diameter * sin - place;
             axial[2] = sin;
@@ -250,8 +251,8 @@ impl RollingLaw {
         slices.sum()
     }
 
-    /// Adds a contact with this approach, its gradient and, where the gradient turns, the way across and the distance over
-    /// which it turns; its force \[N\].
+    /// Adds a contact with this approach and its gradient. If the gradient rotates, `across` is the direction across
+    /// it and the distance over which it rotates. Returns the force \[N\].
     fn press(
         &self,
         approach: f64,
@@ -277,7 +278,7 @@ impl RollingLaw {
     }
 }
 
-/// How the radial and the axial motion at an angle and a radius \[m\] follow from the displacement of the ring.
+/// Radial and axial motion at an angle and a radius \[m\], as linear functions of the displacement of the ring.
 fn directions(angle: f64, radius: f64) -> [Ring; 2] {
     let (sin, cos) = angle.sin_cos();
     [
@@ -294,25 +295,25 @@ fn dot(one: &Ring, two: &Ring) -> f64 {
     one.iter().zip(two).map(|(a, b)| a * b).sum()
 }
 
-/// `K (Σρ/(χ² E))^{1/3}` of a ball \[m^{-1/3}\] in a groove, whose raceway curves by `along` in units of 2/D in the plane of
-/// rolling; none without an ellipse.
+/// `K (Σρ/(χ² E))^{1/3}` of a ball \[m^{-1/3}\] in a groove, whose raceway has the curvature `along` in units of 2/D in
+/// the plane of rolling; `None` without an ellipse.
 fn ball_approach(diameter: f64, conformity: f64, along: f64) -> Option<f64> {
     let groove = 0.5 / conformity;
     let sum = 2.0 + along - groove;
     let difference = (along + groove) / sum;
-    // The ratio of axes χ: 1 − 2/(χ² − 1) (K/E − 1) rises from 0 at 1 to 1.
+    // The equation of the ratio of axes χ: 1 − 2/(χ² − 1) (K/E − 1) rises from 0 at 1 to 1.
     let miss = |ratio: f64| {
         let [first, second] = elliptic_integrals(ratio);
         1.0 - 2.0 / (ratio * ratio - 1.0) * (first / second - 1.0) - difference
     };
     let mut bracket = [1.0 + 1e-6, LONGEST_ELLIPSE];
-    // Written so that what is no number is refused.
+    // Written so that a NaN is rejected.
     let inside = miss(bracket[0]) < 0.0 && miss(bracket[1]) > 0.0;
     if !inside {
         return None;
     }
     let mut ratio = bracket[0];
-    // Halves the bracket on a logarithmic scale down to round-off.
+    // Bisection on a logarithmic scale, down to round-off.
     for _ in 0..80 {
         ratio = (bracket[0] * bracket[1]).sqrt();
         bracket[usize::from(miss(ratio) > 0.0)] = ratio;

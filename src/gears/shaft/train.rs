@@ -1,10 +1,10 @@
-//! Trains: shafts on axes of their own, with any number of gears, discs and bearings on each,
+//! Trains: shafts on separate axes, with any number of gears, discs and bearings on each,
 //! joined by meshes, couplings and the springs of clutches.
 //!
-//! Every shaft has freedoms in a frame of its own, z along its axis. What rotates as one is a
-//! *body*: a shaft, or a gear that runs loose on it. Without contact every body turns for itself;
-//! the numbers of teeth say how fast each turns where all contacts bear ([`speeds`]), and with
-//! these speeds the *neutral* rotation of the whole train is the one that no contact feels.
+//! Every shaft has freedoms in a separate frame, with z along its axis. A *body* rotates as one:
+//! a shaft, or a gear that runs loose on it. Without contact every body rotates independently.
+//! The numbers of teeth determine the speed of each body if all contacts carry load ([`speeds`]). With
+//! these speeds the *neutral* rotation of the whole train causes no deflection in any contact.
 
 mod axes;
 mod balance;
@@ -48,19 +48,19 @@ use serde::Serialize;
 pub struct TrainDrive {
     /// All shafts.
     pub shafts: Vec<TrainShaft>,
-    /// The gears of the first mesh, whose cycles count.
+    /// The gears of the first mesh, whose cycles are the unit of time.
     pub gears: [GearPlace; 2],
     /// Their drawing, at the centre distance of their axes.
     pub pair: GearPair,
     /// Further meshes.
     pub meshes: Vec<TrainMesh>,
-    /// What joins ends of shafts.
+    /// Couplings of shafts.
     pub couplings: Vec<ShaftCoupling>,
-    /// What shafts may strike.
+    /// Stops of shafts.
     pub stops: Vec<Stop>,
     /// Planets on pins of carriers, set by set.
     pub planetary: Vec<PlanetarySet>,
-    /// What bearings stand on, where that is not the ground.
+    /// The housing under the bearings; `None` if all stand on the ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housing: Option<JoinedHousing>,
     /// The shaft that the motor drives.
@@ -79,37 +79,38 @@ pub struct TrainDrive {
     pub damping_overrides: Vec<(usize, f64)>,
     /// Whether shafts and gear bodies have gyroscopic moments.
     pub gyroscopic: bool,
-    /// Load, as a fraction of the rated one, under which rolling bearings have their stiffness; none without such bearings.
+    /// Load, as a fraction of the rated one, at which rolling bearings have their stiffness; `None` without such
+    /// bearings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bearing_load: Option<f64>,
 }
 
-/// One shaft and what stands on it. Places are distances \[m\] from its origin along its axis.
+/// One shaft and the parts on it. Positions are distances \[m\] from its origin along its axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrainShaft {
     /// Its name.
     pub name: String,
-    /// Where its first section begins \[m\].
+    /// Start of its first section \[m\].
     pub origin: [f64; 3],
-    /// Along its axis; of any length.
+    /// Vector of any length along its axis.
     pub direction: [f64; 3],
-    /// Its sections, one behind the other; none for a rigid body.
+    /// Its sections in a row; empty for a rigid body.
     pub sections: Vec<ShaftSection>,
-    /// Longest beam element \[m\] of sections that give none; none: the section's outer diameter.
+    /// Longest beam element \[m\] of sections that state none; `None`: the section's outer diameter.
     pub element: Option<f64>,
-    /// Which of its motions are free.
+    /// Its free motions.
     pub motion: Motion,
-    /// Rigid bodies on it, by their places; one of polar inertia alone does not tilt with it.
+    /// Rigid bodies on it, with their positions; one with polar inertia alone does not tilt with it.
     pub discs: Vec<(f64, Disc)>,
     /// Gears on it.
     pub gears: Vec<TrainGear>,
-    /// Bearings, by their places.
+    /// Bearings, with their positions.
     pub bearings: Vec<(f64, Bearing)>,
-    /// Where torques and drag act on it.
+    /// Position at which torques and drag act on it.
     pub torque_at: f64,
     /// Part of the motor's power that leaves the train here.
     pub output: f64,
-    /// What brakes it against the ground.
+    /// Its brakes against the ground.
     pub drag: Drag,
 }
 
@@ -122,12 +123,12 @@ pub struct ShaftSection {
     pub outer: f64,
     /// Inner diameter \[m\].
     pub inner: f64,
-    /// Longest beam element \[m\]; none: that of the shaft.
+    /// Longest beam element \[m\]; `None`: that of the shaft.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<f64>,
 }
 
-/// A gear: a rigid annulus from the bore to the pitch circle, if its body is not given.
+/// A gear: a rigid annulus from the bore to the pitch circle, unless its body is given.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrainGear {
     /// Its name.
@@ -136,22 +137,22 @@ pub struct TrainGear {
     pub at: f64,
     /// Number of teeth.
     pub teeth: u32,
-    /// Whether they point towards the axis: those of a ring.
+    /// Whether they point towards the axis, as those of a ring.
     pub internal: bool,
     /// Module in the normal section \[m\].
     pub module: f64,
     /// Pressure angle in the normal section \[rad\].
     pub pressure_angle: f64,
-    /// Helix angle at the reference cylinder \[rad\], positive where right-handed.
+    /// Helix angle at the reference cylinder \[rad\], positive if right-handed.
     pub helix_angle: f64,
     /// Face width \[m\].
     pub width: f64,
     /// Its body, without the hub.
     pub body: Disc,
-    /// What makes its shaft thicker; none of a gear that runs loose.
+    /// The part of its body that thickens the shaft; `None` for a loose gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hub: Option<Hub>,
-    /// How it runs on its shaft; none where it is fixed to it.
+    /// Its bearing on its shaft; `None` if it is fixed to it.
     pub loose: Option<LooseGear>,
 }
 
@@ -160,25 +161,25 @@ pub struct TrainGear {
 pub struct LooseGear {
     /// Its bearing on the shaft.
     pub bearing: Bearing,
-    /// What brakes it against its shaft.
+    /// Its brakes against its shaft.
     pub drag: Drag,
 }
 
-/// A gear by its shaft and its place among the shaft's gears.
+/// A gear, identified by its shaft and its index among the shaft's gears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct GearPlace {
     /// The shaft.
     pub shaft: usize,
-    /// Among its gears.
+    /// Index among its gears.
     pub gear: usize,
 }
 
-/// Springs and dampers between places of two shafts on one axis.
+/// Springs and dampers between positions of two shafts on one axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ShaftCoupling {
     /// Both shafts.
     pub shafts: [usize; 2],
-    /// Where it is fixed to them \[m\].
+    /// Positions at which it is fixed to them \[m\].
     pub at: [f64; 2],
     /// Stiffness across the axis, along it \[N/m\], against tilts and against twist \[N m/rad\].
     pub stiffness: [f64; 4],
@@ -203,22 +204,22 @@ pub struct Hysteresis {
 /// A spring of a coupling behind a gap.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
-    /// What it bears; in radians what contacts have in metres.
+    /// Its force law; radians replace the metres of contacts.
     pub law: ContactLaw,
-    /// Where it acts.
+    /// Its direction of action.
     #[serde(skip_serializing_if = "StageSide::is_both")]
     pub side: StageSide,
 }
 
-/// To which side of its coupling's twist a stage acts.
+/// Direction of its coupling's twist in which a stage acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub enum StageSide {
     /// Behind its gap to either side.
     #[default]
     Both,
-    /// Where the first shaft is ahead of the second.
+    /// If the first shaft is ahead of the second.
     Forward,
-    /// Where it is behind.
+    /// If it is behind.
     Backward,
 }
 
@@ -245,16 +246,16 @@ impl Stage {
     }
 }
 
-/// A one-sided spring between a place of a shaft and the ground.
+/// A one-sided spring between a position of a shaft and the ground.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stop {
     /// The shaft.
     pub shaft: usize,
-    /// Where \[m\].
+    /// Position on the shaft \[m\].
     pub at: f64,
     /// Direction in the shaft's frame, from the shaft to the stop: x, y, along the axis.
     pub direction: [f64; 3],
-    /// What it bears.
+    /// Its force law.
     pub law: ContactLaw,
 }
 
@@ -275,7 +276,7 @@ impl TrainDrive {
             .chain(of_planets)
     }
 
-    /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
+    /// A pair with the bores that the drawing does not state set to the diameters of its shafts, if
     /// these have sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
         let mut pair = pair.clone();
@@ -288,7 +289,7 @@ impl TrainDrive {
 }
 
 impl TrainDrive {
-    /// That shafts, gears and couplings make a train, no finer than its matrices have room for.
+    /// Checks that shafts, gears and couplings form a train whose matrices are not too large.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -300,13 +301,13 @@ impl TrainDrive {
     /// Degrees of freedom.
     ///
     /// # Errors
-    /// Any [`ShaftError`] but those of modes.
+    /// All of [`ShaftError`] except those of modes.
     pub fn freedoms(&self) -> Result<usize, ShaftError> {
         let assembled = self.assembled(&self.layout()?)?;
         Ok(assembled.assembly.free_freedoms())
     }
 
-    /// The drawing of the first mesh on its shafts; none of bevel gears.
+    /// The drawing of the first mesh on its shafts; `None` for bevel gears.
     pub fn spur_pair(&self) -> Option<GearPair> {
         let parallel = self.beside(self.gears).ok()?;
         parallel.map(|_| self.on_shafts(&self.pair, self.gears))
@@ -325,12 +326,12 @@ impl TrainDrive {
             .len()
     }
 
-    /// Number of rotations that no contact feels.
+    /// Number of rotations that deflect no contact.
     pub fn neutral_rotations(&self) -> usize {
         self.free_of_contacts(&self.connected()).len()
     }
 
-    /// How many of them drag damps, against the ground or between a loose gear and its shaft.
+    /// Number of these that are damped by drag, against the ground or between a loose gear and its shaft.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -354,7 +355,7 @@ impl TrainDrive {
         Ok(free.iter().filter(|own| dragged.contains(own)).count())
     }
 
-    /// The group of every body, those together that contacts and couplings connect.
+    /// The group of every body: bodies connected by contacts or couplings share one.
     fn connected(&self) -> Vec<usize> {
         let joined = self.couplings.iter().map(|coupling| coupling.shafts);
         let meshing = self
@@ -364,7 +365,7 @@ impl TrainDrive {
         self.groups(joined.chain(meshing).chain(pins))
     }
 
-    /// The group of every body, those together that joints connect.
+    /// The group of every body: bodies connected by `joints` share one.
     fn groups(&self, joints: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut group: Vec<usize> = (0..bodies).collect();
@@ -377,7 +378,7 @@ impl TrainDrive {
         group
     }
 
-    /// The groups that may turn without a contact that feels it. Planets roll on what is held.
+    /// The groups that may rotate without deflecting a contact. Planets roll on held gears.
     fn free_of_contacts(&self, group: &[usize]) -> Vec<usize> {
         let mut free = self.free(group);
         for rolling in self.planetary.iter().map(|set| group[set.carrier]) {
@@ -388,7 +389,7 @@ impl TrainDrive {
         free
     }
 
-    /// The groups that nothing holds.
+    /// The groups that may rotate.
     fn free(&self, group: &[usize]) -> Vec<usize> {
         let mut free = group.to_vec();
         free.sort_unstable();
@@ -419,7 +420,7 @@ impl TrainShaft {
         self.sections.iter().map(|section| section.length).sum()
     }
 
-    /// Outer diameter at a place of a section, hubs included \[m\].
+    /// Outer diameter at a position of a section, hubs included \[m\].
     fn outer_at(&self, section: &ShaftSection, at: f64) -> f64 {
         let hubs = self.gears.iter().filter_map(|gear| {
             let hub = gear.hub?;
@@ -431,7 +432,7 @@ impl TrainShaft {
 }
 
 impl ShaftSection {
-    /// Which of the sections of a shaft is at a place, the thicker one where two meet.
+    /// The section of a shaft at a position, the thicker one where two meet.
     pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
         let mut end = 0.0;
         let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();

@@ -1,4 +1,4 @@
-//! Two parallel shafts as a train: each with its gear between two bearings and an end inertia on an overhang.
+//! Two parallel shafts as a train, each with a gear between two bearings and an end inertia on an overhang.
 
 use super::body::GearBody;
 use super::disc::Disc;
@@ -7,7 +7,7 @@ use super::error::ShaftError;
 use super::train::{GearPlace, TrainDrive, TrainGear, TrainShaft};
 use crate::gear::GearPair;
 
-/// What flexible and rigid drives have in common.
+/// Common part of flexible and rigid drives.
 pub(super) struct TwoShafts<'a> {
     pub gears: &'a GearPair,
     pub shafts: &'a [Shaft; 2],
@@ -24,7 +24,7 @@ impl TwoShafts<'_> {
         GearBody::new(self.gears, index, self.shafts[index].diameter, self.density)
     }
 
-    /// A shaft without sections, its first bearing at a place \[m\], with a gear body on it.
+    /// A shaft without sections, with its first bearing at a position \[m\] and a gear body on it.
     pub fn shaft(
         &self,
         index: usize,

@@ -1,20 +1,20 @@
-//! Memory straight from the system: pages that nobody has touched, on lines of 64 bytes.
+//! Memory straight from the system: untouched pages, in lines of 64 bytes.
 //!
-//! The allocator hands out pages again that another thread touched first, on another node
-//! perhaps. Pages of a fresh mapping lie where the thread that first writes to them runs.
+//! The allocator reuses pages that another thread touched first, perhaps on another node.
+//! Pages of a fresh mapping are on the node of the thread that writes to them first.
 
 #![allow(unsafe_code)]
 
 use memmap2::{Advice, MmapMut, MmapOptions};
 use std::io;
 
-/// Doubles of a line.
+/// Doubles per line.
 pub const LANES: usize = 8;
 
-/// Bytes of a line.
+/// Bytes per line.
 pub const LINE: usize = 8 * LANES;
 
-/// Lines of a usual page.
+/// Lines per ordinary page.
 pub const PAGE: usize = 4096 / LINE;
 
 /// A line of memory.
@@ -22,7 +22,7 @@ pub const PAGE: usize = 4096 / LINE;
 #[repr(C, align(64))]
 pub struct Line(pub [f64; LANES]);
 
-/// Lines that belong to one owner.
+/// Lines with one owner.
 #[derive(Debug)]
 pub struct Buffer {
     map: MmapMut,
@@ -40,10 +40,10 @@ impl Buffer {
         Ok(Self { map, lines })
     }
 
-    /// Asks for huge pages; for pages not touched yet.
+    /// Requests huge pages; call it before pages are touched.
     ///
     /// # Errors
-    /// The system knows none.
+    /// The system has no huge pages.
     pub fn ask_for_huge_pages(&self) -> io::Result<()> {
         self.map.advise(Advice::HugePage)
     }
@@ -55,13 +55,13 @@ impl Buffer {
         unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), self.lines) }
     }
 
-    /// The lines, to be written.
+    /// The lines, mutable.
     pub fn lines_mut(&mut self) -> &mut [Line] {
         // SAFETY: as above, and the mapping is borrowed alone.
         unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), self.lines) }
     }
 
-    /// Writes one number everywhere: from then on the pages are in memory.
+    /// Writes one number everywhere: this brings the pages into memory.
     pub fn fill(&mut self, value: f64) {
         self.lines_mut().fill(Line([value; LANES]));
     }

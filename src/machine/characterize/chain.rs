@@ -1,6 +1,6 @@
-//! A chain of loads: a ring of lines, each of which tells where the next one is.
+//! A chain of loads: a ring of lines, each of which contains the address of the next one.
 //!
-//! Lines hold addresses, not indices: what turns an index into an address would be counted as
+//! Lines contain addresses, not indices: the conversion of an index into an address would count as
 //! time of the load, a cycle of five or six in the first-level cache.
 
 #![allow(unsafe_code)]
@@ -11,12 +11,12 @@ use super::memory;
 use super::plan::Walk;
 use crate::numerics::random::Stream;
 
-/// Loads of the warm-up: once round 64 MiB of lines, eight times round 8 MiB. Lines that were
-/// just written settle in a last-level cache only after some rounds, and take up to twice the
+/// Loads of the warm-up: one round of 64 MiB of lines, eight rounds of 8 MiB. Newly written
+/// lines settle in a last-level cache only after some rounds, and take up to twice the
 /// time until then.
 const WARM: usize = 1 << 20;
 
-/// A ring through the first lines of a buffer: each holds the address of the next one.
+/// A ring through the first lines of a buffer: each contains the address of the next one.
 pub struct Chain {
     buffer: Buffer,
     at: u64,
@@ -30,7 +30,7 @@ impl Chain {
         chain
     }
 
-    /// Writes a ring through so many lines, and goes to its start.
+    /// Writes a ring through `count` lines, and goes to its start.
     pub fn link(&mut self, count: usize, walk: Walk) {
         let lines = self.buffer.lines_mut();
         let start = lines.as_ptr().addr();
@@ -41,11 +41,11 @@ impl Chain {
             Walk::Hops | Walk::HopsHuge => page_to_page(count, link),
         };
         self.at = address(first);
-        // Loads go by these addresses until the next ring is written.
+        // Loads follow these addresses until the next ring is written.
         self.buffer.lines().as_ptr().expose_provenance();
     }
 
-    /// A ring of one line in a buffer near the calling thread, on the pages of a walk.
+    /// A ring of one line in a buffer near the calling thread, on the pages that a walk needs.
     pub fn near(lines: usize, walk: Walk) -> Result<Self, MeasurementError> {
         Ok(Self::new(match walk {
             Walk::HopsHuge => memory::on_huge_pages(lines, 0.0)?,
@@ -53,13 +53,13 @@ impl Chain {
         }))
     }
 
-    /// Writes a ring through so many lines, and goes along it until it has settled in the caches.
+    /// Writes a ring through `count` lines, and follows it until it has settled in the caches.
     pub fn settle(&mut self, count: usize, walk: Walk) {
         self.link(count, walk);
         self.follow(WARM);
     }
 
-    /// Goes on by so many loads.
+    /// Follows the ring for `loads` loads.
     pub fn follow(&mut self, loads: usize) {
         let mut at = self.at;
         for _ in 0..loads {
@@ -78,7 +78,7 @@ impl Chain {
         unsafe { line.read() }
     }
 
-    /// The line it is at.
+    /// Index of the current line.
     pub fn place(&self) -> usize {
         let start = self.buffer.lines().as_ptr() as u64;
         (self.at.wrapping_sub(start) / LINE as u64) as usize
@@ -110,7 +110,7 @@ fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
 fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     let order = PageToPage::new(lines);
     let pages = order.pages.len();
-    // Page by page, not along the ring: a page is then looked for once.
+    // Page by page, not along the ring, so that each page is looked up once.
     for page in 0..pages {
         for lap in 0..order.places.len() {
             let at = lap * pages + page;
@@ -120,9 +120,9 @@ fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     order.line(0)
 }
 
-/// Lines in such an order that each lies on another page than the one before, and all pages are
-/// visited before one is again: the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). A
-/// last page that is not whole is left out.
+/// Lines in an order in which each is on another page than the one before, and all pages are
+/// visited before one repeats: the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). An
+/// incomplete last page is omitted.
 struct PageToPage {
     pages: Vec<usize>,
     places: Vec<usize>,
@@ -136,12 +136,12 @@ impl PageToPage {
         Self { pages, places }
     }
 
-    /// Lines on the ring.
+    /// Number of lines on the ring.
     fn ring(&self) -> usize {
         self.pages.len() * self.places.len()
     }
 
-    /// The line at a place of the ring: with every lap one place further on within each page.
+    /// The line at a position of the ring: with every lap one line further within each page.
     fn line(&self, at: usize) -> usize {
         let (lap, page) = (at / self.pages.len(), at % self.pages.len());
         self.pages[page] * PAGE + self.places[(page + lap) % self.places.len()]
@@ -181,7 +181,7 @@ mod tests {
                     changes += usize::from(at / PAGE != chain.place() / PAGE);
                 }
                 assert_eq!(chain.place(), first, "{lines} {walk:?}");
-                // From page to page only when one is through, or every time.
+                // To another page only at the end of one, or every time.
                 let pages = lines.div_ceil(PAGE);
                 let wanted = match walk {
                     _ if ring <= PAGE => 0,
@@ -193,7 +193,7 @@ mod tests {
         }
     }
 
-    /// A page is not visited again before all others were.
+    /// A page is not visited again before all the others.
     #[test]
     fn hops_lead_through_all_pages_in_a_lap() {
         let pages = 7;

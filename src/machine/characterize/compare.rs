@@ -1,4 +1,4 @@
-//! Do two runs of `atlas machine` agree, figure by figure, within the spread that each states? And how
+//! Do two runs of `atlas machine` agree, figure by figure, within their stated spreads? And how
 //! fast does each machine integrate a job?
 
 use super::plan::POINTS;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// One figure of two runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
-    /// What was measured.
+    /// Name of the measurement.
     pub what: String,
     /// The first run's value.
     pub a: f64,
@@ -17,7 +17,7 @@ pub struct Pair {
     pub b: f64,
     /// b over a.
     pub ratio: f64,
-    /// Part of the value within which they should agree; absent where neither run can tell.
+    /// Part of the value within which they should agree; absent if neither run states a spread.
     pub spread: Option<f64>,
     /// Whether they do.
     pub agrees: Option<bool>,
@@ -35,14 +35,14 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Figures that agree, and those of which that can be said.
+    /// Number of figures that agree, and of those that can be judged.
     pub fn agreeing(&self) -> (usize, usize) {
         let said = self.pairs.iter().filter_map(|pair| pair.agrees);
         (said.clone().filter(|agrees| *agrees).count(), said.count())
     }
 
-    /// Of each measurement (the words before the first comma): its name, figures, the middle
-    /// of b over a, and how many agree of how many that can be judged.
+    /// For each measurement (the words before the first comma): its name, number of figures, median
+    /// of b over a, and the numbers of figures that agree and that can be judged.
     pub fn by_kind(&self) -> Vec<(String, usize, f64, usize, usize)> {
         let mut kinds: BTreeMap<&str, Vec<&Pair>> = BTreeMap::new();
         for pair in &self.pairs {
@@ -82,7 +82,7 @@ pub fn compare(a: &Characteristics, b: &Characteristics) -> Comparison {
 }
 
 fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
-    // Each spread is that of a value of its own run; the wider one has seen more.
+    // Each run states a spread of its values; the wider one has seen more disturbances.
     let spread = [a.spread, b.spread].into_iter().flatten().reduce(f64::max);
     let ratio = b.value / a.value;
     Pair {
@@ -100,23 +100,23 @@ fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
 pub struct MachineRate {
     /// Name of the machine.
     pub host: String,
-    /// When it was measured.
+    /// Time of the measurement.
     pub measured: String,
-    /// Modes of the rate: the measured number nearest to the job's.
+    /// Modes of the rate: the measured number closest to the job's.
     pub modes: u64,
-    /// Threads of the rate: the largest measured team of no more than the job's.
+    /// Threads of the rate: the largest measured team not larger than the job's.
     pub threads: u64,
     /// Mesh cycles of the default drive per second, by `volterra`.
     pub rate: f64,
-    /// Gain over one thread, measured in turn, over the threads.
+    /// Gain over one thread, measured alternately, divided by the number of threads.
     pub efficiency: f64,
-    /// Threads beyond which the gain no longer grows by two per cent.
+    /// Number of threads beyond which the gain grows by less than two per cent.
     pub worthwhile: u64,
     /// Whether the machine was quiet while it was measured.
     pub quiet: bool,
 }
 
-/// The rate of `volterra` with about so many modes on so many threads; `None` if it was not measured.
+/// The rate of `volterra` with about `modes` modes on up to `threads` threads; `None` if it was not measured.
 pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
     let row = usual(&machine.solver, modes, threads)?;
     let alike = machine.solver.iter().filter(|other| {
@@ -137,7 +137,7 @@ pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Op
 
 type Row = Measurement<SolverKey>;
 
-/// The largest team of no more than so many threads at the number of modes nearest to the wanted one.
+/// The largest team of at most `threads` threads at the number of modes closest to the requested one.
 fn usual<'r>(
     rows: impl IntoIterator<Item = &'r Row>,
     modes: usize,
@@ -153,7 +153,7 @@ fn usual<'r>(
         })
 }
 
-/// The fewest threads whose gain is within two per cent of the best.
+/// The smallest number of threads whose gain is within two per cent of the best.
 fn worthwhile<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Option<u64> {
     let gain = |row: &Row| row.key.efficiency * row.key.threads as f64;
     let rows: Vec<&Row> = rows.into_iter().collect();
@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(comparison.by_kind(), [("x".to_owned(), 3, 1.04, 1, 2)]);
     }
 
-    /// A team of no more than the job's threads, at the nearest measured number of modes.
+    /// A team not larger than the job's, at the closest measured number of modes.
     #[test]
     fn a_rate_is_that_of_the_nearest_measurement() {
         let row = |kernel: &str, modes, threads, rate, efficiency| Measurement {

@@ -1,21 +1,21 @@
-//! What the system says of the machine: read from `/proc` and `/sys`, what is not there left out.
+//! What does the system report about the machine? Read from `/proc` and `/sys`; missing entries are left out.
 
 use crate::store::{Description, HugePages, NodeRecord};
 use crate::topology::{Machine, Topology, field, kibibytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folders of the system, elsewhere in tests.
+/// The root of the system's folders; another one in tests.
 #[derive(Debug, Clone)]
 pub struct Root(PathBuf);
 
 impl Root {
-    /// Those of this machine.
+    /// The root of this machine.
     pub fn of_this_machine() -> Self {
         Self(PathBuf::from("/"))
     }
 
-    /// A file's text without the white space around it; none where it is not there or empty.
+    /// A file's text without surrounding white space; `None` if it is missing or empty.
     fn text(&self, path: &str) -> Option<String> {
         let text = fs::read_to_string(self.0.join(path)).ok()?;
         let text = text.trim();
@@ -92,7 +92,7 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
     }
 }
 
-/// How many numbers a list such as `0-3,8` holds.
+/// Number of elements in a list such as `0-3,8`.
 fn count_of_list(list: &str) -> usize {
     list.split(',')
         .filter_map(|range| {
@@ -113,7 +113,7 @@ fn own_group(text: &str) -> String {
     }
 }
 
-/// Processors' worth of time in per cent, of `quota period`; none where there is no bound.
+/// Limit of processor time in per cent of one processor, from `quota period`; `None` if there is no limit.
 fn quota(text: &str) -> Option<u64> {
     let (quota, period) = text.split_once(' ')?;
     let (quota, period): (u64, u64) = (quota.parse().ok()?, period.parse().ok()?);
@@ -126,8 +126,8 @@ fn chosen(text: &str) -> Option<String> {
     Some(rest.split_once(']')?.0.to_owned())
 }
 
-/// The hypervisor, where the machine is virtual: as the system calls it, as the machine's maker
-/// is called, or as it answers for the processor.
+/// The hypervisor, if the machine is virtual: its name according to the system, the machine's
+/// vendor, or the processor.
 fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
     let flagged = field(cpuinfo, "flags")
         .is_some_and(|flags| flags.split_whitespace().any(|flag| flag == "hypervisor"));
@@ -145,7 +145,7 @@ fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
     Some(known.unwrap_or_else(|| "unnamed".to_owned()))
 }
 
-/// What answers where the processor is asked for its hypervisor.
+/// The hypervisor that the processor reports.
 #[cfg(target_arch = "x86_64")]
 fn answering_hypervisor() -> Option<String> {
     use raw_cpuid::{CpuId, Hypervisor};
@@ -155,7 +155,7 @@ fn answering_hypervisor() -> Option<String> {
     }
 }
 
-/// Other processors do not tell.
+/// Other processors do not report it.
 #[cfg(not(target_arch = "x86_64"))]
 fn answering_hypervisor() -> Option<String> {
     None
@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(found.quota_percent, Some(150));
         assert_eq!(found.memory_limit, Some(4096));
         assert_eq!(found.numa_balancing, Some(1));
-        // Machines that do not exist have no firmware.
+        // The fictitious machine has no firmware.
         assert!(found.paths.is_empty());
         assert_eq!(found.governor.as_deref(), Some("powersave"));
         assert_eq!(found.frequency, Some(2_400_000_000));

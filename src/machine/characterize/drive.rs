@@ -1,5 +1,5 @@
-//! The drive that kernels are timed on: the default one, read from the manifest `flex80` as it
-//! was when the program was built, with any number of its modes.
+//! The drive for timing kernels: the default one, from the manifest `flex80` at
+//! the build of the program, with any number of its modes.
 
 use super::error::MeasurementError;
 use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};
@@ -14,11 +14,11 @@ const MANIFEST: &str = include_str!("../../../manifests/flex80.toml");
 /// Most events in a mesh cycle.
 pub const EVENT_LIMIT: u32 = 10_000;
 
-/// Mesh cycles after which the drive rattles.
+/// Mesh cycles after which the drive has settled into rattle.
 const TRANSIENT: u64 = 60;
 
-/// How much the stiffness of sixty levels rises from the first to the last, beside the two
-/// levels of the default mesh: enough to make each its own.
+/// Rise of the stiffness of sixty levels from the first to the last, in addition to the two
+/// levels of the default mesh: enough to make all levels different.
 const SLOPE: f64 = 0.02;
 
 /// A mesh of the default drive.
@@ -39,7 +39,7 @@ pub struct DefaultDrive {
 }
 
 impl DefaultDrive {
-    /// Reads the manifest that is built in.
+    /// Reads the built-in manifest.
     pub fn new() -> Result<Self, MeasurementError> {
         let lacks = |what| MeasurementError::Drive { what };
         let job = manifest::parse(MANIFEST, "manifests/flex80.toml", Path::new(""))
@@ -106,12 +106,12 @@ impl DefaultDrive {
     }
 }
 
-/// The structured kernel as users run it.
+/// The structured kernel with the users' settings.
 pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, f64::EPSILON, EVENT_LIMIT)
 }
 
-/// The state of a model past its transient.
+/// The state of a model after its transient.
 pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let kernel = volterra(model);
     let mut trajectory = model.start(&InitialState::Static);

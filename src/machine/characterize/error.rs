@@ -12,35 +12,35 @@ pub enum MeasurementError {
     /// The system does not grant the memory.
     #[error("the system did not grant {} MiB of memory: {source}", .bytes >> 20)]
     Memory {
-        /// How much was asked for.
+        /// Requested size.
         bytes: usize,
-        /// The system's own words.
+        /// The system's message.
         source: io::Error,
     },
-    /// The system knows no huge pages.
+    /// The system has no huge pages.
     #[error("the system did not grant huge pages: {source}")]
     HugePages {
-        /// The system's own words.
+        /// The system's message.
         source: io::Error,
     },
-    /// Memory cannot be taken from a node.
+    /// Memory of a node is not available.
     #[error("memory of node {node} is not available: {detail}")]
     Node {
         /// The node.
         node: u32,
-        /// Why.
+        /// The reason.
         detail: String,
     },
-    /// What was computed while the clock ran is wrong.
+    /// A timed computation gave a wrong result.
     #[error("{what} gave a wrong result, so its times are not shown")]
     Wrong {
-        /// What was measured.
+        /// Name of the measurement.
         what: &'static str,
     },
     /// The built-in drive cannot be read.
     #[error("the built-in drive lacks {what}")]
     Drive {
-        /// What is missing.
+        /// The missing part.
         what: &'static str,
     },
     /// The built-in drive cannot be assembled.

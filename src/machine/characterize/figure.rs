@@ -3,16 +3,16 @@
 use crate::numerics::statistics::student;
 use crate::store::Figure;
 
-/// What a repetition's time is turned into.
+/// Conversion of a repetition's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// So much work over the time.
+    /// Work divided by the time.
     Rate(f64),
-    /// The time over so many pieces.
+    /// Time divided by a number of pieces.
     Time(f64),
 }
 
-/// The figure of some rounds of times \[s\]; none without a repetition.
+/// The figure of rounds of times \[s\]; `None` without a repetition.
 pub fn figure(rounds: &[Vec<f64>], kind: Kind) -> Option<Figure> {
     let value = |time: f64| match kind {
         Kind::Rate(work) => work / time,
@@ -35,7 +35,7 @@ pub fn figure(rounds: &[Vec<f64>], kind: Kind) -> Option<Figure> {
     })
 }
 
-/// The value in the middle.
+/// The median.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
@@ -45,8 +45,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Half the width of the interval that holds one more value with 95 %, over the values' mean:
-/// Student's, for normal values; none of one value.
+/// Half the width of the 95 % prediction interval of one more value, over the values' mean:
+/// Student's, for normal values. `None` for a single value.
 fn spread(values: &[f64]) -> Option<f64> {
     let n = values.len() as f64;
     if values.len() < 2 {
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(figure(&[vec![]], Kind::Time(1.0)), None);
     }
 
-    /// The next normal value lies within the spread in 95 of 100 cases.
+    /// The next normal value is within the spread in 95 of 100 cases.
     #[test]
     fn the_spread_covers_the_next_value() {
         let mut stream = Stream::new(1, 2, 3);

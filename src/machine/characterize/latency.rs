@@ -1,4 +1,4 @@
-//! Latency: the time of a load on which the next one depends, over the size of the buffer.
+//! Latency: the time of a load that the next one depends on, over the size of the buffer.
 
 use super::chain::Chain;
 use super::error::MeasurementError;
@@ -8,10 +8,10 @@ use super::plan::Walk;
 use super::team::{self, HardwareThread, Pace};
 use crate::topology::Topology;
 
-/// Loads of a repetition.
+/// Loads per repetition.
 const LOADS: usize = 20_000;
 
-/// Times of a load, of many one after the other, from so many lines of memory of a node.
+/// Times per load in a chain of loads, from each size of memory on a node.
 pub fn measure(
     topology: &Topology,
     thread: HardwareThread,

@@ -1,28 +1,28 @@
-//! What one measurement gives.
+//! Result of one measurement.
 
 use super::team::Worked;
 
-/// What one measurement of an item gave.
+/// Result of one measurement of an item.
 #[derive(Debug, Default)]
 pub struct Measured {
     /// Times of a unit of work, for every figure of the item \[s\].
     pub times: Vec<Vec<f64>>,
     /// Rate over that of one thread, for every team but the first.
     pub gains: Vec<Vec<f64>>,
-    /// Bytes of one table, where it has tables.
+    /// Bytes of one table, if it has tables.
     pub bytes: usize,
-    /// Work of a mesh cycle, where kernels integrate.
+    /// Work of a mesh cycle, if kernels integrate.
     pub work: Work,
-    /// Why threads could not be bound, where they could not.
+    /// Why threads could not be bound, if so.
     pub unbound: Option<String>,
 }
 
 /// Work of a mesh cycle, counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
-    /// Numbers of tables read, each for one multiply-add.
+    /// Numbers read from tables, each for one multiply-add.
     pub numbers: f64,
-    /// Bytes of different numbers among them.
+    /// Bytes of distinct numbers among them.
     pub distinct: f64,
 }
 

@@ -1,11 +1,11 @@
-//! Buffers on a node of one's choice.
+//! Buffers on a chosen node.
 
 use super::buffer::{Buffer, LINE};
 use super::error::MeasurementError;
 use crate::topology::Topology;
 
-/// A buffer full of `value`, taken by the calling thread: near it, where the system does as
-/// usual.
+/// A buffer full of `value`, touched first by the calling thread: near it, under the system's default
+/// policy.
 pub fn near(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     let mut buffer = untouched(lines)?;
     buffer.fill(value);
@@ -21,7 +21,7 @@ pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, MeasurementErro
     Ok(buffer)
 }
 
-/// Pages that nobody has touched.
+/// Untouched pages.
 pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     Buffer::new(lines).map_err(|source| MeasurementError::Memory {
         bytes: lines * LINE,
@@ -29,8 +29,8 @@ pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     })
 }
 
-/// The same on a node: touched first by a thread that is bound to a core of the node, or, where
-/// it has none, by one whose memory is bound to the node.
+/// The same on a node: touched first by a thread that is bound to a core of the node. If the node has no
+/// core, the memory of the touching thread is bound to the node.
 pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, MeasurementError> {
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();

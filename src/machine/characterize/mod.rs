@@ -3,18 +3,18 @@
 //!
 //! | file | question |
 //! |---|---|
-//! | `settings`, `plan` | what is asked for; what is measured on a machine: a pure decision |
+//! | `settings`, `plan` | the request; the measurements on a machine: a pure decision |
 //! | `team`, `figure` | the method: bound threads, best of a round, spread over rounds |
-//! | `noise` | who else used the machine |
-//! | `description` | what the system says of the machine |
+//! | `noise` | load by others on the machine |
+//! | `description` | the system's description of the machine |
 //! | `mountain`, `streaming` | memory by size and stride, by reads and writes |
 //! | `chain`, `latency` | loads that wait for each other |
 //! | `drive`, `solver` | integrating: modes, operating points, threads, copies of tables |
 //! | `measure`, `measured`, `sample`, `outcome` | measurements from items, samples from rounds, rows from samples |
 //! | `compare` | two runs, two machines |
 //!
-//! Everything is repeated in rounds over the whole plan, with memory taken anew: what differs
-//! between rounds is what will differ between runs.
+//! Everything is repeated in rounds over the whole plan, with new memory in each: the differences
+//! between rounds are then those to expect between runs.
 
 mod buffer;
 mod chain;
@@ -51,10 +51,10 @@ use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
-/// Measures a machine; nothing where `called_off` was raised meanwhile.
+/// Measures a machine; the result is `None` if `called_off` was raised meanwhile.
 ///
 /// # Errors
-/// The drive that kernels are timed on cannot be assembled.
+/// The drive for timing kernels cannot be assembled.
 pub fn characterize(
     topology: &Topology,
     settings: &Settings,
@@ -92,7 +92,7 @@ pub fn characterize(
             });
             sample.take(measure::measure(topology, &default, item, pace));
         }
-        // Only whole rounds after the first.
+        // After the first round, begin only rounds that fit.
         if 2 * clock.elapsed() > settings.budget + begun {
             break;
         }
@@ -120,13 +120,13 @@ pub fn characterize(
     Ok(Some(found))
 }
 
-/// What may be taken.
+/// Limits of resources.
 fn limits(
     topology: &Topology,
     settings: &Settings,
     description: &crate::store::Description,
 ) -> Limits {
-    /// Where the system tells nothing.
+    /// Assumed if the system reports nothing.
     const USUAL: u64 = 1 << 30;
     let free = (description.memory_available.into_iter())
         .chain(description.memory_limit)

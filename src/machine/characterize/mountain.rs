@@ -1,7 +1,7 @@
-//! The memory mountain: reading buffers of a size line by line, with a stride.
+//! The memory mountain: reading buffers of different sizes line by line, with different strides.
 //!
-//! A pass of stride s reads the lines 0, s, 2s …, then 1, s + 1, …: every line once, so that the
-//! working set is the whole buffer whatever the stride (after Bryant and O'Hallaron, *Computer
+//! A pass of stride s reads the lines 0, s, 2s …, then 1, s + 1, …: every line once, so the
+//! working set is the whole buffer for any stride (after Bryant and O'Hallaron, *Computer
 //! Systems*, section 6.6, whose strides are elements; here whole lines are read, as kernels read
 //! their tables).
 
@@ -14,31 +14,31 @@ use super::vectors::{self, Set};
 use crate::topology::Topology;
 use std::time::Duration;
 
-/// How long a repetition takes, about.
+/// Approximate time of a repetition.
 const REPETITION: Duration = Duration::from_micros(500);
 
-/// Most lines of a repetition, unless the buffer is larger.
+/// Largest number of lines per repetition, unless the buffer is larger.
 const MOST_LINES: usize = 1 << 19;
 
-/// Where a reader stands in its buffer.
+/// Position of a reader in its buffer.
 struct Reader {
     set: Set,
     buffer: Buffer,
     /// First line of the sweep, next line.
     sweep: usize,
     next: usize,
-    /// Lines of a repetition, a number a stride.
+    /// Lines per repetition, one entry per stride.
     lines: Vec<usize>,
     right: bool,
 }
 
 impl Reader {
-    /// Reads so many lines on from where it stands.
+    /// Reads the next `lines` lines.
     fn read(&mut self, stride: usize, lines: usize) {
         let all = self.buffer.lines();
         let (mut left, mut sum) = (lines, 0.0);
         if stride == 1 && self.next == 0 {
-            // Small buffers many times in one go: a call takes as long as reading some lines.
+            // Read small buffers many times per call: a call takes as long as reading some lines.
             let passes = lines / all.len();
             sum += vectors::read(self.set, all, 1, all.len(), passes);
             left -= passes * all.len();
@@ -56,13 +56,13 @@ impl Reader {
         self.right &= sum == (lines * LANES) as f64;
     }
 
-    /// To the buffer's start.
+    /// Returns to the buffer's start.
     fn turn_back(&mut self) {
         (self.sweep, self.next) = (0, 0);
     }
 }
 
-/// Times of a line, for every stride.
+/// Times per line, for every stride.
 pub fn measure(
     topology: &Topology,
     thread: HardwareThread,
@@ -82,7 +82,7 @@ pub fn measure(
         for &stride in strides {
             reader.turn_back();
             let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
-            // Whole passes through what is small.
+            // Whole passes through small buffers.
             let whole = if lines < read { read.next_multiple_of(lines) } else { read };
             reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
         }
@@ -94,7 +94,7 @@ pub fn measure(
         strides.len(),
         pace,
         prepare,
-        // Once through all, so that what fits a cache is there.
+        // Read everything once, so that the caches contain what fits.
         |reader: &mut Reader, _| {
             reader.turn_back();
             reader.read(1, lines);
@@ -116,7 +116,7 @@ pub fn measure(
 mod tests {
     use super::*;
 
-    /// However a pass is divided into repetitions, every line is read once.
+    /// Every line is read once, for any division of a pass into repetitions.
     #[test]
     fn a_pass_reads_every_line_once() {
         for (lines, stride, piece) in [(64, 1, 10), (64, 4, 7), (67, 8, 5), (5, 1, 3)] {

@@ -1,19 +1,19 @@
 //! Who else used the machine while it was measured?
 //!
-//! The system's own accounts (`/proc/stat`, ticks of usable processors) less what this process
-//! took, the time that the hypervisor kept for others, the load average, and how far the
-//! repetitions of a measurement scatter.
+//! The system's accounts (`/proc/stat`, ticks of usable processors) less those of this process,
+//! the time that the hypervisor gave to others, the load average, and the scatter of
+//! the repetitions of a measurement.
 
 use crate::store::Noise;
 use std::fs;
 
-/// Other programs may take this part of the processors before the machine counts as shared.
+/// Largest part of the processors that other programs may use before the machine counts as shared.
 const MOST_OTHERS: f64 = 0.02;
 
-/// The hypervisor may keep this part.
+/// Largest part that the hypervisor may take.
 const MOST_STOLEN: f64 = 0.01;
 
-/// The median repetition may lie so far behind the best.
+/// Largest relative distance of the median repetition from the best.
 const MOST_SCATTER: f64 = 0.05;
 
 /// Time spent until now, in ticks of all usable processors.
@@ -21,15 +21,15 @@ const MOST_SCATTER: f64 = 0.05;
 struct Accounts {
     /// All ticks.
     all: u64,
-    /// Ticks in which something ran.
+    /// Ticks in which any program ran.
     busy: u64,
-    /// Ticks that the hypervisor kept.
+    /// Ticks that the hypervisor took.
     stolen: u64,
     /// Ticks of this process.
     own: u64,
 }
 
-/// Watches from its making on.
+/// Observes the machine from its creation on.
 #[derive(Debug)]
 pub struct Watch {
     threads: Vec<u32>,
@@ -38,7 +38,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Starts to watch some hardware threads.
+    /// Starts to observe hardware threads.
     pub fn new(threads: Vec<u32>) -> Self {
         let load = fs::read_to_string("/proc/loadavg").ok();
         Self {
@@ -48,7 +48,7 @@ impl Watch {
         }
     }
 
-    /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
+    /// The observations; `scatter` of all measurements, `None` without repetitions.
     pub fn end(&self, scatter: Option<f64>) -> Noise {
         Noise {
             load: self.load,

@@ -1,4 +1,4 @@
-//! From items to samples, from samples to rows.
+//! How do items become samples, and samples rows?
 
 use super::buffer::LINE;
 use super::figure::Kind;
@@ -9,7 +9,7 @@ use crate::store::{
     ArithmeticKey, BandwidthKey, Characteristics, LatencyKey, MountainKey, RoofRow, SolverKey,
 };
 
-/// What was not measured as planned, and why, a sentence each.
+/// Measurements that were not made as planned, with the reason, one sentence each.
 pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     let mut say = |sentence: String| {
@@ -40,7 +40,7 @@ pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {
     said
 }
 
-/// Turns samples into rows.
+/// Converts samples to rows.
 pub fn fill(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         rows(found, item, sample);
@@ -152,7 +152,7 @@ fn streams(
     }
 }
 
-/// Places the kernels under the roof, from counted work and the time of one thread.
+/// Places the kernels in the roofline, from counted work and the time of one thread.
 fn roof(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         let Item::Solver { campaign, .. } = item else {

@@ -1,5 +1,5 @@
-//! What is to be measured on a machine: a pure decision over its topology, tried out on machines
-//! that do not exist.
+//! What should be measured on a machine? A pure decision from its topology, tested on fictitious
+//! machines.
 
 mod item;
 mod places;
@@ -14,28 +14,28 @@ use crate::topology::Topology;
 use places::{caches_spanned, order, pairs, same_places, teams};
 use strum::VariantArray;
 
-/// What may be taken.
+/// Limits of resources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Memory \[bytes\].
     pub memory: u64,
-    /// Processors' worth of time that the system gives this process.
+    /// Processor time that the system grants this process, in processors.
     pub processors: usize,
-    /// Whether the system gives huge pages to whoever asks for them.
+    /// Whether the system grants huge pages on request.
     pub huge_pages: bool,
 }
 
-/// What is measured, in this order, and what is not.
+/// The measurements in this order, and those that are impossible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The items.
     pub items: Vec<Item>,
-    /// What cannot be measured here.
+    /// Measurements that are impossible here.
     pub missing: Vec<Missing>,
 }
 
 impl Plan {
-    /// What is asked for of it: these parts; all where none is named.
+    /// The requested parts of it; all if none is named.
     pub fn only(self, parts: &[Part]) -> (Vec<Item>, Vec<String>) {
         let asked = |part: &Part| parts.is_empty() || parts.contains(part);
         let items = self.items.into_iter().filter(|item| asked(&item.part()));
@@ -50,44 +50,44 @@ impl Plan {
     }
 }
 
-/// What cannot be measured.
+/// An impossible measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Missing {
-    /// The parts that lack it.
+    /// The affected parts.
     pub of: &'static [Part],
-    /// What it is, in a sentence.
+    /// The reason, in a sentence.
     pub said: String,
 }
 
-/// A last-level cache where the system reports none \[bytes\].
+/// Size of the last-level cache if the system reports none \[bytes\].
 const USUAL_CACHE: u64 = 32 << 20;
 
-/// Arrays are this many times as large as the last-level caches they pass through, as the rules
-/// of STREAM ask.
+/// Arrays are this many times as large as the last-level caches they pass through, as STREAM's rules
+/// require.
 const OUTGROWN: u64 = 4;
 
-/// Operating points of each thread, where breadth is not in question.
+/// Operating points per thread, unless their number is varied.
 pub const POINTS: usize = 8;
 
-/// Modes at which breadth in operating points is measured.
+/// Modes at which the number of operating points is varied.
 const BREADTH_MODES: usize = 40;
 
-/// Memory that an operating point takes of a thread at that number of modes, about: decides only how
-/// many points there can be.
+/// Approximate memory of an operating point per thread at that number of modes. It only limits the
+/// number of points.
 const POINT_BYTES: u64 = 610 << 10;
 
 /// Maps of closed modes on the default drive, of 4 N² numbers each.
 const MAPS: u64 = 44;
 
-/// What an extent asks for.
+/// Parameters of an extent.
 struct Scale {
     /// Largest buffer of a single thread \[bytes\].
     largest: u64,
-    /// Sizes an octave.
+    /// Sizes per octave.
     steps: u32,
     strides: &'static [usize],
     modes: &'static [usize],
-    /// Operating points of each thread, beside [`POINTS`].
+    /// Operating points per thread, besides [`POINTS`].
     points: &'static [usize],
     /// Largest array of a stream over all threads \[bytes\].
     array: u64,
@@ -169,7 +169,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     }
     for size in sizes(8 << 10, largest, scale.steps) {
         let lines = size as usize / LINE;
-        // Sweeps of few lines would time the loop.
+        // Sweeps of few lines would mainly time the loop.
         let strides = scale
             .strides
             .iter()
@@ -190,12 +190,12 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
         &scale,
         limits,
     );
-    // Last: it takes longest, and the others must not lack its time.
+    // Last, since it takes longest and must not take time from the others.
     solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
     Plan { items, missing }
 }
 
-/// `smallest`, a power of two, and up to `largest`, so many sizes per octave, in whole lines.
+/// Sizes from `smallest`, a power of two, to `largest`, with `steps` per octave, in whole lines.
 fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
     let size = move |i: u32| {
         let grown = smallest as f64 * (f64::from(i) / f64::from(steps)).exp2();
@@ -218,7 +218,7 @@ fn arithmetic(teams: &[Vec<HardwareThread>]) -> Vec<Item> {
     items
 }
 
-/// Lines of each of a member's arrays when there are so many arrays, and whether they outgrow
+/// Lines of each of a member's `arrays` arrays, and whether they outgrow
 /// the caches.
 fn array_lines(
     topology: &Topology,
@@ -252,7 +252,7 @@ fn streams(
         (Placement::Scattered, &scattered),
     ] {
         for team in teams {
-            // Where both place threads alike, once is enough.
+            // If both placements give the same threads, one measurement is enough.
             if placement == Placement::Scattered && same_places(team, compact) {
                 continue;
             }
@@ -330,7 +330,7 @@ fn solvers(
             Solver::Volterra => 0,
             Solver::ClosedModes => copies * MAPS * 32 * (campaign.modes as u64).pow(2),
         };
-        // Few points are measured in any case.
+        // A few points are always measured.
         let points = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
         if tables + points > limits.memory {
             missing.push(Missing {

@@ -1,29 +1,29 @@
-//! What repeated rounds of an item gave, taken together.
+//! The combined results of repeated rounds of an item.
 
 use super::error::MeasurementError;
 use super::figure::{Kind, figure, median};
 use super::measured::{Measured, Work};
 use crate::store::{Figure, Measurement};
 
-/// What all rounds of an item gave.
+/// The results of all rounds of an item.
 #[derive(Debug, Default)]
 pub struct Sample {
     /// Times of a unit of work, by figure and round \[s\].
     pub figures: Vec<Vec<Vec<f64>>>,
-    /// What every team but the first gained over one thread, in all rounds.
+    /// Gain of every team but the first over one thread, in all rounds.
     pub gains: Vec<Vec<f64>>,
-    /// Bytes of one table, where it has tables.
+    /// Bytes of one table, if it has tables.
     pub bytes: usize,
-    /// Work of a mesh cycle, where kernels integrate.
+    /// Work of a mesh cycle, if kernels integrate.
     pub work: Work,
-    /// Why threads could not be bound, where they could not.
+    /// Why threads could not be bound, if so.
     pub unbound: Option<String>,
-    /// Why there is nothing more.
+    /// Why the measurement ended.
     pub error: Option<MeasurementError>,
 }
 
 impl Sample {
-    /// Takes up one more round.
+    /// Adds one more round.
     pub fn take(&mut self, round: Result<Measured, MeasurementError>) {
         let measured = match round {
             Ok(measured) => measured,
@@ -45,25 +45,25 @@ impl Sample {
         self.unbound = self.unbound.take().or(measured.unbound);
     }
 
-    /// One of its figures; none where there was no time for it.
+    /// One of its figures; `None` if there was no time for it.
     pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
     }
 
-    /// What a team gained over one thread, in the middle of all rounds; 1 of the first team.
+    /// Median gain of a team over one thread; 1 for the first team.
     pub fn gain(&self, team: usize) -> f64 {
         let gains = team.checked_sub(1).and_then(|i| self.gains.get(i));
         gains.map_or(1.0, |gains| median(&mut gains.clone()))
     }
 
-    /// One of its figures with what was measured; none where there was no time for it.
+    /// One of its figures with its key; `None` if there was no time for it.
     pub fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
         let figure = self.figure(index, kind)?;
         Some(Measurement { key, figure })
     }
 }
 
-/// How far the median repetition lies behind the best, in the middle of all rounds.
+/// Median relative distance of the median repetition from the best, over all rounds.
 pub fn scatter(samples: &[Sample]) -> Option<f64> {
     let mut behind: Vec<f64> = (samples.iter())
         .flat_map(|sample| sample.figures.iter().flatten())

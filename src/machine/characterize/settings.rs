@@ -1,15 +1,15 @@
-//! What is asked for, and how far it is done.
+//! The request for measurements, and their progress.
 
 use super::team::Pace;
 use clap::ValueEnum;
 use std::time::Duration;
 use strum::{IntoStaticStr, VariantArray};
 
-/// How much is measured.
+/// Amount of measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Extent {
-    /// About a minute.
+    /// About one minute.
     Quick,
     /// Some minutes.
     Default,
@@ -23,7 +23,7 @@ impl Extent {
         self.into()
     }
 
-    /// Time that it is meant to take.
+    /// Intended time.
     pub fn budget(self) -> Duration {
         Duration::from_secs(match self {
             Self::Quick => 55,
@@ -32,7 +32,7 @@ impl Extent {
         })
     }
 
-    /// Rounds at most.
+    /// Largest number of rounds.
     pub fn rounds(self) -> usize {
         match self {
             Self::Quick => 3,
@@ -41,7 +41,7 @@ impl Extent {
         }
     }
 
-    /// How long something is repeated in a round.
+    /// Duration of repetitions in a round.
     pub fn pace(self) -> Pace {
         let (slice, least) = match self {
             Self::Quick => (6, 3),
@@ -79,31 +79,31 @@ impl Part {
     }
 }
 
-/// What is asked for.
+/// The request for measurements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
-    /// How much is measured.
+    /// Amount of measurements.
     pub extent: Extent,
-    /// Time after which nothing new is begun.
+    /// Time after which no measurement begins.
     pub budget: Duration,
-    /// Only these parts; all where none is named.
+    /// The requested parts; all if empty.
     pub only: Vec<Part>,
-    /// Rounds at most, where fewer than usual are wanted.
+    /// Largest number of rounds, if smaller than usual.
     pub rounds: Option<usize>,
-    /// Most memory to take \[bytes\]; else a quarter of what is free, or granted by a control
+    /// Largest memory to use \[bytes\]; by default a quarter of the memory that is free or granted by a control
     /// group.
     pub memory: Option<u64>,
 }
 
-/// How far the measurements are.
+/// Progress of the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Rounds done.
+    /// Number of finished rounds.
     pub round: usize,
-    /// Measurements done in this round.
+    /// Number of finished measurements in this round.
     pub done: usize,
-    /// Measurements of a round.
+    /// Number of measurements per round.
     pub of: usize,
-    /// What is being measured.
+    /// Name of the current measurement.
     pub what: &'static str,
 }

@@ -1,7 +1,7 @@
-//! Solver scaling: teams that integrate the default drive near resonance, each thread with its own
-//! operating points, and with one copy of the tables for all, one per node or one per thread.
+//! Solver scaling: teams that integrate the default drive near resonance, each thread at its
+//! operating points, with one copy of the tables for all, one per node or one per thread.
 //!
-//! Every member advances the same trajectories over the same cycles in every repetition, so that all
+//! Every member advances the same trajectories over the same cycles in every repetition, so all
 //! have the same work and must end in the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT, Mesh};
@@ -14,16 +14,16 @@ use crate::model::{OperatingPoint, TrajectoryState};
 use crate::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Stop, TableArray, Volterra};
 use crate::topology::Topology;
 
-/// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
-/// repetition must hold several, and always the same ones; a short one is less often disturbed.
+/// Mesh cycles of a repetition at every operating point. Cycles differ in their events, so a
+/// repetition must contain several, and always the same ones; a short one is less often disturbed.
 const STAY: u64 = 16;
 
-/// How often all teams are measured, and one thread before each of them: a machine that changes its
-/// speed meanwhile then changes both, and not their ratio. A table in a shared cache is read a fifth
-/// faster once it has been read some fifty times; otherwise the first team would pay for the others.
+/// Number of measurements of all teams, with one thread before each of them: if the machine changes its
+/// speed meanwhile, both change, but not their ratio. A table in a shared cache is read a fifth
+/// faster after some fifty reads; otherwise the first team would be at a disadvantage.
 const PASSES: usize = 3;
 
-/// Where the drive runs: near resonance, light load first. Of more points some have equal loads.
+/// Operating points: near resonance, light load first. With more points some have equal loads.
 const SPEED: f64 = 1200.0;
 const LOADS: [f64; 8] = [0.05, 0.08, 0.12, 0.15, 0.19, 0.22, 0.26, 0.30];
 
@@ -83,17 +83,17 @@ pub fn measure(
     }
 }
 
-/// A kernel's refusal as an error of the measurement.
+/// Converts a kernel's error to one of the measurement.
 fn tables(error: impl std::error::Error + Send + Sync + 'static) -> MeasurementError {
     MeasurementError::Tables(Box::new(error))
 }
 
-/// What closed modes read per cycle: in every block the motion of each pair of coordinates and its part
+/// Reads of closed modes per cycle: in every block the motion of each pair of coordinates and its part
 /// of the deflection at eight nodes; a dense product at each event, and two per cycle from modes to
 /// eigenvectors and back. Changes of stiffness while closed are not counted.
 fn work_of_closed_modes(modes: usize, counted: &Counters, bytes: usize) -> Work {
     const NODES: usize = 8;
-    /// Sets of closed contacts of the default drive: a block reads the numbers of one.
+    /// Sets of closed contacts of the default drive; a block reads the numbers of one.
     const SETS: f64 = 9.0;
     let block = (8 * (4 + 2 * NODES) * modes) as f64;
     let product = (8 * 4 * modes * modes.next_multiple_of(8)) as f64;
@@ -106,7 +106,7 @@ fn work_of_closed_modes(modes: usize, counted: &Counters, bytes: usize) -> Work 
     }
 }
 
-/// Which copy each member of a team reads.
+/// Index of the copy that each member of a team reads.
 fn copy_of(sharing: Sharing, team: &[HardwareThread]) -> Vec<usize> {
     let mut nodes: Vec<u32> = Vec::new();
     let members = team.iter().enumerate();
@@ -124,7 +124,7 @@ fn copy_of(sharing: Sharing, team: &[HardwareThread]) -> Vec<usize> {
     copies.collect()
 }
 
-/// Copies of tables, each made by a thread that is bound where its first reader runs, so that it lies
+/// Copies of tables, each made by a thread that is bound to its first reader's place, so that it is
 /// on that node.
 fn copies(
     topology: &Topology,
@@ -140,7 +140,7 @@ fn copies(
     let copy = |reader: HardwareThread| {
         std::thread::scope(|scope| {
             let maker = scope.spawn(|| {
-                // Where it cannot be bound, memory lies where the system puts it.
+                // If it cannot be bound, the system chooses the place of the memory.
                 _ = topology.bind_current_thread(&[reader.index]);
                 built.to_vec()
             });
@@ -150,7 +150,7 @@ fn copies(
     readers.map(copy).collect()
 }
 
-/// Integrates on every team, each member with the kernels that it builds, one per operating point.
+/// Integrates on every team. Each member builds its kernels, one per operating point.
 fn advance<K: Kernel>(
     topology: &Topology,
     starts: &[&TrajectoryState],
@@ -203,7 +203,7 @@ fn advance<K: Kernel>(
     Ok(measured)
 }
 
-/// The first of so many before each of the others; alone where there is no other.
+/// The first of `count` teams before each of the others; only the first if there is no other.
 fn in_turn(count: usize) -> Vec<usize> {
     match count {
         0 | 1 => (0..count).collect(),
@@ -216,10 +216,10 @@ struct Trajectories<'s, K: Kernel> {
     kernels: Vec<K>,
     starts: &'s [&'s TrajectoryState],
     states: Vec<TrajectoryState>,
-    /// One per operating point: kernels keep in them what they have prepared.
+    /// One per operating point, as kernels keep prepared data in them.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
-    /// The operating point where it begins: members begin at different ones.
+    /// The operating point at which it begins, different for every member.
     first: usize,
     stopped: Option<Stop>,
 }
@@ -253,7 +253,7 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         }
     }
 
-    /// Where it ended, bit by bit.
+    /// Its final state, in bits.
     fn end(self) -> Result<Vec<u64>, Stop> {
         let bits = |state: &TrajectoryState| -> Vec<u64> {
             let numbers = state.state.iter().map(|x| x.to_bits());
@@ -278,8 +278,8 @@ mod tests {
         most: 2,
     };
 
-    /// Both kernels on two members that share a core: equal ends, times, and work that says what the
-    /// tables are.
+    /// Both kernels on two members that share a core: equal ends, times, and work that agrees with the
+    /// tables.
     #[test]
     fn kernels_advance_on_teams_and_count_their_work() {
         let topology = Topology::current().unwrap();

@@ -9,7 +9,7 @@ use super::team::{self, HardwareThread, Pace};
 use super::vectors::{self, Set};
 use crate::topology::Topology;
 
-/// What the arrays hold.
+/// Contents of the arrays.
 const A: f64 = 1.0;
 const B: f64 = 2.0;
 const FACTOR: f64 = 3.0;
@@ -22,7 +22,7 @@ struct Arrays {
     right: bool,
 }
 
-/// Times of kernels on a team.
+/// Times of the kernels on a team.
 pub fn streams(
     topology: &Topology,
     team: &[HardwareThread],
@@ -72,12 +72,12 @@ impl Arrays {
     }
 }
 
-/// Bytes that a repetition of a kernel reads and writes on a team.
+/// Bytes that all members read and write in a repetition of a kernel.
 pub fn bytes(kernel: StreamKernel, members: usize, lines: usize) -> u64 {
     (kernel.arrays() * members * lines * LINE) as u64
 }
 
-/// Times of reading memory of a node.
+/// Times of reading the memory of a node.
 pub fn nodes(
     topology: &Topology,
     team: &[HardwareThread],
@@ -103,14 +103,14 @@ pub fn nodes(
     Ok(worked.checked("reading from node to node")?.into())
 }
 
-/// Times of a multiply-add's operation in registers, over those of the whole team.
+/// Times per operation of multiply-adds in registers, over those of the whole team.
 pub fn arithmetic(
     topology: &Topology,
     team: &[HardwareThread],
     set: Set,
     pace: Pace,
 ) -> Result<Measured, MeasurementError> {
-    /// Less than a millisecond.
+    /// Takes less than a millisecond.
     const ROUNDS: usize = 100_000;
     let iterate = |(right, operations): &mut (bool, u64), _| {
         let (value, done) = vectors::multiply_add(set, ROUNDS);

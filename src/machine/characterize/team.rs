@@ -1,8 +1,8 @@
-//! The method: threads bound to their places do the same work at the same time, and each
-//! repetition is timed from the first start to the last end.
+//! The method: threads that are bound to cores do the same work at the same time. The time of each
+//! repetition is from the first start to the last end.
 //!
-//! Every thread takes its memory itself, after it was bound, and warms up before anything is
-//! timed.
+//! Every thread allocates its memory itself, after it is bound, and warms up before the
+//! timing starts.
 
 use super::error::MeasurementError;
 use crate::topology::Topology;
@@ -12,36 +12,36 @@ use std::time::{Duration, Instant};
 /// A hardware thread that a member of a team is bound to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HardwareThread {
-    /// As the system numbers it.
+    /// The system's number of it.
     pub index: u32,
-    /// Its NUMA node, as the system numbers it.
+    /// The system's number of its NUMA node.
     pub node: u32,
 }
 
-/// How long something is repeated.
+/// Duration of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pace {
-    /// Until this time has passed …
+    /// Repeat until this time has passed,
     pub slice: Duration,
-    /// … but so often at least …
+    /// but at least this often,
     pub least: usize,
-    /// … and not more often.
+    /// and at most this often.
     pub most: usize,
 }
 
-/// What a team did.
+/// Results of a team.
 #[derive(Debug)]
 pub struct Worked<R> {
     /// Times of the repetitions of every task \[s\].
     pub times: Vec<Vec<f64>>,
-    /// What each member brought back.
+    /// Result of each member.
     pub results: Vec<R>,
-    /// Why members could not be bound, where they could not.
+    /// Why members could not be bound, if so.
     pub unbound: Option<String>,
 }
 
 impl<R> Worked<R> {
-    /// Times of a unit of work, where a repetition of each task does so many.
+    /// Times per unit of work; `units` is the number of units per repetition of each task.
     pub fn per_unit(mut self, units: &[f64]) -> Self {
         for (times, units) in self.times.iter_mut().zip(units) {
             times.iter_mut().for_each(|time| *time /= units);
@@ -51,10 +51,10 @@ impl<R> Worked<R> {
 }
 
 impl<R> Worked<(bool, R)> {
-    /// Lets times through whose results were right.
+    /// The times, if the computed results were right.
     ///
     /// # Errors
-    /// A member says that it computed something wrong.
+    /// A member reports a wrong result.
     pub fn checked(self, what: &'static str) -> Result<Worked<R>, MeasurementError> {
         let (right, results): (Vec<bool>, Vec<R>) = self.results.into_iter().unzip();
         if right.contains(&false) {
@@ -69,9 +69,9 @@ impl<R> Worked<(bool, R)> {
     }
 }
 
-/// Lets a member on every hardware thread `prepare` its state, `warm` up for each of `tasks` pieces
-/// of work, do it again and again, and `finish`. The first error of a preparation is returned, and
-/// nothing is then repeated.
+/// Runs a member on every hardware thread: it `prepare`s its state, `warm`s up for each of `tasks` pieces
+/// of work, repeats it, and `finish`es. If a preparation fails, its error is returned and
+/// nothing is repeated.
 ///
 /// # Errors
 /// A preparation failed.
@@ -129,7 +129,7 @@ pub fn work<S, R: Send>(
         }
         Ok(Some((times, finish(state), unbound)))
     };
-    // A thread of its own even for one member: whoever calls keeps its freedom.
+    // A new thread even for one member, so that the caller stays unbound.
     let ended: Vec<_> = std::thread::scope(|scope| {
         let member = &member;
         let started: Vec<_> = (0..threads.len())
@@ -156,7 +156,7 @@ pub fn work<S, R: Send>(
     Ok(worked)
 }
 
-/// Rounds of `run` that take about `wanted`, by doubling.
+/// Number of rounds of `run` that take about `wanted`, by doubling.
 pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
     let mut rounds = 1;
     loop {
@@ -171,7 +171,7 @@ pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
     }
 }
 
-/// When one member worked \[ns since the epoch\], on a line of its own.
+/// Working time of one member \[ns since the epoch\], on a separate cache line.
 #[derive(Debug, Default)]
 #[repr(align(128))]
 struct Interval {
@@ -206,7 +206,7 @@ struct SpinBarrier {
     passed: AtomicUsize,
 }
 
-/// Looks at the barrier before the processor is given to others.
+/// Number of checks of the barrier before the thread yields the processor.
 pub const SPINS: usize = 20_000;
 
 impl SpinBarrier {
@@ -250,7 +250,7 @@ mod tests {
         (topology, vec![HardwareThread { index, node: 0 }; count])
     }
 
-    /// Three members on one core: the barrier does not depend on cores of their own.
+    /// Three members on one core: the barrier does not need separate cores.
     #[test]
     fn all_members_do_all_tasks_equally_often() {
         let (topology, threads) = shared_core(3);

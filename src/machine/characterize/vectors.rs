@@ -1,8 +1,8 @@
-//! Loops in the machine's own vectors: streaming through lines, and multiply-adds in registers.
+//! Loops with the machine's vectors: streaming through lines, and multiply-adds in registers.
 //!
-//! Written with intrinsics, because what is measured must be what is meant: a compiler turns a
-//! plain copy into a call of `memcpy`, which chooses its stores by size, and carries independent
-//! sums one by one. An empty `asm` in the copying loops keeps them loops.
+//! They are written with intrinsics to measure exactly the intended operations. A compiler turns a
+//! plain copy into a call of `memcpy`, which chooses its stores by size, and does independent
+//! sums one by one. An empty `asm` in the copying loops keeps them as loops.
 
 #![allow(unsafe_code)]
 
@@ -13,7 +13,7 @@ use strum::Display;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 #[strum(serialize_all = "lowercase")]
 pub enum Set {
-    /// What every processor of the architecture has.
+    /// Instructions of every processor of the architecture.
     Baseline,
     /// AVX2 and fused multiply-adds.
     Avx2,
@@ -22,7 +22,7 @@ pub enum Set {
 }
 
 impl Set {
-    /// All sets this machine has, narrowest first.
+    /// All sets of this machine, narrowest first.
     pub fn available() -> Vec<Self> {
         #[allow(unused_mut)]
         let mut sets = vec![Self::Baseline];
@@ -38,16 +38,16 @@ impl Set {
         sets
     }
 
-    /// The widest set this machine has.
+    /// The widest set of this machine.
     pub fn widest() -> Self {
         Self::available().last().copied().unwrap_or(Self::Baseline)
     }
 }
 
-/// Whether stores that pass the caches exist here.
+/// Whether stores that bypass the caches exist here.
 pub const NON_TEMPORAL: bool = cfg!(target_arch = "x86_64");
 
-/// Sums in flight while reading.
+/// Number of parallel sums while reading.
 const READERS: usize = 8;
 
 /// Defines the loops of a module for vectors of one width.
@@ -204,7 +204,7 @@ loops!(
     |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c)
 );
 
-/// The same loops as the compiler makes them; without stores that pass the caches.
+/// The same loops by the compiler; without stores that bypass the caches.
 #[cfg(not(target_arch = "x86_64"))]
 mod baseline {
     use super::super::buffer::{LANES, Line};
@@ -257,7 +257,7 @@ mod baseline {
     }
 }
 
-/// Calls a loop of the set that is asked for.
+/// Calls the loop for the given set.
 macro_rules! by_set {
     ($set:expr, $name:ident $(::<$past:tt>)?, $($argument:expr),*) => {
         match $set {
@@ -275,12 +275,12 @@ macro_rules! by_set {
     };
 }
 
-/// Sum of `count` lines, each `stride` lines after the one before, read `passes` times.
+/// Sum of `count` lines at a distance of `stride` lines, read `passes` times.
 pub fn read(set: Set, lines: &[Line], stride: usize, count: usize, passes: usize) -> f64 {
     by_set!(set, read, lines, stride, count, passes)
 }
 
-/// Copies lines; past the caches where `past`.
+/// Copies lines; bypasses the caches if `past`.
 pub fn copy(set: Set, past: bool, from: &[Line], to: &mut [Line]) {
     if past {
         by_set!(set, copy::<true>, from, to)
@@ -289,7 +289,7 @@ pub fn copy(set: Set, past: bool, from: &[Line], to: &mut [Line]) {
     }
 }
 
-/// `a = b + factor c`; past the caches where `past`.
+/// `a = b + factor c`; bypasses the caches if `past`.
 pub fn triad(set: Set, past: bool, b: &[Line], c: &[Line], factor: f64, a: &mut [Line]) {
     if past {
         by_set!(set, triad::<true>, b, c, factor, a)
@@ -298,8 +298,8 @@ pub fn triad(set: Set, past: bool, b: &[Line], c: &[Line], factor: f64, a: &mut 
     }
 }
 
-/// Iterates `x ← x/2 + 1` from 0 in as many registers as keep the units busy; gives the smallest
-/// x and the operations done.
+/// Iterates `x ← x/2 + 1` from 0 in enough registers to keep the units busy; returns the smallest
+/// x and the number of operations.
 pub fn multiply_add(set: Set, rounds: usize) -> (f64, usize) {
     by_set!(set, multiply_add, rounds)
 }

@@ -70,7 +70,7 @@ fn static_equilibrium_balances_every_block() {
             let mut out = vec![f64::NAN; 2 * model.modes()];
             let segments = model.segments_at(0, 0.0);
             model.derivative(&segments, start.contact, 0, 0.0, &start.state, &mut out);
-            // Accelerations against the largest single contribution, the mesh force.
+            // Accelerations relative to the largest single contribution, the mesh force.
             let scale = s.rated_force * load.abs();
             for value in out {
                 assert!(value.abs() < 1e-9 * scale, "{value}");
@@ -106,7 +106,7 @@ fn residual_flexibility_softens_the_mesh_in_series() {
     assert!((model.first_cycle().segments[0].stiffness.bound() - 4e8 / 1.04).abs() < 1e-6);
 }
 
-/// Springs side by side are softened as one; those on several lines cannot be.
+/// Parallel springs are softened together; on several lines that is impossible.
 #[test]
 fn springs_of_a_flank_share_the_residual_flexibility() {
     let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
@@ -124,7 +124,7 @@ fn springs_of_a_flank_share_the_residual_flexibility() {
     assert!((first.stiffness.mean() / (2e8 / 1.2) - 1.0).abs() < 1e-14);
     let both = first.stiffness.mean() + second.stiffness.mean();
     assert!((both / (4e8 / 1.4) - 1.0).abs() < 1e-14);
-    // The first bears 400 N when the second joins, and bends the rest by 0.4 µm.
+    // The first carries 400 N when the second comes into contact, and bends the structure by 0.4 µm.
     assert!((second.error_at(0.5)[0] - 3.4e-6).abs() < 1e-18);
     d.further[0][0].load_centre = 5e-3;
     let flexibility = s.residual_flexibility;
@@ -157,8 +157,8 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
     );
 }
 
-/// Under drag the rotation of the whole drive is no neutral pair: it rests wherever it is put, unless a
-/// spring holds it.
+/// Under drag the rotation of the whole drive is not a neutral pair: it stays at any position, unless a
+/// spring restrains it.
 #[test]
 fn a_rotation_under_drag_rests_anywhere() {
     let mesh = [0.52, -0.43, 0.31];
@@ -186,7 +186,7 @@ fn a_rotation_under_drag_rests_anywhere() {
         let [state] = &model.unfelt_displacements()[..] else {
             panic!("one displacement expected under {drag:?}");
         };
-        // Along the line that the mesh does not feel, and at rest there.
+        // Along the line that does not deflect the mesh, and at rest there.
         let [place, speed] = model.basis.modes(state);
         let along: f64 = place.iter().zip(mesh).map(|(q, w)| q * w).sum();
         let size = place[0].hypot(place[1]);
@@ -196,7 +196,7 @@ fn a_rotation_under_drag_rests_anywhere() {
     }
 }
 
-/// What a mode has beside what is displaced a billion times as far is rounding, however fast it would be.
+/// A mode's component next to a displacement a billion times as large is rounding, however fast it would be.
 #[test]
 fn rounding_does_not_move_what_is_at_rest() {
     let model = Model::new(
@@ -227,8 +227,8 @@ fn contacts_recur_together_after_their_base_period() {
     assert_eq!(model.base_cycles(), 12);
 }
 
-/// Critical damping of the mass that two rigid bodies make along the line of action; of all modes
-/// where none is rigid.
+/// Critical damping of the effective mass of two rigid bodies along the line of action; of all modes
+/// if none is rigid.
 #[test]
 fn damping_ratios_are_those_of_the_mass_in_the_mesh() {
     let mesh: [f64; 3] = [0.52, -0.43, 0.31];

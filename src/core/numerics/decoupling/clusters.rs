@@ -1,12 +1,12 @@
-//! Eigenvectors of eigenvalues that coincide, as those of equal planets do.
+//! Eigenvectors of coinciding eigenvalues, such as those of equal planets.
 //!
-//! Back substitution gives such vectors by round-off: they may be nearly parallel although the eigenvalue has as many
+//! Back substitution gives such vectors by round-off: they may be nearly parallel although the eigenvalue has enough
 //! independent ones. Inverse iteration of a whole subspace finds orthonormal ones.
 
 use super::parts::{ALIKE, BESIDE, SCALAR};
 use faer::{Mat, prelude::*};
 
-/// Replaces the vectors, columns of `vectors`, of complex eigenvalues above the real axis that coincide.
+/// Replaces the vectors, columns of `vectors`, of coinciding complex eigenvalues above the real axis.
 pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, smallest: f64) {
     let size = a.norm_l2();
     let mut left: Vec<usize> = (0..values.len())
@@ -28,8 +28,8 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
     }
 }
 
-/// So many eigenvectors of an eigenvalue: any basis of their space where the matrix is a multiple of the identity on it, else
-/// the eigenvectors there.
+/// `count` eigenvectors of an eigenvalue: any basis of their space if the matrix is a multiple of the identity on it,
+/// otherwise the eigenvectors there.
 fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
     let n = a.nrows();
     let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));

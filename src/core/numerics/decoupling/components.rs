@@ -1,9 +1,9 @@
-//! Which modes are coupled, and which rigid motions are free of it?
+//! Which modes are coupled, and which rigid motions are uncoupled?
 
 use super::parts::{DecouplingError, Direction, SVD_ROUND_OFF};
 use faer::Mat;
 
-/// Clears off-diagonal round-off and returns the connected components of what is left.
+/// Clears off-diagonal round-off and returns the connected components of the rest.
 pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<Vec<usize>> {
     let n = coupling[0].nrows();
     let mut label: Vec<usize> = (0..n).collect();
@@ -29,7 +29,7 @@ pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<V
         .collect()
 }
 
-/// Rotates the rigid modes of a component so that directions without coupling stand alone.
+/// Rotates the rigid modes of a component so that directions without coupling are separate.
 ///
 /// First come directions whose rows and columns vanish in both matrices, then those whose columns
 /// vanish in both, then those whose columns vanish in the stiffness only.
@@ -50,7 +50,7 @@ pub(super) fn isolate_rigid(
         (&[(1, false)], Direction::Unsprung),
     ];
     for (sides, found) in stages {
-        // Each matrix is measured in its own round-off, so a singular value of 1 is round-off.
+        // Each matrix is in units of its round-off, so a singular value of 1 is round-off.
         let unit = floor.map(|f| if f > 0.0 { f } else { 1.0 });
         let entry = |c: &[Mat<f64>; 2], row: usize, j: usize| {
             let ((k, by_row), i) = (sides[row / part.len()], part[row % part.len()]);
@@ -66,7 +66,7 @@ pub(super) fn isolate_rigid(
             let failed = |_| DecouplingError::NoConvergence(named(part));
             let svd = stack.thin_svd().map_err(failed)?;
             let values = svd.S().column_vector();
-            // The decomposition itself loses some units in the last place of its largest value.
+            // The decomposition loses some units in the last place of its largest value.
             let round_off = (SVD_ROUND_OFF * values[0]).max(1.0);
             let small = (0..rest.len()).filter(|k| values[*k] <= round_off).count();
             if small > 0 {

@@ -1,4 +1,4 @@
-//! From one component of coupled modes to its blocks.
+//! How does one component of coupled modes become blocks?
 
 use super::components::named;
 use super::improvement::{columns, compensated, improve, standardise};
@@ -7,10 +7,10 @@ use super::planes::plane_bases;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
-/// Frequencies that turn displacements into velocities.
+/// Frequencies that convert displacements to velocities.
 ///
-/// With the modes' own frequencies the squared length of the scaled state is twice the energy, in
-/// which a conservative structure, gyroscopic or not, has orthogonal eigenvectors. Rigid modes take
+/// With the modes' frequencies the squared length of the scaled state is twice the energy. In
+/// this scaling a conservative structure, gyroscopic or not, has orthogonal eigenvectors. Rigid modes take
 /// the rate of their drag, and cross stiffness raises the scale of a mode that it stiffens.
 pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]) -> Vec<f64> {
     let own = |i: usize| frequency[i].max(coupling[1][(i, i)].abs().sqrt());
@@ -32,7 +32,7 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
         let drag = largest(i, true);
         scale.max(if drag > 0.0 { drag } else { largest(i, false) })
     };
-    // A rigid mode that nothing holds has no scale of its own, and any positive one serves.
+    // A rigid mode without any restraint has no scale; any positive one serves.
     part.iter()
         .map(|i| Some(scale(*i)).filter(|s| *s > 0.0).unwrap_or(1.0))
         .collect()
@@ -40,7 +40,7 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
 
 pub(super) type Decomposition = (Vec<Block>, Mat<f64>, (f64, f64));
 
-/// Blocks of one component in the scaled state, the inverse of their columns (two rows for each
+/// Blocks of one component in the scaled state, the inverse of their columns (two rows per
 /// block), and the extreme singular values of the columns.
 pub(super) fn decompose(
     part: &[usize],
@@ -85,18 +85,18 @@ pub(super) fn decompose(
             condition: f64::INFINITY,
         });
     }
-    // Singular values as roots of those of the square: good to a thousandth at the largest ratio that is accepted. A
-    // decomposition of the columns themselves was seen not to converge among equal planets.
+    // Singular values as square roots of those of the square: accurate to a thousandth at the largest accepted ratio. A
+    // decomposition of the columns did not always converge with equal planets.
     let square = t.transpose() * &t;
     let eigen = square
         .self_adjoint_eigen(Side::Lower)
         .map_err(|_| failed())?;
     let singular = |k: usize| eigen.S().column_vector()[k].max(0.0).sqrt();
     let (largest, smallest) = (singular(2 * m - 1), singular(0));
-    // A ratio that is not a number is refused as well.
+    // NaN is rejected too.
     let sound = smallest * CONDITION_BOUND > largest;
     if !sound {
-        // The first eigenvector holds the combination of columns that nearly vanishes.
+        // The first eigenvector is the combination of columns that nearly vanishes.
         let weight = |i: usize| -> f64 {
             let share =
                 |c: usize| eigen.U()[(c, 0)].powi(2) * (t[(i, c)].powi(2) + t[(m + i, c)].powi(2));

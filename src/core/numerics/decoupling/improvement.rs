@@ -1,4 +1,4 @@
-//! Blocks made exact: Newton steps with compensated residuals.
+//! Newton steps with compensated residuals that make blocks exact.
 
 use super::parts::{Block, EQUAL, IMPROVEMENTS};
 use faer::{Mat, prelude::*};
@@ -24,7 +24,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
             compensated(image.chain([0, 1].map(|k| (-block.columns[k][i], block.generator[k][c]))))
         })
     };
-    // Each row counts in proportion to its own size, since a light drag makes small rows.
+    // Each row is weighted by its size, since a light drag makes small rows.
     let weight: Vec<f64> = rows
         .iter()
         .map(|r| r.iter().fold(0.0_f64, |m, e| m.max(e.1.abs())))
@@ -59,7 +59,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
                 target,
                 [exact[2 * j], exact[2 * j + 1]],
             );
-            // Blocks with common eigenvalues may be mixed at will, and are left as they are.
+            // Blocks with common eigenvalues may be mixed arbitrarily, and stay as they are.
             if step.as_flattened().iter().all(|v| v.abs() < 0.5) {
                 for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     x[(2 * i + p, 2 * j + q)] = step[p][q];
@@ -121,7 +121,7 @@ pub(super) fn sylvester(
                 (row, column) = (i, j);
             }
         }
-        // Blocks with common eigenvalues leave combinations free, and these are set to zero.
+        // Blocks with common eigenvalues leave combinations undetermined, which are set to zero.
         if m[row][order[column]].abs() <= EQUAL * m[0][order[0]].abs() {
             rank = k;
             break;

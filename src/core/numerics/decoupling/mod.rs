@@ -3,7 +3,7 @@
 //! In mass-normalised modal coordinates the drive obeys `q'' + D q' + (W² + S) q = f`, with
 //! `W = diag(w)`. Its first-order form is `x' = A x + (0, f)` with `x = (q, v)` and
 //! `A = [[0, I], [-(W² + S), -D]]`. [`decouple`] finds a real `T` with `A T = T B`, where `B` is
-//! block diagonal with one real 2x2 block for each mode.
+//! block diagonal with one real 2x2 block per mode.
 
 mod clusters;
 mod components;
@@ -49,13 +49,13 @@ pub struct Decoupled {
 /// row, 1/s) and `stiffness` holds `S` (`N` by `N`, row by row, 1/s²). Neither matrix needs to be
 /// symmetric.
 ///
-/// Rigid directions that `D` and `S` leave alone from both sides are rotated out first, and each of
-/// them takes the place of a rigid mode. Then the modes are split into the connected components of
+/// Rigid directions without entries in `D` and `S` on both sides are separated by a rotation first, and each
+/// takes the place of a rigid mode. Then the modes are split into the connected components of
 /// the coupling graph. A component of one mode keeps its companion block without arithmetic. In a
-/// larger one, blocks stand in the order of `sqrt(|det B_i|)`, the modulus of their eigenvalues.
+/// larger one, blocks are in the order of `sqrt(|det B_i|)`, the modulus of their eigenvalues.
 ///
 /// # Errors
-/// Refuses wrong lengths, values that are not finite and negative frequencies, and components in
+/// Wrong lengths, values that are not finite, negative frequencies, and components in
 /// which more than two eigenvectors are nearly parallel.
 pub fn decouple(
     frequency: &[f64],
@@ -129,7 +129,7 @@ pub fn decouple(
         }
     }
     if rotation != Mat::<f64>::identity(n, n) {
-        // Only the rows of rotated rigid modes are touched, so that the other modes keep their bits.
+        // Only the rows of rotated rigid modes change, so that the other modes keep their bits.
         for half in [0, n] {
             let (old, old_inverse) = (t.clone(), inverse.clone());
             let turned =

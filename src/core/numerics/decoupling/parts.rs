@@ -1,8 +1,8 @@
-//! What the steps of a decoupling hand to one another, and the bounds they keep.
+//! Common types and tolerances of the steps of a decoupling.
 
-/// Entries below this fraction of the largest entry of their matrix are taken for round-off.
+/// Entries below this fraction of the largest entry of their matrix count as round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-/// Singular values below this fraction of the largest are taken for round-off.
+/// Singular values below this fraction of the largest count as round-off.
 pub(super) const SVD_ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 /// Largest condition number of the scaled change of state that [`super::decouple`] accepts.
 ///
@@ -11,8 +11,8 @@ pub(super) const SVD_ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 pub const CONDITION_BOUND: f64 = 3e6;
 /// Two real eigenvectors whose cosine exceeds this are kept in one block.
 pub(super) const PARALLEL_COSINE: f64 = 0.9;
-/// Above this condition number the real and imaginary part of an eigenvector give way to an
-/// orthonormal basis of the plane they span.
+/// Above this condition number the real and imaginary part of an eigenvector are replaced by an
+/// orthonormal basis of their plane.
 pub(super) const ROTATION_CONDITION: f64 = 100.0;
 /// Above this condition number two eigenvectors no longer determine their common plane.
 pub(super) const PLANE_CONDITION: f64 = 1e5;
@@ -20,7 +20,7 @@ pub(super) const PLANE_CONDITION: f64 = 1e5;
 pub(super) const SPLIT: f64 = 16.0 * f64::EPSILON;
 /// Imaginary parts below this fraction of the matrix norm are too uncertain to scale a block with.
 pub(super) const COMPLEX: f64 = 1e-9;
-/// Differences of eigenvalues below this fraction of their size count as none.
+/// Differences of eigenvalues below this fraction of their size count as zero.
 pub(super) const EQUAL: f64 = 1e-10;
 /// Complex eigenvalues closer than this fraction of the matrix norm are separated together.
 pub(super) const ALIKE: f64 = 1e-11;
@@ -28,22 +28,22 @@ pub(super) const ALIKE: f64 = 1e-11;
 pub(super) const BESIDE: f64 = 1e-9;
 /// Deviation from a multiple of the identity, as a fraction of the matrix norm, that is round-off.
 pub(super) const SCALAR: f64 = 1e-14;
-/// Residual, as a fraction of the matrix norm, above which an eigenvector is found again.
+/// Residual, as a fraction of the matrix norm, above which an eigenvector is computed again.
 pub(super) const POOR: f64 = 1e-10;
 /// Distance of the shift of inverse iteration from its eigenvalue, as a fraction of the matrix norm.
 pub(super) const OFFSET: f64 = 1e-7;
-/// Most steps of iterative improvement.
+/// Largest number of steps of iterative improvement.
 pub(super) const IMPROVEMENTS: usize = 6;
-/// Largest residual, as a fraction of the matrix norm, of blocks that are accepted.
+/// Largest accepted residual of blocks, as a fraction of the matrix norm.
 pub(super) const ACCURACY: f64 = 1e-13;
 
 /// Why the modes cannot be decoupled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DecouplingError {
-    /// The lengths of the arguments do not belong to one number of modes.
+    /// The lengths of the arguments do not belong to the same number of modes.
     #[error("give damping and stiffness as {0} by {0} matrices, one row for each frequency")]
     Size(usize),
-    /// A frequency is negative, or a number is infinite or not a number.
+    /// A frequency is negative, or a number is infinite or NaN.
     #[error("give finite numbers only, and frequencies that are not negative")]
     Value,
     /// An eigenvalue or singular value iteration did not converge.
@@ -61,7 +61,7 @@ pub enum DecouplingError {
     NearlyDefective {
         /// Modes with the largest participation, counted from 1, the largest first.
         modes: Vec<usize>,
-        /// Condition number of the scaled change of state; infinite where it is singular.
+        /// Condition number of the scaled change of state; infinite if it is singular.
         condition: f64,
     },
 }
@@ -71,10 +71,10 @@ fn list(modes: &[usize]) -> String {
     names.join(", ")
 }
 
-/// What is known exactly about a rigid direction `r`, after the rotation that isolates it.
+/// Exact knowledge of a rigid direction `r`, after the rotation that isolates it.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Direction {
-    /// Nothing is known; every elastic mode belongs here.
+    /// None; every elastic mode has this kind.
     General,
     /// `D r = 0` and `S r = 0`: the columns of both its displacement and its velocity are known.
     Free,

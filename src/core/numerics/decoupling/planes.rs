@@ -1,4 +1,4 @@
-//! The invariant planes of a matrix, each by two columns.
+//! The invariant planes of a matrix, each given by two columns.
 
 use super::clusters::separate;
 use super::improvement::{dot, norm, unit_length};
@@ -28,7 +28,7 @@ pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>
     (blocks.len() == kind.len()).then_some(blocks)
 }
 
-/// The columns of a matrix: those of free directions and of unsprung displacements are known, the rest makes the inner
+/// The columns of a matrix: those of free directions and of unsprung displacements are known, the others form the inner
 /// matrix.
 struct Columns<'a> {
     a: &'a Mat<f64>,
@@ -60,7 +60,7 @@ impl<'a> Columns<'a> {
         Mat::from_fn(size, size, |i, j| self.a[(rest[i], rest[j])])
     }
 
-    /// A block for each free direction.
+    /// One block per free direction.
     fn free_blocks(&self) -> Vec<Block> {
         let (a, size) = (self.a, self.a.nrows());
         let m = size / 2;
@@ -78,7 +78,7 @@ impl<'a> Columns<'a> {
             .collect()
     }
 
-    /// Adds a block for each pair of complex eigenvalues of the inner matrix; gives the real ones.
+    /// Adds a block for each pair of complex eigenvalues of the inner matrix; returns the real ones.
     fn complex_blocks(&self, inner: &Mat<f64>, blocks: &mut Vec<Block>) -> Option<Vec<RealPair>> {
         let eigen = inner.eigen().ok()?;
         let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
@@ -119,10 +119,10 @@ impl<'a> Columns<'a> {
         Some(real)
     }
 
-    /// Adds the blocks of the unsprung displacements; gives the real eigenvalues that are left.
+    /// Adds the blocks of the unsprung displacements; returns the remaining real eigenvalues.
     ///
-    /// A zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed, whose eigenvector is nearly
-    /// parallel to the displacement when the drag is light.
+    /// A zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed, whose eigenvector is
+    /// nearly parallel to the displacement if the drag is light.
     fn rigid_blocks(
         &self,
         mut real: Vec<RealPair>,
@@ -169,7 +169,7 @@ impl<'a> Columns<'a> {
     fn partnered(&self, r: &[f64], (value, y): RealPair) -> Block {
         let u = self.feeds(&y);
         let beta = dot(r, &u);
-        // The second column stays off `r`, so no division by a small decay rate takes place.
+        // The second column excludes `r`, so there is no division by a small decay rate.
         let twice = [y.clone(), y];
         let mut second = self.lift_beside(&[], twice, [[value, 0.0], [0.0, value]], true);
         let mut second = std::mem::take(&mut second.columns[1]);
@@ -186,7 +186,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// What a vector of the inner matrix does to the unsprung displacements.
+    /// Image of a vector of the inner matrix in the unsprung displacements.
     fn feeds(&self, y: &[f64]) -> Vec<f64> {
         let feed = |j: &usize| {
             self.rest
@@ -205,14 +205,14 @@ impl<'a> Columns<'a> {
         column
     }
 
-    /// Completes two columns `Y` of the inner matrix by the coordinates whose columns are known.
+    /// Completes two columns `Y` of the inner matrix by the coordinates with known columns.
     ///
     /// With `J` the known columns and `C` the rows of the matrix there, `X B - J X = C Y`.
     fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], rotation: bool) -> Block {
         self.lift_beside(&self.zero, y, b, rotation)
     }
 
-    /// The same with some of the unsprung displacements alone.
+    /// The same with only some of the unsprung displacements.
     fn lift_beside(
         &self,
         zero: &[usize],
@@ -253,7 +253,7 @@ impl<'a> Columns<'a> {
         let generator = if rotation || rest.len() == 2 * m {
             b
         } else {
-            // The longer columns are made orthonormal again, and the block follows them.
+            // The longer columns are orthonormalised again, and the block is recomputed.
             full = orthonormal(full);
             project(a, &full)
         };
@@ -272,7 +272,7 @@ fn condition([re, im]: &[Vec<f64>; 2]) -> f64 {
     ((p + q + spread) / (p + q - spread).max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Pairs of real eigenvalues: nearly parallel eigenvectors share a block, the others are paired by their eigenvalues.
+/// Pairs of real eigenvalues: nearly parallel eigenvectors share a block, the others are paired by eigenvalue.
 fn paired(mut left: Vec<RealPair>) -> Vec<[RealPair; 2]> {
     let mut pairs = Vec::new();
     let mut close: Vec<(f64, usize, usize)> = (0..left.len())
@@ -297,7 +297,7 @@ fn paired(mut left: Vec<RealPair>) -> Vec<[RealPair; 2]> {
     pairs
 }
 
-/// Inverse iteration for an eigenvector that back substitution left inaccurate, which happens among
+/// Inverse iteration for an eigenvector that is inaccurate after back substitution, which happens among
 /// repeated complex eigenvalues.
 pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     let n = a.nrows();
@@ -314,7 +314,7 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     if residual(vector) <= POOR * size * vector.norm_l2() {
         return;
     }
-    // The shift lies off the eigenvalue, so that its own eigenvectors keep their proportions.
+    // The shift is off the eigenvalue, so that its eigenvectors keep their proportions.
     let lu = shifted(value + c64::new(OFFSET * size, 0.0)).partial_piv_lu();
     for _ in 0..3 {
         let next = lu.solve(&*vector);
@@ -322,8 +322,8 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     }
 }
 
-/// Orthonormal basis of the invariant plane near two vectors with the given condition number, where
-/// the trace and determinant on the plane are known.
+/// Orthonormal basis of the invariant plane near two vectors with the given condition number, with
+/// known trace and determinant on the plane.
 pub(super) fn plane(
     a: &Mat<f64>,
     vectors: [Vec<f64>; 2],
@@ -334,7 +334,7 @@ pub(super) fn plane(
     if condition <= PLANE_CONDITION {
         return Some(orthonormal(vectors));
     }
-    // The plane is the null space of `A² - trace A + det`, whatever the Jordan form on it.
+    // The plane is the null space of `A² - trace A + det`, for any Jordan form on it.
     let n = a.nrows();
     let mut quadratic = a * a - a * Scale(trace);
     (0..n).for_each(|i| quadratic[(i, i)] += det);
@@ -351,7 +351,7 @@ pub(super) fn orthonormal([first, second]: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
     [first, second]
 }
 
-/// What is left of a vector outside the span of orthonormal ones, by two passes of Gram and Schmidt.
+/// The part of a vector outside the span of orthonormal ones, by two passes of Gram–Schmidt.
 pub(super) fn outside(vector: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut left = vector.to_vec();
     for b in basis.iter().chain(basis) {

@@ -1,4 +1,4 @@
-//! Blocks against the matrices they come from.
+//! Compares blocks with the matrices they come from.
 
 use super::components::turn_columns;
 use super::*;
@@ -203,7 +203,7 @@ fn rigid_rotations_under_drag() {
         alone.generators,
         [[[0.0, 1.0], [0.0, -0.4]], [[0.0, 1.0], [-25.0, -0.1]]]
     );
-    // Drag on 0.6 a - 0.8 b alone leaves the other combination of the rotations free.
+    // Drag on 0.6 a - 0.8 b alone does not restrain the other combination of the rotations.
     let result = checked(
         &[0.0, 0.0],
         &[0.36, -0.48, -0.48, 0.64],
@@ -246,7 +246,7 @@ fn rigid_rotations_under_drag() {
 
 #[test]
 fn friction_may_push_a_free_direction() {
-    // The elastic modes push the rigid mode and do not feel it.
+    // The elastic modes push the rigid mode, without a reaction.
     let mut s = vec![0.0; 9];
     (s[1], s[2], s[5], s[7]) = (40.0, -30.0, 5.0, 9.0);
     let mut d = vec![0.0; 9];
@@ -255,8 +255,8 @@ fn friction_may_push_a_free_direction() {
     assert_eq!(result.generators[0], [[0.0, 1.0], [0.0, 0.0]]);
 }
 
-/// A mode is measured by its frequency, or by the slowest motion that a coupling k to another gives it: `√k`, or `k/ω`
-/// where the other is faster than that.
+/// The scale of a mode is its frequency, or the slowest motion due to a coupling k to another mode: `√k`, or `k/ω`
+/// if the other one is faster than that.
 #[test]
 fn a_mode_has_the_scale_of_what_couples_it() {
     let zero = square(&[0.0; 4], 2);
@@ -269,7 +269,7 @@ fn a_mode_has_the_scale_of_what_couples_it() {
         let found = scales(&[0, 1], &frequency, &[zero.clone(), coupled.clone()]);
         assert_eq!(found, expected);
     }
-    // What drags it measures a mode that has no frequency, and no other.
+    // Drag is the scale of a mode without frequency, and of no other.
     let dragged = square(&[0.0, 500.0, 500.0, 0.0], 2);
     for (frequency, expected) in [([1.0, 100.0], [1.0, 100.0]), ([0.0, 100.0], [500.0, 100.0])] {
         let found = scales(&[0, 1], &frequency, &[dragged.clone(), zero.clone()]);
@@ -305,7 +305,7 @@ fn clusters_of_more_than_two_are_refused() {
         );
         checked(&w, &[0.0; 9], &s, "near flutter");
     }
-    // A third mode that has almost no part in the flutter is not named.
+    // A third mode with almost no part in the flutter is not named.
     let s = [0.0, 0.05, 1e-7, -0.05, 0.0, 0.0, 1e-7, 0.0, 0.0];
     let flutter = decouple(&[1.0, 1.1_f64.sqrt(), 3.0], &[0.0; 9], &s);
     let Err(DecouplingError::NearlyDefective { modes, .. }) = &flutter else {
@@ -358,8 +358,8 @@ fn a_large_component_with_rigid_modes() {
 fn axisymmetric_structures_with_repeated_eigenvalues() {
     let mut random = Random(99);
     for trial in 0..300 {
-        // Every mode occurs in two planes that isotropic drag and stiffness treat alike, and
-        // each pair is turned, the rigid ones all together.
+        // Every mode occurs in two planes with equal drag and stiffness. Each pair is
+        // rotated, the rigid ones all together.
         let (pairs, rigid) = (2 + trial % 4, 1 + trial % 2);
         let n = 2 * pairs;
         let level = |i: usize| 10.0_f64.powi((i / 2) as i32) * (1.0 + 0.1 * (trial % 10) as f64);
@@ -413,7 +413,7 @@ fn axisymmetric_structures_with_repeated_eigenvalues() {
     }
 }
 
-/// The pushed rigid mode is a free direction at whatever place it stands.
+/// The pushed rigid mode is a free direction at any position.
 #[test]
 fn a_free_direction_stands_anywhere() {
     let w = [0.0, 20.0, 31.0];
@@ -433,7 +433,7 @@ fn a_free_direction_stands_anywhere() {
     }
 }
 
-/// Of three real eigenvectors that are nearly parallel each two, the closest share a block.
+/// If three real eigenvectors are pairwise nearly parallel, the closest two share a block.
 #[test]
 fn three_nearly_parallel_eigenvectors_are_paired_once() {
     for coupling in [5.0, 8.0] {
@@ -445,8 +445,8 @@ fn three_nearly_parallel_eigenvectors_are_paired_once() {
     }
 }
 
-/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry: all but one of each chain's
-/// pairs recur once less than there are planets, and vectors of round-off would be nearly parallel.
+/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry: all but one of each
+/// chain's pairs occur once less than there are planets, and vectors due to round-off would be nearly parallel.
 #[test]
 fn equal_bodies_have_independent_eigenvectors() {
     for planets in [3, 4, 5, 7] {

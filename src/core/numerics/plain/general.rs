@@ -6,15 +6,15 @@ use multiversion::multiversion;
 use num_complex::{Complex64, c64};
 use std::ops::Range;
 
-/// Steps of an iteration for one eigenvalue before it is given up. Among several nearly equal, nearly double
-/// eigenvalues shifts wander until one hits; many such matrices take more than the 300 steps of LAPACK, and
-/// every 180 steps leave a third of them.
+/// Largest number of steps for one eigenvalue. Among several nearly equal, nearly double
+/// eigenvalues shifts wander until one hits. Many such matrices take more than the 300 steps of LAPACK, and
+/// every 180 steps a third of them remain.
 const MOST_STEPS: usize = 3000;
 
-/// Every so many steps for one eigenvalue shifts are exceptional, so that no step repeats the last for ever.
+/// Number of steps for one eigenvalue between exceptional shifts, which keep steps from repeating forever.
 const EXCEPTIONAL: usize = 10;
 
-/// Eigenvalues of a real matrix, in no order; none where the iteration fails or an
+/// Eigenvalues of a real matrix, in no particular order. `None` if the iteration fails or an
 /// entry is not finite.
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
     let n = matrix.nrows();
@@ -73,7 +73,7 @@ fn hessenberg(h: &mut [f64], n: usize) {
     }
 }
 
-/// A dot product in eight sums side by side.
+/// A dot product in eight parallel sums.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
@@ -100,7 +100,7 @@ struct Reflection {
 }
 
 impl Reflection {
-    /// Applied to rows k … k + 2 of columns, and to columns k … k + 2 of rows.
+    /// Applies it to rows k … k + 2 of columns, and to columns k … k + 2 of rows.
     #[inline(always)]
     fn of_three(
         self,
@@ -133,7 +133,7 @@ impl Reflection {
         }
     }
 
-    /// Applied to rows k and k + 1, and to columns.
+    /// Applies it to rows k and k + 1, and to columns.
     fn of_two(self, h: &mut [f64], n: usize, k: usize, columns: Range<usize>, rows: Range<usize>) {
         let Self { q, a, b, .. } = self;
         for column in h[columns.start * n..columns.end * n].chunks_exact_mut(n) {
@@ -151,8 +151,8 @@ impl Reflection {
     }
 }
 
-/// Eigenvalues of a matrix of two rows with x the last diagonal entry, y the other, and w the product of
-/// the two beside them; of real ones the nearer to x last.
+/// Eigenvalues of a 2 × 2 matrix with the last diagonal entry x, the other one y, and the product w of
+/// the off-diagonal entries; of real ones the nearer to x last.
 fn of_two(x: f64, y: f64, w: f64) -> [Complex64; 2] {
     let p = 0.5 * (y - x);
     let q = p * p + w;
@@ -176,7 +176,7 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             norm += h[at(i, j)].abs();
         }
     }
-    // Eigenvalues below `end` are still sought.
+    // Eigenvalues below `end` are still to be found.
     let (mut end, mut steps) = (size, 0);
     while end > 0 {
         let n = end - 1;
@@ -210,7 +210,7 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
         }
         // The shifts are the roots of (x - s) (y - s) = w.
         if steps % EXCEPTIONAL == 0 {
-            // At the upper end and at the lower one by turns.
+            // At the upper end and at the lower one alternately.
             let (at_end, beside) = match steps % (2 * EXCEPTIONAL) {
                 0 => (x, [at(n, n - 1), at(n - 1, n - 2)]),
                 _ => (h[at(l, l)], [at(l + 1, l), at(l + 2, l + 1)]),
@@ -219,7 +219,7 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             x = at_end + 0.75 * s;
             (y, w) = (x, -0.4375 * s * s);
         } else if own[1].im == 0.0 {
-            // Of two real ones the nearer, twice: both would keep nearly double eigenvalues from parting.
+            // Of two real ones use the nearer one twice: both would keep nearly double eigenvalues from separating.
             let nearer = own[1].re;
             (x, y, w) = (nearer, nearer, 0.0);
         }

@@ -3,10 +3,10 @@
 
 use faer::Mat;
 
-/// Steps of an iteration for one eigenvalue before it is given up.
+/// Largest number of steps for one eigenvalue.
 const MOST_STEPS: usize = 60;
 
-/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; none where the
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix. `None` if the
 /// iteration fails.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = matrix.nrows();

@@ -82,7 +82,7 @@ fn roots_beyond_the_limit_are_not_reported() {
 #[test]
 fn a_root_at_the_very_end_is_found_here_or_at_the_next_start() {
     let s = find(|x| 1.0 - x);
-    // Value zero at the end: not yet negative, so the next window starts on the surface.
+    // Zero at the end is not negative yet, so the next window starts on the surface.
     let next = find(|x| -(x + 1.0));
     assert!(s.exit.is_some() || next.exit.is_some_and(|x| x + 1.0 < 1e-14));
 }
@@ -104,7 +104,7 @@ fn every_change_of_sign_is_found_in_order() {
         assert!((x - root).abs() < 1e-14, "{x} {root}");
         assert_eq!(*rises, i % 2 == 1);
     }
-    // Closer than any grid, and none where the series only touches zero.
+    // Closer than any grid, and no change if the series only touches zero.
     let close = changes(|x| (x - 0.3) * (x - 0.3 - 1e-6), &mut None);
     assert_eq!(close.len(), 2);
     assert!(changes(|x| (x - 0.3) * (x - 0.3), &mut None).is_empty());
@@ -113,7 +113,7 @@ fn every_change_of_sign_is_found_in_order() {
 
 #[test]
 fn a_change_on_a_joint_is_found_once() {
-    // Zero at the joint of two windows, up to round-off on either side; and a step over it.
+    // Zero at the joint of two windows, up to round-off on either side; then a step across zero.
     for shift in [0.0, 1e-16, -1e-16, 1e-13] {
         let mut positive = None;
         let left = changes(|x| 0.5 * (x - 1.0) - shift, &mut positive);
@@ -123,7 +123,7 @@ fn a_change_on_a_joint_is_found_once() {
     }
 }
 
-/// What samples say of a root leaves Halley's iteration two steps at most.
+/// The estimate from samples leaves at most two steps to Halley's iteration.
 #[test]
 fn a_smooth_root_takes_two_steps_at_most() {
     for root in [-0.9, -0.3, 0.0, 0.55, 0.98] {

@@ -1,5 +1,5 @@
-//! How the slices of a face support each other: what loads that vary along it make of the teeth and bodies
-//! of a pair, by waves.
+//! How do the slices of a face support each other? Displacements of the teeth and bodies of a pair under loads that
+//! vary along the face, in waves.
 //!
 //! A line load `Σ q_n φ_n(t)` on one pair, t = z/b + ½ the place on a face of width b,
 //!
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]).
-//! What the even load does is that of the plane gears, and none of the other waves' affair: so that a
-//! face loaded evenly is one of independent slices.
+//! The even load gives the displacements of the plane gears and none of the other waves. A face loaded evenly is
+//! therefore one of independent slices.
 
 use super::solid::{SolidGear, waves};
 use crate::gear::{Flanks, MOST_PAIRS, Material, PathOfContact, Tooth};
@@ -18,13 +18,13 @@ use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 use std::sync::OnceLock;
 
-/// Places on the path of contact at which the pair is solved.
+/// Positions on the path of contact at which the pair is solved.
 const NODES: usize = 9;
 
-/// Terms of the series through them: what follows is less than 1e-4 of the first.
+/// Terms of the series through them; the omitted terms are below 1e-4 of the first.
 const TERMS: usize = 7;
 
-/// Compliance of a pair of gears to loads that vary along the face, solved when first asked for.
+/// Compliance of a pair of gears to loads that vary along the face, solved at the first use.
 #[derive(Debug, Clone)]
 pub struct AlongFace {
     teeth: [Tooth; 2],
@@ -37,7 +37,7 @@ pub struct AlongFace {
     solved: OnceLock<Option<Solved>>,
 }
 
-/// It follows from the drawing of the flanks it belongs to.
+/// It follows from the drawing of the flanks that contain it.
 impl PartialEq for AlongFace {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -61,7 +61,7 @@ struct Course {
 }
 
 impl AlongFace {
-    /// Of spur gears, on their common face.
+    /// The compliance of spur gears on their common face.
     pub(in crate::gear) fn of(flanks: &Flanks) -> Self {
         Self {
             teeth: flanks.teeth.clone(),
@@ -75,22 +75,22 @@ impl AlongFace {
         }
     }
 
-    /// How many waves besides the even one are known.
+    /// Number of known waves besides the even one.
     pub fn waves(&self) -> usize {
         let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
         let lowest = height(&self.teeth[0]).min(height(&self.teeth[1]));
         waves(self.face_width / lowest) - 1
     }
 
-    /// `C_nm` of a pair at position s \[m\], held on the path of contact, n and m from 1 on, symmetric
-    /// \[m²/N\]: displacement where the line of force crosses the centre line of either tooth, as that
-    /// of the plane gears. None where the numbers are not finite.
+    /// `C_nm` of a pair at position s \[m\], clamped to the path of contact, n and m from 1 on, symmetric
+    /// \[m²/N\]: displacement where the line of force crosses the centre line of either tooth, as for
+    /// the plane gears. `None` if the numbers are not finite.
     pub fn own(&self, s: f64) -> Option<Mat<f64>> {
         Some(self.solved()?.own.at(s))
     }
 
-    /// What waves of load on the pair `ahead` base pitches further make at the pair at position s, by rows,
-    /// and the other way round by columns \[m²/N\].
+    /// Displacements at position s, by rows, under waves of load on the pair `ahead` base pitches further. By columns
+    /// the same the other way round \[m²/N\].
     pub fn coupling(&self, s: f64, ahead: usize) -> Option<Mat<f64>> {
         Some(self.solved()?.ahead.get(ahead.checked_sub(1)?)?.at(s))
     }
@@ -120,7 +120,7 @@ impl AlongFace {
             let place = |x: &f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
             rule.nodes.iter().map(place).collect()
         };
-        // Where the pair itself stands, then where each that has another ahead does, and the other.
+        // First the positions of the pair itself, then those of every pair with another ahead, and of that other.
         let ranges: Vec<[f64; 2]> = (0..MOST_PAIRS)
             .map(|ahead| [start, (end - ahead as f64 * base_pitch).max(start)])
             .collect();
@@ -148,8 +148,8 @@ impl AlongFace {
             })
             .collect::<Option<_>>()?;
         let modulus = [0, 1].map(|gear| self.materials[gear].young_modulus);
-        // Displacements are taken at the centre line and loads at the flank, which is not the same of either: the
-        // symmetric part is that of both.
+        // Displacements refer to the centre line and loads to the flank, so the matrix is not exactly symmetric. Take
+        // the symmetric part.
         let own = Course::new(&rule, ranges[0], waves - 1, |node| {
             Mat::from_fn(waves - 1, waves - 1, |i, j| {
                 let of = |gear: usize, i: usize, j: usize| {
@@ -163,7 +163,7 @@ impl AlongFace {
                 let first = NODES * (2 * ahead - 1);
                 Course::new(&rule, ranges[ahead], waves - 1, |node| {
                     let (near, far) = (first + node, first + NODES + node);
-                    // Of the wheel the pair behind is the one whose tooth is ahead.
+                    // On the wheel the tooth of the pair behind is ahead.
                     let pinion = gears[0].coupling(ahead, [far, near]);
                     let wheel = gears[1].coupling(ahead, [near, far]);
                     Mat::from_fn(waves - 1, waves - 1, |i, j| {

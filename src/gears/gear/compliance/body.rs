@@ -1,13 +1,13 @@
 //! A whole gear as one elastic body: teeth on a ring.
 //!
-//! Every tooth is a [`Plate`] that stands with its foot on a [`Ring`]. The displacements U of all
-//! feet follow from their tractions q by the ring, `U = R q`, and the tractions from the
-//! displacements by the teeth, `q = g − S U`, g the forces that loads on the flanks put on
-//! held feet: `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth that is not loaded stiffens the ring like any
-//! other. The feet repeat round the gear, so that H is a sum of waves.
+//! Every tooth is a [`Plate`] whose foot stands on a [`Ring`]. The displacements U of all
+//! feet follow from their tractions q by the ring, `U = R q`. The tractions follow from the
+//! displacements by the teeth, `q = g − S U`. Here g are the forces of loads on the flanks on
+//! clamped feet: `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth without load stiffens the ring like any
+//! other. The feet repeat round the gear, so H is a sum of waves.
 //!
-//! A force f then moves the place where it counts by `P f` with the foot held and, with the
-//! foot, by the work of g at U. Between teeth that is symmetric, and positive definite for all
+//! A force f moves its reference point by `P f` with the foot clamped, and by the work of g at U
+//! through the foot. Between teeth this matrix is symmetric, and positive definite for all
 //! of them.
 
 use super::plate::{Plate, Resolution};
@@ -19,7 +19,7 @@ use faer::Mat;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
-/// The resolution taken; see the tests of its convergence.
+/// The resolution in use; see the tests of its convergence.
 const RESOLUTION: Resolution = Resolution {
     across: 12,
     along: 14,
@@ -28,24 +28,24 @@ const RESOLUTION: Resolution = Resolution {
 };
 
 /// Terms of the series in the roll angle. Those of the compliances fall to a thousandth of the
-/// first within eleven; what follows does not fall and is the error of the plate's polynomials,
-/// as fast a wave as the highest of them. Without it a mesh table takes fewer pieces.
+/// first within eleven. Later terms do not fall: they are the error of the plate's polynomials,
+/// waves as fast as the highest of them. Without them a mesh table needs fewer pieces.
 const TERMS: usize = 12;
 
-/// Most terms of a series.
+/// Largest number of terms of a series.
 const MOST_TERMS: usize = 16;
 
-/// Roll angles by which the series are found: enough for the products of the plate's
-/// polynomials not to be taken for slower ones.
+/// Roll angles at which the series are computed: enough that products of the plate's
+/// polynomials do not alias to lower degrees.
 const NODES: usize = 48;
 
-/// Ratio of root to bore radius from which the rim below the teeth is solved as accurately as
-/// thicker ones.
+/// Smallest ratio of root to bore radius at which the rim below the teeth is solved as accurately
+/// as thicker ones.
 pub(in crate::gear) const LEAST_BODY_RATIO: f64 = 1.06;
 
-/// The elastic bodies of both gears, solved when first asked for: who checks a drawing's geometry
-/// needs none. They follow from the drawing, so that all are equal beside equal drawings; none
-/// of a gear whose numbers are not finite.
+/// The elastic bodies of both gears, solved at the first use: checks of a drawing's geometry do not
+/// need them. They follow from the drawing, so bodies of equal drawings are equal. `None`
+/// for a gear whose numbers are not finite.
 #[derive(Debug, Clone, Default)]
 pub(in crate::gear) struct GearBodies(pub(super) OnceLock<[Option<GearBody>; 2]>);
 
@@ -61,19 +61,19 @@ impl PartialEq for GearBodies {
 pub(in crate::gear) struct GearBody {
     /// Roll angles that the series cover.
     range: [f64; 2],
-    /// Legendre series of the tooth on its held foot.
+    /// Legendre series of the tooth with its foot clamped.
     tooth: Vec<f64>,
     /// Legendre series of the body below it.
     foundation: Vec<f64>,
-    /// What a load moves the tooth 1, 2 … further on, in the sense of growing x of the loaded tooth: coefficients of the
-    /// products of both Legendre polynomials, row by row over those of the roll angle ahead.
+    /// Displacement of the tooth 1, 2 … further on by a load, in the sense of growing x of the loaded tooth:
+    /// coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
     neighbours: Vec<Vec<f64>>,
 }
 
 impl GearBody {
-    /// The gear of a tooth, loaded between two roll angles; the ratio is that of root to bore.
-    /// Other teeth are known as far as `neighbours` away. `plane_stress` is the material whose
-    /// plane stress is meant. None where the numbers are not finite.
+    /// The gear of a tooth, loaded between two roll angles; `ratio` is root over bore radius.
+    /// Couplings reach as far as the tooth `neighbours` away. `plane_stress` is the material in
+    /// plane stress. `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -159,9 +159,9 @@ impl GearBody {
         legendre::evaluate(&self.foundation, self.place(roll))
     }
 
-    /// What a load at one roll angle moves the tooth `ahead` ≥ 1 further on, in the sense of
-    /// growing x of the loaded tooth, at another roll angle, and the other way round; none beyond
-    /// the neighbours known.
+    /// Displacement of the tooth `ahead` ≥ 1 further on by a load at one roll angle, in the sense of
+    /// growing x of the loaded tooth, at another roll angle, and the other way round. `None` beyond
+    /// the known neighbours.
     pub fn coupling(&self, roll: f64, ahead: usize, roll_ahead: f64) -> Option<f64> {
         let products = self.neighbours.get(ahead.checked_sub(1)?)?;
         let terms = self.tooth.len();
@@ -177,14 +177,14 @@ impl GearBody {
     }
 }
 
-/// Work of forces at the displacements that others make.
+/// Work of forces at the displacements of other forces.
 fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
     (forces.iter().zip(compliance))
         .map(|(force, row)| force * row.iter().zip(others).map(|(c, o)| c * o).sum::<f64>())
         .sum()
 }
 
-/// The first terms of the Legendre series of what has these values at the nodes of a rule.
+/// The first terms of the Legendre series of a function with these values at the nodes of a rule.
 fn series(
     rule: &GaussLegendre,
     terms: usize,
@@ -203,11 +203,11 @@ fn series(
     series
 }
 
-/// Displacements of a foot by tractions on itself and on feet behind it, as rows.
+/// Displacements of a foot by tractions on itself and on the feet behind it, as rows.
 ///
 /// * `waves`: compliance of the ring for each wave k = 0 … z/2 round the gear;
-/// * `stiffness`: that of a tooth against displacements of its foot;
-/// * `turns`: quarter turns of phase at which each mode of the foot is counted.
+/// * `stiffness`: stiffness of a tooth against displacements of its foot;
+/// * `turns`: phase of each mode of the foot, in quarter turns.
 pub(super) fn feet(
     teeth: u32,
     waves: &[Mat<f64>],
@@ -216,7 +216,7 @@ pub(super) fn feet(
     neighbours: usize,
 ) -> Option<Vec<Vec<Vec<f64>>>> {
     let modes = turns.len();
-    // Modes that the plate joins are an even number of quarter turns apart.
+    // Modes that the plate couples differ by an even number of quarter turns.
     let stiffness = Mat::from_fn(modes, modes, |i, j| {
         let value = stiffness[(i, j)];
         if (turns[i] + 4 - turns[j] % 4) % 4 == 2 { -value } else { value }
@@ -224,7 +224,7 @@ pub(super) fn feet(
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
     for (order, compliance) in waves.iter().enumerate() {
         let joined = joined(compliance, &stiffness)?;
-        // The wave that runs the other way round is its mirror image.
+        // The wave in the opposite direction is its mirror image.
         let alone = order == 0 || 2 * order == teeth as usize;
         let weight = if alone { 1.0 } else { 2.0 } / f64::from(teeth);
         for (distance, sum) in sums.iter_mut().enumerate() {

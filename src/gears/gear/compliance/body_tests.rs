@@ -15,7 +15,7 @@ fn tooth(teeth: u32, shift: f64) -> Tooth {
     Tooth::new(&pair, 0).unwrap()
 }
 
-/// Roll angles of contact: the lowest tenth of an involute is in none.
+/// Roll angles of contact: the lowest tenth of the involute is never in contact.
 fn range(gear: &Tooth) -> [f64; 2] {
     [0.9 * gear.form_roll + 0.1 * gear.tip_roll, gear.tip_roll]
 }
@@ -93,7 +93,7 @@ fn the_resolution_is_enough() {
     }
 }
 
-/// What one tooth does to another the other does to the one.
+/// Reciprocity: teeth act on each other symmetrically.
 #[test]
 fn teeth_give_each_other_alike() {
     let gear = tooth(20, 0.0);
@@ -108,8 +108,8 @@ fn teeth_give_each_other_alike() {
     assert_eq!(body.coupling(low, 0, high), None);
 }
 
-/// Of all teeth loaded alike the bore bears the moment alone: a smaller one twists by
-/// `T² (1/b² − 1/b'²)/(4 π G)` more, T the base radius over the root's.
+/// With all teeth loaded alike the bore carries the moment alone: a smaller one twists by
+/// `T² (1/b² − 1/b'²)/(4 π G)` more, T the base radius divided by that of the root.
 #[test]
 fn all_teeth_together_twist_the_ring() {
     let (gear, teeth) = (tooth(24, 0.0), 24);
@@ -125,8 +125,8 @@ fn all_teeth_together_twist_the_ring() {
     assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
 }
 
-/// Loads on three neighbouring teeth never do negative work, on thin rims either: all eigenvalues of
-/// what the body gives at them are positive. (On a rim of ratio 1.15 the next tooth but one moves
+/// Loads on three neighbouring teeth never do negative work, even on thin rims: all eigenvalues of
+/// their compliance matrix are positive. (On a rim of ratio 1.15 the next tooth but one moves
 /// more than the next.)
 #[test]
 fn bodies_are_stable() {
@@ -147,10 +147,10 @@ fn bodies_are_stable() {
     }
 }
 
-/// Drawings of every kind, from 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
-/// ones, sharp and full roots, rims and discs: all have a compliance. A finer resolution moves it by
-/// less than 3 %, of undercut teeth 6 %, most where flanks are steep and the force near the root crosses the centre line
-/// far below the foot.
+/// Drawings of every kind have a compliance: 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
+/// ones, sharp and full roots, rims and discs. A finer resolution changes it by less than 3 %, with undercut
+/// teeth 6 %. The change is largest if flanks are steep and the force near the root crosses the centre line far
+/// below the foot.
 #[test]
 fn every_drawing_has_a_compliance() {
     let mut state = 1u64;
@@ -201,7 +201,7 @@ fn every_drawing_has_a_compliance() {
         )
         .unwrap();
         let taken = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
-        // The foot of an undercut tooth is thinner than the cells that the coarse one has there.
+        // The foot of an undercut tooth is thinner than the cells of the coarse resolution there.
         let own = usize::from(gear.undercut.is_some());
         worst[own] = [worst[own][0].max(taken[0]), worst[own][1].max(taken[1])];
     }

@@ -1,10 +1,10 @@
-//! How much the flanks flatten where they touch.
+//! How much do the flanks flatten where they touch?
 
 use crate::gear::Material;
 use std::f64::consts::{FRAC_2_PI, PI};
 
 /// Linear compliance per unit width, `2/π Σ (1 − ν²)/E` \[m²/N\]: for one material
-/// `4 (1 − ν²)/(π E)` (Yang & Sun 1985), each body giving its half.
+/// `4 (1 − ν²)/(π E)` (Yang & Sun 1985), half of it from each body.
 pub(super) fn linear(materials: &[Material; 2]) -> f64 {
     FRAC_2_PI * give(materials)
 }
@@ -63,7 +63,7 @@ mod tests {
     fn one_material_gives_the_usual_formula() {
         let usual = PI * 206e9 / (4.0 * (1.0 - 0.09));
         assert!((linear(&[STEEL; 2]) * usual - 1.0).abs() < 1e-15);
-        // A rigid mate leaves half.
+        // With a rigid mate half is left.
         let rigid = Material {
             young_modulus: 1e30,
             ..STEEL
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn the_contact_stiffens_under_load() {
         let at = |load: f64| approach(&[STEEL; 2], 8e-3, [3e-3; 2], load) / load;
-        // Ten times the load, ln(10)/2 less in each body's bracket.
+        // At ten times the load each body's bracket is ln(10)/2 less.
         let drop = FRAC_2_PI * 2.0 * (0.91 / 206e9) * 0.5 * 10f64.ln();
         assert!(((at(1e4) - at(1e5)) / drop - 1.0).abs() < 1e-9);
         assert_eq!(approach(&[STEEL; 2], 8e-3, [3e-3; 2], 0.0), 0.0);

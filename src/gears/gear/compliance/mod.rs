@@ -1,9 +1,9 @@
-//! How much a pair of teeth gives under load, at any point of the path of contact.
+//! How compliant is a pair of teeth under load, at any point of the path of contact?
 //!
-//! A gear is a plane elastic body, its teeth plates on a ring that is held at its bore: what
-//! tooth, body and neighbouring teeth give comes of one solution ([`GearBody`]). Deflection is
-//! that along the line of action where it crosses the tooth's centre line; from there to the
-//! contact the flanks flatten as a half space does (Weber & Banaschek 1953).
+//! A gear is a plane elastic body: its teeth are plates on a ring that is clamped at its bore. One
+//! solution ([`GearBody`]) gives the compliance of tooth, body and neighbouring teeth. The deflection
+//! is that along the line of action where it crosses the tooth's centre line. Between there and the
+//! contact the flanks flatten like a half space (Weber & Banaschek 1953).
 //! Compliances are per unit face width: metres of approach along the line of action for a line
 //! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
 
@@ -22,13 +22,13 @@ pub(super) use body::{GearBodies, LEAST_BODY_RATIO};
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
 ///
-/// Pairs in contact at the same time share the gear bodies, and each gives under the other's
-/// load ([`Flanks::body_coupling`]): of two pairs with forces F₁ and F₂ the first gives
+/// Pairs in contact at the same time share the gear bodies, and the load of one moves the other
+/// ([`Flanks::body_coupling`]). Of two pairs with forces F₁ and F₂ the first yields by
 /// `(tooth + hertz + foundation₁) F₁ + coupling F₂`. That is a spring of compliance
-/// [`Self::own`] a pair, and one of the coupling's that carries `F₁ + F₂`.
+/// [`Self::own`] per pair, and one of the coupling's compliance that carries `F₁ + F₂`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairCompliance {
-    /// Each tooth above its root circle, its foot held.
+    /// Each tooth above its root circle, with its foot clamped.
     pub tooth: [f64; 2],
     /// Flattening of the contact.
     pub hertz: f64,
@@ -42,21 +42,21 @@ impl PairCompliance {
         self.tooth[0] + self.tooth[1] + self.hertz
     }
 
-    /// What the pair does not share with another in contact, given their
+    /// The compliance that the pair does not share with another in contact, from their
     /// [`Flanks::body_coupling`] \[m²/N\].
     pub fn own(&self, coupling: [f64; 2]) -> f64 {
         self.total() - coupling[0] - coupling[1]
     }
 
-    /// All of it in series: a pair alone in contact \[m²/N\].
+    /// All parts in series: a pair alone in contact \[m²/N\].
     pub fn total(&self) -> f64 {
         self.without_bodies() + self.foundation[0] + self.foundation[1]
     }
 }
 
 impl Flanks {
-    /// Compliance of the pair in contact at position s (held on the path of contact), the
-    /// contact linear: `1/k_h = 2/π Σ (1 − ν²)/E` whatever the load.
+    /// Compliance of the pair in contact at position s (clamped to the path of contact), with a linear
+    /// contact: `1/k_h = 2/π Σ (1 − ν²)/E` at any load.
     pub fn compliance(&self, s: f64) -> PairCompliance {
         let rolls = self.roll(s);
         let bodies = self.gear_bodies();
@@ -74,8 +74,8 @@ impl Flanks {
         }
     }
 
-    /// As [`Self::compliance`], with the contact's secant compliance at a line load \[N/m\]
-    /// that is positive (Weber & Banaschek 1953): its approach over the load.
+    /// As [`Self::compliance`], with the contact's secant compliance (its approach over the load) at a
+    /// positive line load \[N/m\] (Weber & Banaschek 1953).
     pub fn compliance_under(&self, s: f64, line_load: f64) -> PairCompliance {
         PairCompliance {
             hertz: self.hertz_approach(s, line_load) / line_load,
@@ -83,13 +83,13 @@ impl Flanks {
         }
     }
 
-    /// Approach of the flanks at position s by their flattening under a line load \[m\]: from
+    /// Approach of the flanks at position s by their flattening under a line load \[m\], from
     /// the contact to the centre line of either tooth.
     pub fn hertz_approach(&self, s: f64, line_load: f64) -> f64 {
         let rolls = self.roll(s);
         let depths = [0, 1].map(|gear| {
             let tooth = &self.teeth[gear];
-            // Of the flank's x over the cosine of the force's angle.
+            // The flank's x over the cosine of the force's angle.
             tooth.base_radius * (rolls[gear] - tooth.force_angle(rolls[gear]).tan())
         });
         hertz::approach(
@@ -100,16 +100,16 @@ impl Flanks {
         )
     }
 
-    /// The tooth of a gear (0 = pinion) above its root circle, its foot held, loaded at position s,
+    /// The tooth of a gear (0 = pinion) above its root circle with its foot clamped, loaded at position s,
     /// per unit width \[m²/N\].
     pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
         let roll = self.roll(s)[gear];
         (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
     }
 
-    /// What the bodies of pinion and wheel give at the pair at position s under a unit line load
+    /// How much the bodies of pinion and wheel yield at the pair at position s under a unit line load
     /// on the pair `ahead` base pitches further along the path, and the other way round, per unit
-    /// width \[m²/N\]; none where the two are not in contact at once.
+    /// width \[m²/N\]. `None` if the two are not in contact at the same time.
     pub fn body_coupling(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
         let path = self.path();
         let further = s + ahead as f64 * path.base_pitch;
@@ -121,7 +121,7 @@ impl Flanks {
         self.coupled(s, ahead)
     }
 
-    /// The same of pairs within reach, which off the path touch with their tips.
+    /// The same for pairs within reach, whose tips touch off the path.
     pub(super) fn coupled(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
         let further = s + ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));

@@ -1,17 +1,17 @@
 //! A tooth above its root circle as an elastic plate, by Ritz's method.
 //!
-//! The plate reaches from the arc of the root circle between the ends of the fillets, the foot, to
+//! The plate reaches from the foot, the arc of the root circle between the ends of the fillets, to
 //! the tip circle. Its displacements are products of Legendre polynomials of ξ = x/w(y) and of the
-//! height y, w the half thickness of a straight taper like the tooth's: the taper does not bound
-//! the plate, whose profile is the true one, but keeps the products from growing alike. They
-//! hold every rigid motion and every uniform strain.
+//! height y, with w the half thickness of a straight taper close to the tooth's. The taper keeps the
+//! products from becoming nearly dependent; the boundary of the plate is the true profile. The
+//! products contain every rigid motion and every uniform strain.
 //!
 //! Tractions of the foot are sums of Legendre polynomials of its angle, radial and tangential. The
-//! fillets end tangent to the root circle, so that the body has no corner there, and the
-//! tractions fall to nothing at the foot's ends: few terms are enough.
+//! fillets end tangent to the root circle, so the body has no corner there and the
+//! tractions vanish at the foot's ends: few terms are enough.
 //!
-//! Lengths are in root radii and stresses in Young's moduli, so that compliances come out times E
-//! per unit width. What is even about the centre line and what is odd is solved apart.
+//! Lengths are in root radii and stresses in Young's moduli, so compliances come out times E
+//! per unit width. Parts even and odd about the centre line are solved separately.
 
 use crate::gear::Tooth;
 use crate::numerics::linalg;
@@ -35,23 +35,23 @@ pub(super) struct Resolution {
 /// steep.
 const LEAST_TAPER: f64 = 0.25;
 
-/// A plate as its foot and its loads see it. Modes of the foot are counted radial first, by
+/// A plate reduced to its foot and its loads. Modes of the foot are numbered radial first, by
 /// degree; the polynomials are orthonormal in the angle.
 pub(super) struct Plate {
-    /// Tractions that the plate puts against displacements of its foot.
+    /// Tractions with which the plate resists displacements of its foot.
     pub stiffness: Mat<f64>,
-    /// Work of a unit force on the flank at displacements of the foot, load by load: the
-    /// forces that it puts on a body that the foot stands on.
+    /// Work of a unit force on the flank at displacements of the foot, by load: the
+    /// forces on the body below the foot.
     pub forces: Vec<Vec<f64>>,
     /// Displacement along the force where its line crosses the centre line, by unit displacements of
-    /// the foot: the forces on it of a unit force there.
+    /// the foot. These are also the forces on the foot of a unit force there.
     pub places: Vec<Vec<f64>>,
-    /// The same displacement by the force on the flank, with the foot held.
+    /// The same displacement by the force on the flank, with the foot clamped.
     pub clamped: Vec<f64>,
 }
 
-/// A unit force on a flank: where it acts, how high its line crosses the tooth's centre line, and its
-/// direction.
+/// A unit force on a flank: its point of action, the height at which its line crosses the tooth's
+/// centre line, and its direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Force {
     pub flank: [f64; 2],
@@ -74,7 +74,7 @@ impl Force {
 
 impl Plate {
     /// The plate of a tooth of that Poisson's ratio (in plane stress), loaded at the roll angles of
-    /// its involute; none where the numbers are not finite.
+    /// its involute. `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         poisson_ratio: f64,
@@ -101,7 +101,7 @@ impl Plate {
         Some(plate)
     }
 
-    /// Adds what is odd or even about the centre line.
+    /// Adds the part that is odd or even about the centre line.
     ///
     /// With K the stiffness, B the work of the foot's modes at the displacements a, f a load and
     /// U the displacements of the foot, `K a = f − Bᵀ q` and `B a = U`. K alone lets the
@@ -123,7 +123,7 @@ impl Plate {
         let lower = linalg::cholesky(&stiffness)?;
         let columns = modes.len();
         let count = forces.len();
-        // L⁻¹ of Bᵀ, of the loads and of the places where their displacement counts.
+        // L⁻¹ of Bᵀ, of the loads and of the points where their displacement is taken.
         let mut solved = Mat::zeros(part.freedoms(), columns + 2 * count);
         for column in 0..columns {
             for row in 0..part.freedoms() {
@@ -180,9 +180,9 @@ pub(super) struct Basis {
     along: usize,
     /// Middle and half of the heights.
     height: [f64; 2],
-    /// Half thickness of the taper in the middle, and what it gains from there to the tip.
+    /// Half thickness of the taper in the middle, and its increase from there to the tip.
     taper: [f64; 2],
-    /// Which way the tooth points: 1 outwards, -1 towards the axis.
+    /// Direction in which the tooth points: 1 outwards, -1 towards the axis.
     sense: f64,
 }
 
@@ -258,15 +258,15 @@ pub(super) fn legendre(x: f64, degree: usize) -> Vec<[f64; 2]> {
     all
 }
 
-/// The displacements that mirror at the centre line (as the radial part of a force makes), or
-/// those that mirror with the opposite sign.
+/// The displacements that are mirror images about the centre line (as of the radial part of a force), or
+/// those with the opposite sign.
 pub(super) struct Part<'a> {
     pub basis: &'a Basis,
     pub symmetric: bool,
 }
 
 impl Part<'_> {
-    /// Degree across the tooth and along it of every displacement along x, then along y.
+    /// Degrees across the tooth and along it, for every displacement along x, then along y.
     pub fn products(&self, component: usize) -> impl Iterator<Item = (usize, usize)> {
         let parity = usize::from(self.symmetric) ^ component;
         let along = self.basis.along;
@@ -279,7 +279,7 @@ impl Part<'_> {
         (self.basis.across + 1) * (self.basis.along + 1)
     }
 
-    /// Which modes of the foot belong here, of `count` in either direction.
+    /// The modes of the foot in this part, of `count` in either direction.
     pub fn modes(&self, count: usize) -> Vec<usize> {
         let parity = usize::from(self.symmetric);
         let radial = (1 - parity..count).step_by(2);
@@ -300,9 +300,9 @@ impl Part<'_> {
             .collect()
     }
 
-    /// The same at a height of the centre line. At a depth below the foot the displacement has
-    /// changed by as much as at that height above it: polynomials would leave it fast, and their
-    /// slope at the foot is not as good as their values.
+    /// The same at a height of the centre line. At a depth below the foot the displacement is extrapolated
+    /// by its change up to the same height above the foot. Polynomials diverge fast below the foot, and
+    /// their slope there is less accurate than their values.
     pub fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
         let depth = 1.0 - height;
         if self.basis.sense * depth <= 0.0 {
@@ -369,7 +369,7 @@ impl Part<'_> {
                     None => (mode, &radial),
                     Some(degree) => (degree, &tangential),
                 };
-                // 1/√ of the mode's square over the arc, times the arc's length by the place.
+                // 1/√ of the mode's square over the arc, times the derivative of the arc's length by the position.
                 let scale = weight * ((degree as f64 + 0.5) * half_angle).sqrt();
                 for (column, moved) in moved.iter().enumerate() {
                     foot[(row, column)] += scale * polynomials[degree][0] * moved;
@@ -380,7 +380,7 @@ impl Part<'_> {
     }
 }
 
-/// Nodes and weights of half the plate, counted twice: of fillet and involute in the parameter of
+/// Nodes and weights of half the plate, with double weight: of fillet and involute in the parameter of
 /// the curve, and across in the angle about the gear's axis.
 pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius.abs();

@@ -25,8 +25,8 @@ fn usual(teeth: u32) -> Tooth {
     tooth(teeth, 20f64.to_radians(), BasicRack::default())
 }
 
-/// A motion of the foot in its modes, its radial and tangential part given by sine and cosine of
-/// the angle.
+/// A motion of the foot in its modes; `motion` gives its radial and tangential part from sine and
+/// cosine of the angle.
 fn modes_of(half_angle: f64, motion: impl Fn(f64, f64) -> [f64; 2]) -> Vec<f64> {
     let count = RESOLUTION.foot;
     let rule = GaussLegendre::new(24);
@@ -100,9 +100,9 @@ fn cantilever(gear: &Tooth, roll: f64, poisson_ratio: f64) -> f64 {
     sum
 }
 
-/// A tooth becomes the beam that the potential-energy method takes it for as it becomes slender: a
-/// rack's of nearly parallel flanks, 2.2 to 5 modules high and 1.6 thick. It stays a little
-/// stiffer, since its foot does not warp, by the same part of its thickness whatever its
+/// A slender tooth approaches the beam of the potential-energy method: a rack tooth with nearly
+/// parallel flanks, 2.2 to 5 modules high and 1.6 thick. It stays a little
+/// stiffer since its foot does not warp, by the same part of its thickness at any
 /// height: by 6.9, 3.8 and 2.4 %.
 #[test]
 fn a_slender_tooth_is_a_cantilever() {
@@ -123,14 +123,14 @@ fn a_slender_tooth_is_a_cantilever() {
     let heights = [2.2, 3.5, 5.0];
     let found = heights.map(excess);
     assert!(found.iter().all(|excess| *excess < 0.0), "{found:?}");
-    // In parts of the height, and of thickness: 3 %.
+    // As parts of the height; 3 % of the thickness.
     for (excess, height) in found.iter().zip(heights) {
         let shorter = -excess * height / 3.0 / FRAC_PI_2;
         assert!((0.02..0.04).contains(&shorter), "{shorter}");
     }
 }
 
-/// The profile bounds the plate: its area by the nodes is that between the curves.
+/// The profile bounds the plate: the area by the nodes equals that between the curves.
 #[test]
 fn nodes_fill_the_plate() {
     let gear = usual(20);

@@ -1,12 +1,12 @@
-//! The gear body as an elastic ring, held at its bore and loaded on arcs of its root circle: the
-//! feet of its teeth. The ring of inner teeth is loaded on its inside and held at its outer diameter.
+//! The gear body as an elastic ring, clamped at its bore and loaded on arcs of its root circle, the
+//! feet of its teeth. The ring of inner teeth is loaded on its inside and clamped at its outer diameter.
 //!
 //! Each harmonic of the stress gives displacements in closed form (Michell's solution; Barber,
-//! Elasticity, 3rd ed., table 9.1, plane stress). Feet whose tractions are alike but for a turn of
-//! phase by `2π k/z` from tooth to tooth load the harmonics n = k, k ± z, k ± 2z … alone, so that
-//! all teeth together fall apart into waves, each as small as one tooth.
+//! Elasticity, 3rd ed., table 9.1, plane stress). If the tractions of the feet differ only by a
+//! phase of `2π k/z` from tooth to tooth, they load only the harmonics n = k, k ± z, k ± 2z …. The
+//! problem of all teeth therefore separates into waves, each as small as that of one tooth.
 //!
-//! Lengths are in root radii and stresses in Young's moduli here, so that every compliance
+//! Lengths are in root radii and stresses in Young's moduli here, so every compliance
 //! comes out times E per unit width.
 
 use crate::numerics::bessel::{LANES, ORDERS, spherical_bessel};
@@ -14,11 +14,11 @@ use crate::numerics::linalg;
 use faer::Mat;
 use std::f64::consts::PI;
 
-/// A bore that changes the compliance of a harmonic by less than this part is not felt.
+/// A bore is negligible for a harmonic if it changes the compliance by less than this part.
 const UNFELT: f64 = 1e-17;
 
-/// Quarter turns of phase at which a mode of a foot is counted, of `count` radial modes followed
-/// by as many tangential ones: with them the compliance of a wave is real.
+/// Phase of a mode of a foot in quarter turns, of `count` radial modes followed
+/// by as many tangential ones. With these phases the compliance of a wave is real.
 pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     match mode.checked_sub(count) {
         None => mode,
@@ -26,12 +26,12 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     }
 }
 
-/// A wave k of 0 … z/2 that a harmonic is an alias of, the transforms of the foot's polynomials there, and the sense
-/// in which it runs round.
+/// A wave k of 0 … z/2 that a harmonic is an alias of, the transforms of the foot's polynomials there, and its
+/// direction of rotation.
 pub(super) type Alias = (usize, Vec<f64>, f64);
 
-/// Hands over the harmonics up to `most` over the half angle \[rad\] of z feet, each of `foot` polynomials, with the
-/// waves that they are aliases of, until one has no answer.
+/// Passes to `each` the harmonics up to `most` over the half angle \[rad\] of z feet, each of `foot` polynomials, with
+/// the waves that they are aliases of, until one has no solution.
 pub(super) fn harmonics(
     teeth: u32,
     half_angle: f64,
@@ -61,7 +61,7 @@ pub(super) fn harmonics(
                 let sign = if m.is_multiple_of(2) { 1.0 } else { sense };
                 sign * (scales[m] * bessel[m][lane])
             };
-            // Also the harmonic that runs the other way round.
+            // Also the harmonic that runs in the opposite direction.
             let wave = order % teeth;
             let aliases: Vec<Alias> = [(wave, 1.0), ((teeth - wave) % teeth, -1.0)]
                 .into_iter()
@@ -78,7 +78,7 @@ pub(super) fn harmonics(
 }
 
 /// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z
-/// feet of a half angle \[rad\], each `foot` polynomials in either direction; with harmonics up
+/// feet of a half angle \[rad\], each with `foot` polynomials in either direction; with harmonics up
 /// to `most` over the half angle.
 pub(super) fn waves(
     teeth: u32,
@@ -113,10 +113,10 @@ pub(super) fn waves(
     waves
 }
 
-/// An elastic ring of Young's modulus 1, loaded at the radius 1 of its roots: from outside and held at its bore, or from
-/// inside and held at its outer diameter.
+/// An elastic ring of Young's modulus 1, loaded at its root radius 1: from outside and clamped at its bore, or from
+/// inside and clamped at its outer diameter.
 pub(super) struct Ring {
-    /// Radius where it is held: below 1, or above.
+    /// Radius at which it is clamped: below 1, or above.
     held: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
@@ -129,7 +129,7 @@ pub(super) struct Ring {
 type Basis = [f64; 4];
 
 impl Ring {
-    /// The ring of a ratio of root radius to that where it is held; below 1 of inner teeth.
+    /// The ring of a ratio of root radius to clamped radius; below 1 for inner teeth.
     pub fn new(ratio: f64, poisson_ratio: f64) -> Self {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);
@@ -159,7 +159,7 @@ impl Ring {
         let n = order as f64;
         let side = if self.held < 1.0 { 1.0 } else { -1.0 };
         if side * 2.0 * n * self.held.ln() + 2.0 * n.ln() < UNFELT.ln() {
-            // Of a disc without a bore, or of a hole in a plate without an end, whose order counts as negative.
+            // A disc without a bore, or a hole in an infinite plate, whose order counts as negative.
             let (first, second) = (1.0 / (n - side), self.kolosov / (n + side));
             let like = 0.25 / self.shear * (second + first);
             let cross = side * 0.25 / self.shear * (second - first);
@@ -167,7 +167,7 @@ impl Ring {
         }
         let held = self.basis(order, self.held);
         let loaded = self.basis(order, 1.0);
-        // Columns: held; tractions at the root circle by Hooke's law.
+        // Each column: displacements where clamped, then tractions at the root circle by Hooke's law.
         let columns: [[f64; 4]; 4] = std::array::from_fn(|j| {
             let [u, v, du, dv] = loaded[j];
             [
@@ -186,7 +186,7 @@ impl Ring {
         [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
     }
 
-    /// The four displacement fields of a harmonic, scaled where they are largest.
+    /// The four displacement fields of a harmonic, scaled at the radius where they are largest.
     fn basis(&self, order: u64, r: f64) -> [Basis; 4] {
         let (k, n) = (self.kolosov, order as f64);
         let (inside, outside) = (self.held.min(1.0), self.held.max(1.0));

@@ -2,14 +2,14 @@ use super::*;
 
 const NU: f64 = 0.3;
 
-/// Displacement of one foot alone in a mode, by a unit traction in it: one foot a turn is one wave.
+/// Displacement of a single foot in a mode, by a unit traction in it: one foot per turn is one wave.
 fn alone(half_angle: f64, ratio: f64, most: f64) -> Mat<f64> {
     let ring = Ring::new(ratio, NU);
     waves(1, half_angle, &ring, 8, most).swap_remove(0)
 }
 
-/// A foot that is short against the radius stands on a half plane: a moment by a stress that is
-/// linear turns it by 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
+/// A foot that is short compared with the radius stands on a half plane: a moment by a linear
+/// stress turns it by 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
 #[test]
 fn a_short_foot_turns_as_on_a_half_plane() {
     let turn = |half_angle: f64| {
@@ -22,8 +22,8 @@ fn a_short_foot_turns_as_on_a_half_plane() {
     assert!(narrow.abs() < wide.abs(), "{narrow} {wide}");
 }
 
-/// A bore far below is not felt by harmonics that die out above it: the disc's closed form is the
-/// ring's own where it takes over.
+/// A bore far below does not affect harmonics that decay above it: the closed form of the disc equals
+/// that of the ring where it takes over.
 #[test]
 fn a_high_harmonic_is_that_of_a_disc() {
     // At order 13 the ratio 4 leaves 169/4²⁶, 4e-14, at order 20 nothing.
@@ -39,14 +39,14 @@ fn a_high_harmonic_is_that_of_a_disc() {
             );
         }
     }
-    // Far out those of a half plane: 2/n, and (1 − ν)/n across.
+    // At high orders those of a half plane: 2/n, and (1 − ν)/n across.
     let [[like, cross], _] = ring.harmonic(1_000_000);
     assert!((like * 1e6 / 2.0 - 1.0).abs() < 1e-5, "{like}");
     assert!((cross * 1e6 / (1.0 - NU) - 1.0).abs() < 1e-5, "{cross}");
 }
 
-/// A thick ring that is loaded from inside is a hole in a plate without an end: breathing and twist by `(1 + ν)/E` (Lamé),
-/// high harmonics in closed form, and far out those of a half plane seen from the other side.
+/// A thick ring loaded from inside is a hole in an infinite plate: breathing and twist by `(1 + ν)/E` (Lamé),
+/// high harmonics in closed form, and at very high orders those of a half plane seen from the other side.
 #[test]
 fn a_thick_ring_is_a_hole_in_a_plate() {
     let plate = Ring::new(1e-9, NU);
@@ -91,7 +91,7 @@ fn the_ring_is_the_one_of_the_published_fit() {
     }
 }
 
-/// What waves sum to does not depend on how many they are: a foot alone is the mean of all.
+/// The sum of the waves does not depend on their number: a single foot is the mean of all.
 #[test]
 fn waves_sum_to_one_foot() {
     let (teeth, half_angle) = (9, 0.2);
@@ -100,7 +100,7 @@ fn waves_sum_to_one_foot() {
     let one = alone(half_angle, 2.0, 100.0);
     for i in 0..16 {
         for j in 0..16 {
-            // Waves that run the other way round are mirror images: modes an odd number of quarter
+            // Waves in opposite directions are mirror images: modes an odd number of quarter
             // turns apart cancel.
             let even = (quarter_turns(i, 8) + quarter_turns(j, 8)).is_multiple_of(2);
             let sum: f64 = (all.iter().enumerate())

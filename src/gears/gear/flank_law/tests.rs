@@ -2,7 +2,7 @@
 use super::*;
 use crate::gear::{ToothForm, fixtures};
 
-/// A law that says only what it must.
+/// A law with the required methods only.
 struct Bare;
 
 impl FlankLaw for Bare {
@@ -28,7 +28,7 @@ impl FlankLaw for Bare {
     }
 }
 
-/// What a law leaves unsaid: a spur pair on a path without more, bodies of their own, no lead, a linear contact.
+/// The default methods describe a spur pair on a plain path, with separate bodies, no lead and a linear contact.
 #[test]
 fn a_law_that_says_no_more_is_the_plainest() {
     let law = Bare;
@@ -58,7 +58,7 @@ fn drawn(helix_angle: f64) -> Flanks {
     Flanks::new(&pair).unwrap()
 }
 
-/// All that two laws say apart from the contact and how slices support each other.
+/// Compares everything except the contact and how slices support each other.
 fn assert_alike(one: &impl FlankLaw, other: &impl FlankLaw) {
     assert_eq!(one.path(), other.path());
     assert_eq!(one.reach(), other.reach());
@@ -88,7 +88,7 @@ fn a_law_taken_by_secant_or_slice_keeps_the_rest() {
         assert_alike(&slices, &law);
         assert!(slices.along_face().is_none());
         for s in [-2e-3, 3e-3] {
-            // At its load the secant has the approach of the law, and goes with the load from there.
+            // At its load the secant has the approach of the law; elsewhere it is proportional to the load.
             let [approach, _] = FlankLaw::contact(&law, s, line_load);
             let [found, slope] = secant.contact(s, line_load);
             assert!((found / approach - 1.0).abs() < 1e-14);
@@ -102,7 +102,7 @@ fn a_law_taken_by_secant_or_slice_keeps_the_rest() {
     }
 }
 
-/// The tangent of the contact is the derivative of its approach, and stiffens with the load.
+/// The tangent of the contact is the derivative of its approach, and becomes stiffer with the load.
 #[test]
 fn the_contact_has_its_own_tangent() {
     for law in [drawn(0.0), drawn(0.3)] {
@@ -123,7 +123,8 @@ fn the_contact_has_its_own_tangent() {
     }
 }
 
-/// Line loads and approaches of helical teeth are those of the pair in the normal section, `1/cos β_b` as long.
+/// Line loads and approaches of helical teeth are those of the pair in the normal section, with approaches times
+/// `1/cos β_b`.
 #[test]
 fn helical_teeth_yield_as_those_of_their_normal_section() {
     let law = drawn(0.3);
@@ -146,8 +147,8 @@ fn helical_teeth_yield_as_those_of_their_normal_section() {
     }
 }
 
-/// Radii of curvature in the normal section are those of the transverse one over cos β_b, at profile shifts and centre
-/// distances of any sum.
+/// Radii of curvature in the normal section are those of the transverse one over cos β_b, for any sum of profile
+/// shifts and any centre distance.
 #[test]
 fn flanks_are_curved_in_their_normal_section_as_euler_says() {
     for shift in [[0.0, 0.0], [0.5, 0.5], [0.1, -0.3]] {

@@ -1,18 +1,18 @@
-//! Where the flanks themselves cut the mesh cycle: between the cuts they change smoothly with the
-//! mesh phase. What a load makes of them cuts it further ([`super::pieces`]).
+//! Where do the flanks cut the mesh cycle? Between these cuts they change smoothly with the
+//! mesh phase. Loads cut it further ([`super::pieces`]).
 
 use super::error::MeshTableError;
 use crate::gear::FlankLaw;
 
-/// Cuts closer than this, in cycles, are one: only rounding keeps them apart.
+/// Cuts closer than this, in cycles, coincide: only rounding separates them.
 pub(super) const SAME: f64 = 1e-9;
 
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
-/// The cycle is cut where a pair comes within reach or leaves it, where one passes the
-/// pitch point and where one passes a kink of the law; on a helical face of the given width \[m\] where
-/// either end of its line of contact does. Stretches between the cuts are divided
-/// equally, into as few pieces as make none longer than `longest`.
+/// The cycle is cut where a pair comes within reach or leaves it, where a pair passes the
+/// pitch point and where one passes a kink of the law. On a helical face of the given width \[m\] these are the
+/// phases of both ends of its line of contact. Stretches between the cuts are divided
+/// equally, into the smallest number of pieces not longer than `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.
@@ -45,13 +45,13 @@ pub(in crate::gear) fn breaks(
         .chain([0.0, 1.0])
         .collect();
     cuts.sort_by(f64::total_cmp);
-    // The ends stay what they are: what is within rounding of them goes.
+    // The ends 0 and 1 stay: drop cuts within rounding of them.
     cuts.retain(|&cut| cut == 0.0 || cut == 1.0 || (cut > SAME && cut < 1.0 - SAME));
     cuts.dedup_by(|later, earlier| *later - *earlier < SAME);
     let mut breaks = vec![0.0];
     for stretch in cuts.windows(2) {
         let [from, to] = [stretch[0], stretch[1]];
-        // A length that is a multiple of the longest but for rounding is that multiple.
+        // A length that is a multiple of the longest up to rounding counts as that multiple.
         let parts = ((to - from) / longest - SAME).ceil().max(1.0);
         for part in 1..parts as usize {
             breaks.push(from + (to - from) * part as f64 / parts);

@@ -1,4 +1,4 @@
-//! Fills a mesh table: one stretch of the cycle is one piece of parallel work.
+//! Fills a mesh table: one stretch of the cycle is one parallel task.
 
 use super::breaks::breaks;
 use super::law::{Cell, MeshLaw};
@@ -9,15 +9,15 @@ use crate::numerics::legendre::transforms8;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What rounding leaves of eight nodes' polynomials.
+/// Rounding error of polynomials through eight nodes.
 const FINEST: f64 = 1e-12;
 
 impl MeshTable {
-    /// Computes the table of a law, on the threads of the current rayon pool; the bits do not
-    /// depend on them.
+    /// Computes the table of a law, on the threads of the current rayon pool. The bits do not
+    /// depend on the threads.
     ///
-    /// * `progress(done, all)`: called after each of all stretches of the cycle between the
-    ///   places that the flanks themselves cut, from any thread.
+    /// * `progress(done, all)`: called after each stretch of the cycle between the cuts of the
+    ///   flanks, from any thread.
     ///
     /// # Errors
     /// Inputs outside their ranges, a path shorter than a base pitch, a law that gives
@@ -55,7 +55,7 @@ impl MeshTable {
                 pieces
             })
             .collect();
-        // The first stretch that failed, whichever thread came first.
+        // The first stretch that failed, in order of phase, not of time.
         let cut: Vec<Vec<Piece>> = cut.into_iter().collect::<Result<_, _>>()?;
         let pieces = || cut.iter().flatten();
         let breaks = [0.0]
@@ -146,7 +146,7 @@ mod tests {
     use crate::gear::{Flanks, ToothForm, fixtures};
     use std::sync::Mutex;
 
-    /// Progress is told after each stretch, all of them counted, whichever thread was first.
+    /// Progress counts every stretch once, in any order of the threads.
     #[test]
     fn progress_counts_to_the_end() {
         let form = ToothForm {
@@ -168,7 +168,7 @@ mod tests {
         let mut told = told.into_inner().unwrap();
         told.sort_unstable();
         assert_eq!(told, (1..=all).map(|done| (done, all)).collect::<Vec<_>>());
-        // A stretch is a piece or more.
+        // Each stretch has at least one piece.
         assert!(table.unwrap().breaks.len() > all);
     }
 }

@@ -1,18 +1,18 @@
 //! Joins the pieces of a mesh table to a course of few pieces, within an accuracy.
 //!
-//! A window of propagation ends with a piece, so that pieces cost time. Two neighbours become one piece if a polynomial
-//! follows the stiffness and the tangent error of both, and if means are accurate enough for load centroid and friction.
-//! The measure is a relative error times the length of the piece in cycles.
+//! A window of propagation ends with a piece, so pieces cost time. Two neighbours become one piece if a polynomial
+//! follows the stiffness and the tangent error of both, and if means suffice for load centroid and friction.
+//! The error measure is a relative error times the length of the piece in cycles.
 
 use super::NODES;
 use super::cycle::{MeshTableCycle, MeshTablePiece};
 use super::pieces::{BEHIND, CARRIED_ON};
 use crate::numerics::legendre::{evaluate, transforms8};
 
-/// Places per piece of the table at which a course is compared with it, ends included.
+/// Phases per piece of the table at which a course is compared with it, ends included.
 const CHECKS: usize = 9;
 
-/// No window of propagation is longer \[cycles\].
+/// Upper limit of the length of windows of propagation \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
 /// Required accuracy of a course.
@@ -20,10 +20,10 @@ const LONGEST_WINDOW: f64 = 0.25;
 pub struct CourseAccuracy {
     /// Largest error of stiffness (relative) and of tangent error (in deflections) times the length of a piece.
     pub stiffness: f64,
-    /// Largest departure from the means of a piece, times its length: of friction direction times `friction`, of its
-    /// lever times that and in base radii, of the load centroid in face widths.
+    /// Largest deviation from the means of a piece, times its length. Friction direction counts times `friction`, its
+    /// lever times `friction` and in base radii, the load centroid in face widths.
     pub turning: f64,
-    /// Pieces of at most this length \[cycles\] have means whatever they depart by.
+    /// Pieces of at most this length \[cycles\] have means at any deviation.
     pub shortest: f64,
     /// Coefficient of friction.
     pub friction: f64,
@@ -40,17 +40,17 @@ pub struct MeshCourse {
     pub pieces: Vec<MeshTablePiece>,
     /// Largest error of stiffness and tangent error, as in [`CourseAccuracy::stiffness`].
     pub stiffness_error: f64,
-    /// Largest departure from the means, as in [`CourseAccuracy::turning`].
+    /// Largest deviation from the means, as in [`CourseAccuracy::turning`].
     pub turning_error: f64,
 }
 
-/// A piece with how far it is off, as in [`MeshCourse`].
+/// A piece with its errors, as in [`MeshCourse`].
 struct Fitted {
     piece: MeshTablePiece,
     errors: [f64; 2],
 }
 
-/// Values of the table at a place: stiffness, tangent error, load centroid, friction direction and lever.
+/// Values of the table at a phase: stiffness, tangent error, load centroid, friction direction and lever.
 struct Sample {
     phase: f64,
     values: [f64; 5],
@@ -60,12 +60,12 @@ struct Sample {
 struct Exact<'a> {
     cycle: &'a MeshTableCycle,
     accuracy: CourseAccuracy,
-    /// Piece by piece the series of what a [`Sample`] has.
+    /// The series of the values of a [`Sample`], piece by piece.
     series: Vec<[[f64; NODES]; 5]>,
 }
 
 impl MeshTableCycle {
-    /// The course of fewest pieces that joining neighbours from phase 0 on leads to.
+    /// The course that joins as many neighbours as possible, from phase 0 on.
     pub fn course(&self, accuracy: CourseAccuracy) -> MeshCourse {
         let exact = Exact::new(self, accuracy);
         let ends = exact.ends();
@@ -115,7 +115,7 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Ends of the table's pieces and of equal parts of theirs, none longer than the shortest that a course is cut to.
+    /// Ends of the table's pieces and of their equal parts, none longer than the shortest piece of a course.
     fn ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0];
         for own in self.cycle.breaks.windows(2) {
@@ -129,14 +129,14 @@ impl<'a> Exact<'a> {
         ends
     }
 
-    /// A part of one piece of the table, the same polynomials.
+    /// A part of one piece of the table, with the same polynomials.
     fn part(&self, ends: [f64; 2]) -> Fitted {
         let samples = self.samples(ends);
         let [stiffness, tangent_error] = [0, 1].map(|quantity| self.through(ends, quantity));
         self.fitted(ends, &samples, [stiffness, tangent_error], 0.0)
     }
 
-    /// One piece between two phases, where it is close enough to the table.
+    /// One piece between two phases, if it is close enough to the table.
     fn joined(&self, ends: [f64; 2]) -> Option<Fitted> {
         let length = ends[1] - ends[0];
         let samples = self.samples(ends);
@@ -183,8 +183,8 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// The polynomial of most terms about a quantity between two phases that stays within an error and can be
-    /// carried on behind its end as far as windows run, with its error.
+    /// The polynomial of most terms of a quantity between two phases that stays within the accuracy and can be
+    /// extrapolated beyond its end as far as windows extend, with its error.
     fn follows(
         &self,
         ends: [f64; 2],
@@ -200,7 +200,7 @@ impl<'a> Exact<'a> {
         (2..=NODES).rev().find_map(|terms| {
             let mut series = [0.0; NODES];
             series[..terms].copy_from_slice(&full[..terms]);
-            // At its ends it is the table, so that nothing steps where pieces meet.
+            // At its ends it equals the table, so that there are no steps between pieces.
             let [before, behind] = [(first, -1.0), (last, 1.0)]
                 .map(|(sample, x)| sample.values[quantity] - evaluate(&series, x));
             series[0] += 0.5 * (before + behind);
@@ -232,7 +232,7 @@ impl<'a> Exact<'a> {
         transforms8().interpolate(&values)
     }
 
-    /// The table at places between two phases, those of each of its pieces by its own polynomials.
+    /// The table at phases between two others, each from the polynomials of its piece.
     fn samples(&self, [from, to]: [f64; 2]) -> Vec<Sample> {
         let breaks = &self.cycle.breaks;
         let first = breaks.partition_point(|end| *end <= from).max(1) - 1;

@@ -1,4 +1,4 @@
-//! One cycle of a mesh table and what follows from it: means, segments, extremes, harmonics.
+//! One cycle of a mesh table and its derived quantities: means, segments, extremes, harmonics.
 
 use super::NODES;
 use crate::gear::sharing::MOST_PAIRS;
@@ -7,7 +7,7 @@ use crate::numerics::quadrature::GaussLegendre;
 use crate::numerics::roots::sign_changes;
 use std::f64::consts::TAU;
 
-/// A tangent error below this part of the transmission error is round-off of flanks without any.
+/// A tangent error below this part of the transmission error is round-off of flanks without error.
 const NO_ERROR: f64 = 1e-12;
 
 /// The mesh cycle at one misalignment and torque. Values are `[piece][node]`.
@@ -29,13 +29,13 @@ pub struct MeshTableCycle {
     pub friction_lever: Vec<[f64; NODES]>,
     /// Loaded part of the lines of contact.
     pub contact_fraction: Vec<[f64; NODES]>,
-    /// Pairs of teeth that bear load.
+    /// Pairs of teeth that carry load.
     pub loaded_pairs: Vec<[f64; NODES]>,
     /// `[pair][piece][node]`: share of each pair in the load.
     pub share: [Vec<[f64; NODES]>; MOST_PAIRS],
 }
 
-/// A piece of the cycle for a run: a polynomial stiffness, all else constant.
+/// A piece of the cycle for a run: polynomial stiffness and tangent error, the rest constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshTablePiece {
     /// Mesh phase at its start.
@@ -98,7 +98,7 @@ impl MeshTableCycle {
         evaluate(&series(&values[piece]), x)
     }
 
-    /// This cycle with a stiffness in proportion to its own and another mean \[N/m\]: a linear law that still passes
+    /// This cycle with its stiffness scaled to another mean \[N/m\]: a linear law that still passes
     /// through the transmission error.
     pub fn with_mean_stiffness(mut self, mean: f64) -> Self {
         let factor = mean / self.mean_stiffness();
@@ -118,7 +118,7 @@ impl MeshTableCycle {
         self.mean(&self.centre)
     }
 
-    /// Mean number of pairs of teeth that bear load, wherever on the face: the contact ratio under load.
+    /// Mean number of pairs of teeth that carry load anywhere on the face: the contact ratio under load.
     pub fn mean_loaded_pairs(&self) -> f64 {
         self.mean(&self.loaded_pairs)
     }
@@ -204,8 +204,8 @@ impl MeshTableCycle {
             meet(at_start(&series));
             meet(at_end(&series));
             let slope = derivative(&series);
-            // Differences of the values round off to this, times what a derivative of degree
-            // seven magnifies.
+            // Round-off of differences of the values, times the amplification by a derivative of degree
+            // seven.
             let scale = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let noise = 64.0 * f64::EPSILON * scale;
             let turn = |x, _| meet(evaluate(&series, x));

@@ -5,15 +5,15 @@ use super::super::sharing::SharingError;
 /// Why a mesh table cannot be built or read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshTableError {
-    /// A load that cannot be shared out at some mesh phase.
+    /// The load cannot be shared at some mesh phase.
     #[error("at mesh phase {phase}: {source}")]
     Sharing {
         /// Mesh phase in cycles.
         phase: f64,
-        /// What is wrong there.
+        /// The error there.
         source: SharingError,
     },
-    /// A path of contact that is none.
+    /// A path of contact that is not finite, has no direction or is shorter than a base pitch.
     #[error(
         "a path of contact from {start} to {end} m with a base pitch of {base_pitch} m has contact ratio {contact_ratio}; it must be at least 1"
     )]
@@ -27,7 +27,7 @@ pub enum MeshTableError {
         /// Length of the path in base pitches.
         contact_ratio: f64,
     },
-    /// Pairs of helical gears asked for as springs.
+    /// Helical pairs were requested as springs.
     #[error(
         "pairs of teeth can be separate springs only on spur gears, but the lines of contact have the slope {helix}; \
          set mesh.resolution = \"secant\" or \"mean_load\""
@@ -43,13 +43,13 @@ pub enum MeshTableError {
          explain. Use means over segments, which need less accuracy (mesh.stiffness = \"table\")"
     )]
     Unresolved {
-        /// Which quantity.
+        /// Name of the quantity.
         quantity: &'static str,
         /// Mesh phase in cycles.
         phase: f64,
-        /// Its error, relative; infinite where that is not known.
+        /// Its error, relative; infinite if unknown.
         error: f64,
-        /// Largest that is accepted.
+        /// Largest accepted error.
         tolerance: f64,
     },
     /// An axis without values, or with values that do not increase.
@@ -63,11 +63,11 @@ pub enum MeshTableError {
     /// A number outside its range.
     #[error("{name} is {value}; it must be {accepted}")]
     OutOfRange {
-        /// Which number.
+        /// Name of the number.
         name: &'static str,
         /// Its value, SI.
         value: f64,
-        /// What would be accepted.
+        /// Accepted values.
         accepted: &'static str,
     },
     /// A value beyond the ends of an axis.
@@ -75,7 +75,7 @@ pub enum MeshTableError {
     Outside {
         /// `misalignment` or `torque`.
         axis: &'static str,
-        /// What was asked for, SI.
+        /// The requested value, SI.
         value: f64,
         /// First value of the axis.
         lowest: f64,

@@ -1,4 +1,4 @@
-//! What the mesh does at one phase of its cycle, under every load of a table.
+//! How does the mesh behave at one phase of its cycle, under every load of a table?
 
 use super::super::friction::friction_direction;
 use super::super::sharing::{
@@ -9,14 +9,14 @@ use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
 use std::collections::BTreeSet;
 
-/// The law that a table holds.
+/// The tabulated law.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeshLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
 }
 
-/// Share of a pair in the load that is the round-off of none.
+/// A share of a pair in the load below this is round-off of 0.
 const NO_SHARE: f64 = 1e-12;
 
 /// The lines of contact at one mesh phase.
@@ -41,7 +41,7 @@ impl Lines {
         }
     }
 
-    /// Where the load is borne on the path of contact \[m\], and which share of it.
+    /// Positions on the path of contact that carry load \[m\], and their shares in it.
     fn bearing(&self, sharing: &LoadSharing, load: &SharedLoad) -> [Vec<f64>; 2] {
         match self {
             Self::Spur(pairs) => [
@@ -52,7 +52,7 @@ impl Lines {
         }
     }
 
-    /// How many pairs of teeth bear load somewhere on the face.
+    /// Number of pairs of teeth that carry load somewhere on the face.
     fn loaded_pairs(
         &self,
         sharing: &LoadSharing,
@@ -66,7 +66,7 @@ impl Lines {
             Self::Helical(_) => {
                 let loaded = sharing.loaded_lines(load.deflection, NO_SHARE);
                 let (path, helix) = (flanks.path(), flanks.helix());
-                // Teeth are told apart by where they stand at mid-face.
+                // The position at mid-face identifies the tooth.
                 let tooth = |[place, position]: [f64; 2]| {
                     let way = position - helix * place - path.start;
                     (way / path.base_pitch - phase).round() as i64
@@ -83,25 +83,25 @@ pub(super) struct Column {
     pub cells: Vec<Cell>,
 }
 
-/// A margin below this \[m\] (or \[N/m\]) has no sign: either formula bears the load, and which of them it is may be a matter of
-/// rounding on a whole stretch, where two pairs lack the same.
+/// A margin below this \[m\] (or \[N/m\]) has no sign: both formulas give the same load. Rounding may choose between
+/// them on a whole stretch, if two pairs have equal gaps.
 const NO_MARGIN: f64 = 1e-15;
 
 impl Column {
-    /// Distances from the kinks of the law, of all loads: while no sign of them changes the law is smooth.
+    /// Distances from the kinks of the law, for all loads: the law is smooth while none of their signs changes.
     pub fn margins(&self) -> impl Iterator<Item = f64> {
         self.cells
             .iter()
             .flat_map(|cell| cell.margins.iter().copied())
     }
 
-    /// Whether as many pairs bear load here as there, under every load.
+    /// Whether the same number of pairs carries load in both columns, under every load.
     pub fn loads_as(&self, other: &Self) -> bool {
         let mut cells = self.cells.iter().zip(&other.cells);
         cells.all(|(own, other)| own.loaded_pairs == other.loaded_pairs)
     }
 
-    /// The numbers of the margins by whose signs two columns have different formulas.
+    /// The indices of the margins whose signs differ between two columns, which therefore have different formulas.
     pub fn kinks_before(&self, other: &Self) -> Vec<usize> {
         let signs = self.margins().zip(other.margins()).enumerate();
         signs
@@ -111,7 +111,7 @@ impl Column {
     }
 }
 
-/// What the mesh does at one phase under one load.
+/// Behaviour of the mesh at one phase under one load.
 pub(super) struct Cell {
     pub stiffness: f64,
     pub centre: f64,
@@ -120,19 +120,19 @@ pub(super) struct Cell {
     pub friction: f64,
     pub friction_lever: f64,
     pub contact_fraction: f64,
-    /// Steps where a pair takes hold: no polynomial is held to it.
+    /// Steps where a pair takes up load; no polynomial has to follow it.
     pub loaded_pairs: f64,
     pub share: [f64; MOST_PAIRS],
     /// Distances from the kinks of the law (see [`LoadSharing::bear_with_margins`]).
     pub margins: Vec<f64>,
-    /// What of the face is in contact, where slices support each other.
+    /// The part of the face in contact, if slices support each other.
     touching: Touching,
-    /// Line load on each slice; empty where it is not asked for.
+    /// Line load on each slice; empty if not requested.
     pub pattern: Vec<f64>,
 }
 
 impl Cell {
-    /// All that follows the mesh phase.
+    /// All values that depend on the mesh phase.
     pub fn values_mut(&mut self) -> [&mut f64; 7 + MOST_PAIRS] {
         let [first, second, third] = &mut self.share;
         [
@@ -150,7 +150,7 @@ impl Cell {
     }
 }
 
-/// A value of the law, and what its errors are held against.
+/// A value of the law, and the scale of its errors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantity {
     pub name: &'static str,
@@ -159,7 +159,7 @@ pub(super) struct Quantity {
 }
 
 impl<L: FlankLaw> MeshLaw<'_, L> {
-    /// Whether slices of the face support each other and do not all bear alike.
+    /// Whether slices of the face support each other and do not all carry the same load.
     pub fn is_coupled(&self) -> bool {
         let Self { flanks, inputs } = self;
         let half = 0.5 * inputs.face_width;
@@ -173,14 +173,14 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         flanks.along_face().is_some() && (askew || uneven())
     }
 
-    /// The law at a phase, what is in contact sought from there on where it is known at another.
+    /// The law at a phase. The search for the contact starts from that at `near`, if given.
     pub fn column(&self, phase: f64, near: Option<&Column>) -> Result<Column, MeshTableError> {
         let cells = (self.cells(phase, near))
             .map_err(|source| MeshTableError::Sharing { phase, source })?;
         Ok(Column { phase, cells })
     }
 
-    /// The law at several phases, each from the one before.
+    /// The law at several phases, each starting from the one before.
     pub fn columns(
         &self,
         phases: impl IntoIterator<Item = f64>,
@@ -199,8 +199,8 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
             slices: inputs.slices,
         };
         let pitch_point = flanks.path().pitch_point;
-        // What the force along the line of action falls short of that on the flanks, by which
-        // friction goes.
+        // Force on the flanks, to which friction is proportional, over the force along the transverse line
+        // of action.
         let inclined = flanks.helix().hypot(1.0);
         let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
         for &misalignment in &inputs.misalignment {
@@ -227,7 +227,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                 let (load, margins, touching) = sharing.bear_near(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
                     StiffnessLaw::Tangent => load.stiffness,
-                    // Which pair touches first is a matter of their order, whose margins are known.
+                    // The pair that touches first depends on the order of pairs, whose margins are known.
                     StiffnessLaw::Secant => {
                         force / (load.deflection - sharing.bear(0.0).deflection)
                     }
@@ -262,8 +262,8 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         Ok(cells)
     }
 
-    /// All that has to follow the law: stiffness first. Lengths of deflection are held against
-    /// what the load deflects the mesh by.
+    /// All quantities that polynomials must follow, stiffness first. The scale of deflections is
+    /// the deflection of the mesh by the load.
     pub fn quantities(&self, cell: &Cell) -> [Quantity; 7 + MOST_PAIRS] {
         let deflection = cell.transmission_error - cell.tangent_error;
         let (width, pitch) = (self.inputs.face_width, self.flanks.path().base_pitch);
@@ -294,7 +294,7 @@ mod tests {
         flanks_with(crowning, &[])
     }
 
-    /// Its pinion's lead is crowned, and goes through points.
+    /// The pinion's lead is crowned, or goes through points.
     fn flanks_with(crowning: f64, points: &[[f64; 2]]) -> (GearPair, Flanks) {
         let crowned = Modification {
             crowning,
@@ -315,10 +315,10 @@ mod tests {
         (pair, flanks)
     }
 
-    /// Slices that support each other matter where they do not bear alike: askew or crowned.
+    /// The support between slices matters if their loads differ: with misalignment or crowning.
     #[test]
     fn a_face_is_coupled_where_it_bears_unevenly() {
-        // Missing on one half of the face alone, and everywhere the same.
+        // Material missing on one half of the face only, and equally everywhere.
         let [one_end, other_end] = [[2e-6, 0.0, 0.0], [0.0, 0.0, 2e-6]].map(|missing| {
             let places = [-10e-3, 0.0, 10e-3].into_iter().zip(missing);
             places
@@ -352,7 +352,7 @@ mod tests {
         }
     }
 
-    /// A column is the load of the pairs there, shared out: stiffness, error and pattern.
+    /// A column is the shared load of the pairs there: stiffness, error and pattern.
     #[test]
     fn a_column_is_what_the_pairs_bear() {
         let (pair, flanks) = flanks(3e-6);

@@ -1,11 +1,11 @@
-//! What the mesh does over its cycle, as numbers: stiffness, load centroid, loaded transmission
-//! error, friction and load shares over mesh phase, misalignment and torque.
+//! How does the mesh behave over its cycle? Stiffness, load centroid, loaded transmission
+//! error, friction and load shares over mesh phase, misalignment and torque, in numbers.
 //!
-//! The cycle is cut into pieces inside which all of that is smooth in the mesh phase; each
-//! holds the values at eight Gauss nodes, and between them the polynomial through these. Where a
-//! load puts a kink, as where a relieved pair takes it up, a piece ends; and no piece is kept
-//! whose polynomials are not within a tolerance of the law between their nodes. The pieces of a
-//! table are those of all its loads and misalignments together.
+//! The cycle is cut into pieces inside which all quantities are smooth in the mesh phase. A piece
+//! holds the values at eight Gauss nodes, and the polynomial through them holds in between. A
+//! piece ends at a kink due to the load, for example where a relieved pair takes it up. The polynomials
+//! of every piece are within a tolerance of the law between their nodes. All loads and
+//! misalignments of a table have the same pieces.
 
 mod breaks;
 mod build;
@@ -32,25 +32,25 @@ pub const NODES: usize = 8;
 /// Whether slices of the face support each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum FaceLaw {
-    /// Through teeth and gear bodies, as far as the law of the pairs knows how.
+    /// Through teeth and gear bodies, if the law of the pairs describes it.
     Coupled,
-    /// They do not, as thin-slice models have it.
+    /// They do not, as in thin-slice models.
     Independent,
 }
 
-/// Which stiffness stands for a mesh about a load F.
+/// Which stiffness represents a mesh near a load F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum StiffnessLaw {
-    /// That of the tangent, dF/dx. Where a pair takes hold it steps, and at every other force than F so does the
-    /// force of the linear law.
+    /// The tangent stiffness dF/dx. It steps where a pair takes up load, and so does the force of the
+    /// linear law at every force other than F.
     Tangent,
-    /// That of the secant from where flanks first touch to F,
+    /// The secant stiffness from the first touch of the flanks to F,
     ///
     /// ```text
     /// k = F/(x(F) − x(0))
     /// ```
     ///
-    /// Under a given load the approach x does not step over the mesh cycle, so that neither do k, the error
+    /// Under a given load the approach x does not step over the mesh cycle. Neither do k, the error
     /// `x(F) − F/k = x(0)` and the force of the linear law at any deflection.
     Secant,
 }
@@ -62,7 +62,7 @@ impl StiffnessLaw {
     }
 }
 
-/// What decides the content of a table besides the [`FlankLaw`](super::FlankLaw).
+/// Inputs that determine a table, besides the [`FlankLaw`](super::FlankLaw).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MeshTableInputs {
     /// Face width \[m\].
@@ -76,17 +76,17 @@ pub struct MeshTableInputs {
     /// Longest piece, in mesh cycles.
     pub longest_piece: f64,
     /// Largest error of a piece's polynomials: of the stiffness relative to itself, of deflections
-    /// to what the load deflects the mesh by, of lengths along the face to its width, of the
-    /// friction lever to the base pitch. Helical gears are held to 1e-5 at most, their
-    /// shortest pieces, which are under 1/128 of the cycle, to 1e-2; spur gears that bear unevenly on slices that
-    /// support each other to the tolerance over the length of the piece in cycles, at most 1e-2.
+    /// to the deflection of the mesh by the load, of lengths along the face to its width, of the
+    /// friction lever to the base pitch. For helical gears it is at least 1e-5, and 1e-2 for their
+    /// shortest pieces of less than 1/128 of the cycle. For spur gears with uneven loads on slices that
+    /// support each other it is the tolerance over the length of the piece in cycles, at most 1e-2.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.
     pub slices: usize,
     /// Whether slices of the face support each other.
     pub face: FaceLaw,
-    /// How the flanks yield where they touch.
+    /// How the flanks flatten at their contact.
     pub contact: Contact,
     /// Which stiffness the table has.
     #[serde(skip_serializing_if = "StiffnessLaw::is_tangent")]
@@ -126,10 +126,10 @@ pub struct MeshTable {
     pub torque: Vec<f64>,
     /// Ends of the pieces in mesh phase, 0 first and 1 last.
     pub breaks: Vec<f64>,
-    /// Places of the nodes on a piece, in (−1, 1).
+    /// Positions of the nodes on a piece, in (−1, 1).
     pub node: Vec<f64>,
-    /// Mesh stiffness along the line of action in the transverse section \[N/m\]: the tangent dF/dx, or what else the
-    /// inputs ask for.
+    /// Mesh stiffness along the line of action in the transverse section \[N/m\]: the tangent dF/dx, or the secant
+    /// if the inputs request it.
     pub stiffness: Vec<f64>,
     /// Load centroid z_c from mid-face \[m\].
     pub centre: Vec<f64>,
@@ -142,13 +142,13 @@ pub struct MeshTable {
     pub friction_lever: Vec<f64>,
     /// Loaded part of the lines of contact.
     pub contact_fraction: Vec<f64>,
-    /// Pairs of teeth that bear load, wherever on the face.
+    /// Pairs of teeth that carry load anywhere on the face.
     pub loaded_pairs: Vec<f64>,
-    /// `[…][MOST_PAIRS]`: share of each pair in the load, the one that came last first; on a helical
-    /// face that of the pairs that came last, each at its own place of the face, and so on.
+    /// `[…][MOST_PAIRS]`: share of each pair in the load, the latest pair first. On a helical
+    /// face first the pairs that entered last, each at its position on the face, and so on.
     pub share: Vec<f64>,
     /// `[misalignment][torque][phase][slice]`, phases piece by piece: line load of all pairs
-    /// \[N/m\]; empty where it was not asked for.
+    /// \[N/m\]; empty if not requested.
     pub pattern: Vec<f64>,
     /// Slices of the face.
     pub slices: usize,
@@ -168,20 +168,20 @@ impl MeshTable {
     /// The cycle of one tabulated misalignment and torque, by their indices.
     ///
     /// # Panics
-    /// Where the table has no such index.
+    /// If the table has no such index.
     pub fn cycle(&self, misalignment: usize, torque: usize) -> MeshTableCycle {
         self.blend(&[(misalignment, 1.0)], &[(torque, 1.0)])
     }
 
     /// The cycle at a misalignment \[rad\] and a torque \[N m\].
     ///
-    /// Linear between tabulated values: monotone where they are, with an error of at most
-    /// `h²/8` times the second derivative on steps h. Stiffness under misalignment goes with
-    /// `√(torque/ε)` while the face is partly loaded; between values a factor r apart it comes
+    /// Linear between tabulated values: monotone if they are, with an error of at most
+    /// `h²/8` times the second derivative on steps h. Stiffness under misalignment varies as
+    /// `√(torque/ε)` while the face is partly loaded. Between values a factor r apart it comes
     /// out too small along the torque by up to `1 − 2 r^¼/(1 + r^½)`, 1.5 % for r = 2 and 0.4 %
     /// for r = √2, and too large along ε by three times as much. The kinks of relieved flanks move
-    /// with the load: between values the cycle has those of both neighbours, each in its part. A
-    /// cycle within the tolerance of its law is one of a table with that load and misalignment.
+    /// with the load: between values the cycle has the weighted kinks of both neighbours. For a
+    /// cycle within the tolerance of its law tabulate that load and misalignment.
     ///
     /// # Errors
     /// [`MeshTableError::Outside`] beyond the ends of an axis.

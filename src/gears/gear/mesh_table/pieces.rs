@@ -1,20 +1,20 @@
 //! Cuts a stretch of the mesh cycle into pieces on which polynomials follow the law.
 //!
 //! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that
-//! depends on load and misalignment; a wedge of contact reaches the end of the face at another.
+//! depends on load and misalignment. A wedge of contact reaches the end of the face at another.
 //! Stiffness steps or bends there, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::bear_with_margins`](crate::gear::LoadSharing::bear_with_margins)): between two samples of a piece, or
-//! where the margin's own polynomial says so though no sample lies there. Polynomials that are within the
-//! tolerance of the law, at places that took no part in the fit, make a piece, with or without such a phase inside.
-//! Others are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes hold always ends a
-//! piece. Where slices of a face support each other its borders bend the law little: what else is to be cut there is halved.
-//! No other piece leaves this file.
+//! ([`LoadSharing::bear_with_margins`](crate::gear::LoadSharing::bear_with_margins)). The sign changes between two
+//! samples of a piece, or the margin's polynomial shows it where no sample lies. A piece is accepted if its polynomials
+//! are within the tolerance of the law at phases that are not nodes, with or without such a phase inside.
+//! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
+//! always ends a piece. If slices of a face support each other, their borders bend the law little: other cuts there
+//! are halvings. All pieces that leave this file are accepted ones.
 //!
-//! Of helical gears pairs come into contact little by little all along the face, with many small bends:
-//! their pieces are only halved, until they are within what the division of the face is worth, and
-//! no further than a shortest length, on which polynomials of low degree are as good as others. Where slices of
-//! a spur face support each other a pair may touch inside the face first, its stiffness beginning with a
-//! root: the shorter a piece, the less it is held to.
+//! Pairs of helical gears come into contact gradually all along the face, with many small bends:
+//! their pieces are only halved, until their error is that of the division of the face, and
+//! not below a shortest length, on which polynomials of low degree are as good as others. If slices of
+//! a spur face support each other, a pair may touch inside the face first. Its stiffness then begins as a
+//! square root: the shorter a piece, the larger its tolerance.
 
 use super::breaks::SAME;
 use super::law::{Column, MeshLaw, Quantity};
@@ -23,31 +23,31 @@ use crate::gear::FlankLaw;
 use crate::numerics::legendre::{evaluate, transforms8};
 use crate::numerics::roots::sign_changes;
 
-/// Most pieces of a stretch: what a few pairs need on a face of 64 slices with a gap each.
+/// Largest number of pieces of a stretch: enough for a few pairs on a face of 64 slices with different gaps.
 const MOST: usize = 1024;
 
-/// Places in the mesh phase this close are one.
+/// Mesh phases closer than this coincide.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
-/// What rounding leaves of a margin's polynomial, relative to its largest value.
+/// Rounding error of a margin's polynomial, relative to its largest value.
 const NOISE: f64 = 1e-12;
 
-/// A window of propagation that starts inside a piece may run on behind its end by less than the
-/// piece is long, and is solved as a whole: the stiffness carried on to these places, the piece
-/// ending at 1, has to stay one.
+/// A window of propagation that starts inside a piece may extend beyond its end by less than the
+/// piece's length, and is solved as a whole. The stiffness extrapolated to these positions, with the end of the
+/// piece at 1, must therefore stay physical.
 pub(in crate::gear) const BEHIND: [f64; 2] = [2.0, 3.0];
 
-/// Smallest and largest stiffness there, in parts of that at the end.
+/// Smallest and largest stiffness there, relative to that at the end.
 pub(in crate::gear) const CARRIED_ON: [f64; 2] = [0.1, 10.0];
 
-/// Largest error of the pieces of helical gears, where no larger one is asked for: about what spans of
-/// a 64th of the face are worth.
+/// Largest error of the pieces of helical gears, unless a larger one is requested: about the error of spans of
+/// a 64th of the face.
 const HELICAL: f64 = 1e-5;
 
 /// Pieces of helical gears shorter than twice this, in cycles, are not halved.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// Their largest error: a single bend inside of them, or a border of contact that reaches its end.
+/// Their largest error: one bend inside, or a border of contact that reaches its end.
 const SHORT: f64 = 1e-2;
 
 /// Terms of the polynomials of short pieces of helical gears.
@@ -61,7 +61,7 @@ pub(super) struct Piece {
     pub nodes: Vec<Column>,
 }
 
-/// What is to be done about a piece.
+/// Verdict on a piece.
 enum Verdict {
     Accepted(Vec<Column>),
     /// Cut it at this phase, where the law has a kink.
@@ -70,7 +70,7 @@ enum Verdict {
     Misfit(Misfit),
 }
 
-/// How far a polynomial is from its law.
+/// Error of a polynomial from its law.
 #[derive(Debug, Clone, Copy)]
 struct Misfit {
     quantity: &'static str,
@@ -113,14 +113,14 @@ pub(super) fn pieces<L: FlankLaw>(
     Ok(pieces)
 }
 
-/// Whether a piece may stay as it is.
+/// Decides whether a piece is accepted.
 fn examine<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
     [from, to]: [f64; 2],
 ) -> Result<Verdict, MeshTableError> {
     let nodes = transforms8().nodes();
     let phase = |x: f64| 0.5 * ((to - from) * x + (to + from));
-    // The ends are within round-off of a kink, and looked at just inside.
+    // The ends are within round-off of a kink, so check just inside.
     let inset = SAME.min(0.125 * (to - from));
     let (first, last) = (from + inset, to - inset);
     let between = nodes
@@ -145,7 +145,7 @@ fn examine<L: FlankLaw>(
         None => None,
     };
     let at = match at {
-        // Where the borders of slices bend the law of a whole face they do so little.
+        // Borders of slices bend the law of a coupled face only a little.
         None if !follows && !law.is_coupled() => first_kink(law, &seen)?,
         found => found,
     };
@@ -156,7 +156,7 @@ fn examine<L: FlankLaw>(
     })
 }
 
-/// Where the law changes its formula between columns for the first time.
+/// The first phase between columns at which the law changes its formula.
 fn first_kink<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
     seen: &[&Column],
@@ -169,7 +169,7 @@ fn first_kink<L: FlankLaw>(
     Ok(None)
 }
 
-/// Whether a piece is one of helical gears that is not to be halved.
+/// Whether a piece belongs to helical gears and is too short to be halved.
 fn is_short<L: FlankLaw>(law: &MeshLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
     law.flanks.helix() != 0.0 && to - from < 2.0 * SHORTEST
 }
@@ -180,15 +180,15 @@ fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let [from, to] = piece;
     match (law.flanks.helix() == 0.0, law.is_coupled()) {
         (true, false) => asked,
-        // A pair may touch inside the face first, and stiffness then begins with a root of the phase, on a piece
-        // however short.
+        // A pair may touch inside the face first. Stiffness then begins as a square root of the phase, on a
+        // piece of any length.
         (true, true) => asked.max((asked / (to - from)).min(SHORT)),
         (false, _) => asked.max(if is_short(law, piece) { SHORT } else { HELICAL }),
     }
 }
 
-/// Replaces the values at the nodes by those of polynomials of low degree: bends between the nodes
-/// would swing high ones up behind the piece.
+/// Replaces the values at the nodes by those of polynomials of low degree: with bends between the nodes
+/// those of high degree would oscillate beyond the piece.
 fn smooth(columns: &mut [Column]) {
     let transforms = transforms8();
     for case in 0..columns[0].cells.len() {
@@ -203,8 +203,8 @@ fn smooth(columns: &mut [Column]) {
     }
 }
 
-/// Where the law changes its formula between the last of some columns that has another than the one `after` them, and
-/// that one; none where none has.
+/// The phase at which the law changes its formula between `after` and the last of `columns` whose formula differs from
+/// it. `None` if no column differs.
 fn kink<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
     columns: &[&Column],
@@ -224,7 +224,7 @@ fn kink<L: FlankLaw>(
     let own = positive(&at_low);
     let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
-        // Where the first of the margins vanishes on the line between the ends.
+        // Zero of the first margin, by linear interpolation between the ends.
         let crossings = at_low
             .iter()
             .zip(&at_high)
@@ -242,9 +242,10 @@ fn kink<L: FlankLaw>(
     Ok(Some(0.5 * (low + high)))
 }
 
-/// The next place of a search for a sign change between two places, on whose line it is so far along: there, but a little
-/// to the middle, that the other end follows, and no farther from the middle than leaves the search one step longer
-/// than bisection (Oliveira & Takahashi 2020). `width` is what it began with, `round` how many steps it has made.
+/// The next phase of a search for a sign change between two phases, from the zero at `part` of their distance by linear
+/// interpolation. It is moved a little to the middle, so that the other end also advances. The distance from the
+/// middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi 2020).
+/// `width` is the initial interval, `round` the number of steps done.
 fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
     let (own, middle) = (high - low, 0.5 * (low + high));
     let line = low + part * own;
@@ -258,8 +259,8 @@ fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 
     nearer.clamp(middle - room, middle + room)
 }
 
-/// Places of a piece where a margin that has one sign at all nodes has the other by the polynomial through
-/// its values there: one in each part that is cut off.
+/// Positions in a piece where the polynomial of a margin has the opposite sign, although the margin has one sign at
+/// all nodes: one in each such part.
 fn unseen(columns: &[Column]) -> Vec<f64> {
     let mut places = Vec::new();
     for (case, cell) in columns[0].cells.iter().enumerate() {
@@ -297,7 +298,7 @@ fn worst<L: FlankLaw>(
         error: 0.0,
         phase: from,
     };
-    // An error that is no number is the largest of all.
+    // NaN counts as the largest error.
     let mut meet = |quantity, error: f64, phase| {
         if error > worst.error || error.is_nan() {
             worst = Misfit {

@@ -1,4 +1,4 @@
-//! How a mesh follows from the drawing of its gears.
+//! How does a mesh follow from the drawing of its gears?
 
 use super::StiffnessLaw;
 use crate::gear::{Contact, FaceLaw, GearPair};
@@ -7,11 +7,11 @@ use serde::Serialize;
 /// Stiffness, load centroid and friction from a mesh table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshTableSpec {
-    /// The gears, their bores known.
+    /// The gears, with known bores.
     pub gears: GearPair,
     /// How the table is used over the cycle.
     pub division: CycleDivision,
-    /// Which stiffness stands for the mesh about the mean load; of springs of pairs it is only told.
+    /// Which stiffness represents the mesh near the mean load; with springs of pairs it is for information only.
     pub stiffness: StiffnessLaw,
     /// Whether the shafts' tilt under the mean load adds to the misalignment.
     pub shaft_tilt: bool,
@@ -24,12 +24,12 @@ pub struct MeshTableSpec {
 /// How a mesh table is used over the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum CycleDivision {
-    /// Load centroid and friction as means over so many equal segments, where they vary, and so the tangent stiffness;
-    /// the secant stiffness as it is.
+    /// Load centroid and friction as means over this number of equal segments, where they vary, and so the tangent
+    /// stiffness. The secant stiffness is not averaged.
     Segments(u32),
-    /// Stiffness as it is, broken at its true transitions only.
+    /// Exact stiffness, with breaks at its true transitions only.
     Continuous,
-    /// No tangent at the mean load: every pair of teeth is a spring across a gap of its own, on so many slices of
+    /// No linear law at the mean load: every pair of teeth is a spring across a separate gap, on each slice of
     /// the face.
     Pairs {
         /// Equal slices of the face.

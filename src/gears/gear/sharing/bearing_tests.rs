@@ -1,4 +1,4 @@
-//! What all ways of asking a face about its load have in common, whether its slices support each other or not.
+//! Common properties of loads on a face, whether its slices support each other or not.
 
 #![allow(clippy::unwrap_used)]
 use super::*;
@@ -26,7 +26,7 @@ fn flanks(helix_angle: f64) -> Flanks {
     Flanks::new(&pair).unwrap()
 }
 
-/// Spur pairs whose slices support each other, the same whose slices do not, and a helical face, all askew.
+/// Spur pairs whose slices support each other, the same with independent slices, and a helical face, all misaligned.
 fn askew(angle: f64) -> [LoadSharing; 3] {
     let spur = flanks(0.0);
     let pairs = pairs_at(&spur, 0.1, face(16)).unwrap();
@@ -37,14 +37,14 @@ fn askew(angle: f64) -> [LoadSharing; 3] {
         LoadSharing::of_slices(&pairs, face(16), angle).unwrap(),
         helical.sharing(angle).unwrap(),
     ];
-    // Where all bear alike there is nothing to couple.
+    // With an even load there is nothing to couple.
     assert_eq!(all[0].coupled.is_some(), angle != 0.0);
     assert!(all[1].coupled.is_none());
     all
 }
 
-/// The pattern is in balance with the force, pair by pair and about mid-face; the stiffness is the slope of the
-/// force, and a load asked for with its margins is the same load.
+/// The pattern balances the force, pair by pair, and its moment about mid-face. The stiffness is the slope of the
+/// force, and a load computed with its margins is the same load.
 #[test]
 fn a_load_is_the_sum_of_its_pattern() {
     for (number, sharing) in askew(4e-4).iter().enumerate() {
@@ -68,7 +68,7 @@ fn a_load_is_the_sum_of_its_pattern() {
             }
             assert!((sum / force - 1.0).abs() < 1e-9, "{number} {sum} {force}");
             assert!((load.share.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-            // What a slice bears acts within it.
+            // The load on a slice acts within it.
             let centre = moment / force - 0.5 * WIDTH;
             assert!(
                 (load.centre - centre).abs() < 0.5 * slice,
@@ -86,8 +86,8 @@ fn a_load_is_the_sum_of_its_pattern() {
     }
 }
 
-/// Loaded lengths are those of the parts of the face on which the pattern is not zero: all of the face under a high
-/// load, half of it and less where flanks are far askew.
+/// Loaded lengths are those of the parts of the face with a nonzero pattern: the whole face under a high
+/// load, half of it and less if flanks are strongly misaligned.
 #[test]
 fn loaded_lengths_are_those_of_the_pattern() {
     for (angle, force, full) in [(1e-5, 5e3, true), (3e-3, 5e2, false)] {
@@ -110,7 +110,7 @@ fn loaded_lengths_are_those_of_the_pattern() {
     }
 }
 
-/// Without a force flanks touch where the least is missing, however slices are coupled.
+/// Without a force flanks touch where the gap is smallest, for any coupling of slices.
 #[test]
 fn without_a_force_flanks_touch_at_an_end_of_the_face() {
     for sharing in &askew(4e-4)[..2] {
@@ -121,8 +121,8 @@ fn without_a_force_flanks_touch_at_an_end_of_the_face() {
     }
 }
 
-/// Teeth that are held by the unloaded rest of the face are stiffer at its loaded end and draw load there; borne all along
-/// the face, a load approaches the gears by the same, and evenly it is borne as by slices alone.
+/// Teeth supported by the unloaded rest of the face are stiffer at its loaded end and draw load there. With load
+/// all along the face the approach is the same as with independent slices, and so is an even load.
 #[test]
 fn support_between_slices_draws_load_to_the_end() {
     for angle in [1e-4, 3e-3] {

@@ -1,4 +1,4 @@
-//! Flanks that stiffen as they flatten: the contact law follows the load it bears.
+//! Flanks that stiffen as they flatten: how does the contact law follow its load?
 
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};
@@ -6,7 +6,7 @@ use super::helical::HelicalFace;
 use super::pairs::{ContactPair, Face, pairs_at};
 use crate::gear::FlankLaw;
 
-/// How the flanks yield where they touch.
+/// How the flanks flatten at their contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Contact {
     /// In proportion to the load.
@@ -20,26 +20,26 @@ pub enum Contact {
 /// Line loads that repeat within this part have settled.
 const SETTLED: f64 = 1e-12;
 
-/// Most rounds. Every one linearises the law at what the last one found, so that a smooth law
+/// Largest number of rounds. Each linearises the law at the result of the previous one, so a smooth law
 /// takes a few.
 const ROUNDS: usize = 50;
 
-/// A pair that bears less than this part of the mean line load has its contact linearised
-/// there: laws that stiffen have no compliance at zero.
+/// The contact of a pair below this part of the mean line load is linearised at
+/// that part: laws that stiffen have no compliance at zero.
 const LEAST: f64 = 1e-2;
 
 impl LoadSharing {
-    /// The pairs at mesh phase `phase`, their contact linearised at what a force > 0 \[N\]
-    /// makes of it; for that force alone.
+    /// The pairs at mesh phase `phase`, with their contact linearised at its load under a force > 0 \[N\].
+    /// Valid for that force only.
     ///
     /// The contact of a pair is replaced by the tangent of its law, a compliance and an
-    /// intercept, at the mean line load over its loaded length; the load is shared out, and
-    /// so on until the line loads repeat. Deflection and stiffness then are those of the law
-    /// where the line load is even across the face; where it is not, its mean stands for it.
+    /// intercept, at the mean line load over its loaded length. The load is shared again until
+    /// the line loads repeat. Deflection and stiffness are those of the law
+    /// if the line load is even across the face; otherwise its mean represents it.
     ///
     /// # Errors
     /// Those of [`LoadSharing::new`] and [`ContactPair::new`], a contact law that is not
-    /// finite or does not settle.
+    /// finite or does not converge.
     pub fn under(
         law: &impl FlankLaw,
         phase: f64,

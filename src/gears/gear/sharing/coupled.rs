@@ -1,4 +1,4 @@
-//! A face whose slices support each other: teeth and bodies are moved by waves of load along it.
+//! A face whose slices support each other: waves of load along it displace teeth and bodies.
 //!
 //! With t = z/b + ½ and the waves φ_n of [`AlongFace`](crate::gear::AlongFace) the displacements of the pairs are
 //! `d_j(t) = Σ_n d_jn φ_n(t)`, and a pair j presses with the line load
@@ -7,16 +7,16 @@
 //! q_j = max(0, x − g_j − d_j)/h_j,     d = C q̂,   q̂_jn = ∫ q_j φ_n dt,     F = b Σ_j q̂_j0
 //! ```
 //!
-//! h_j the compliance of the contact, which alone is local. Waves are few, so that contact is solved on
-//! the whole face at once and its borders need not be those of slices. With `C = L Lᵀ` and `d = L y` the
-//! solution is the least value of
+//! with the compliance of the contact h_j, the only local one. There are few waves, so contact is solved on
+//! the whole face at once and its borders are independent of those of slices. With `C = L Lᵀ` and `d = L y` the
+//! solution is the minimum of
 //!
 //! ```text
 //! Φ(x, y) = ½ y·y + Σ_j ∫ max(0, x − g_j − d_j)²/(2 h_j) dt − x F/b,
 //! ```
 //!
-//! a convex function with a continuous derivative: Newton's method finds it, each step that of the parts of the
-//! face that are in contact (Conry & Seireg 1973 pose the same as a programme for a simplex).
+//! a convex function with a continuous derivative. Newton's method finds the minimum; each step assumes the parts of
+//! the face in contact (Conry & Seireg 1973 pose the same problem as a program for the simplex method).
 
 use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face};
@@ -24,16 +24,16 @@ use super::profile::{Interval, Press, Profile, integrals};
 use crate::numerics::plain;
 use faer::Mat;
 
-/// Steps of Newton's method smaller than this part of the deflection are followed by a last one.
+/// After a step of Newton's method below this part of the deflection one more follows.
 const SMALL: f64 = 1e-7;
 
-/// Most steps.
+/// Largest number of steps.
 const ROUNDS: usize = 100;
 
-/// Steps taken whole before any is held against what it makes of Φ: from an even load on they rarely need it.
+/// Number of full steps before the line search checks Φ: from an even load on it is rarely needed.
 const WHOLE_STEPS: usize = 12;
 
-/// Smallest part of a step that is tried.
+/// Smallest part of a step in the line search.
 const LEAST_PART: f64 = 1.0 / 1024.0;
 
 /// Pairs whose slices support each other, under one misalignment.
@@ -45,10 +45,10 @@ pub(super) struct Coupled {
     waves: usize,
     /// Compliance of the contact of each pair, times width \[m²/N\].
     contact: Vec<f64>,
-    /// L, waves of a pair side by side.
+    /// L, the waves of a pair in adjacent rows.
     root: Mat<f64>,
     profile: Profile,
-    /// Whether each gap is a straight line along the face.
+    /// Whether each gap is linear along the face.
     straight: bool,
 }
 
@@ -61,15 +61,15 @@ pub(super) struct Bearing {
     pub stiffness: f64,
     /// Waves of displacement, pair by pair \[m\].
     displacement: Vec<f64>,
-    /// What of the face is in contact.
+    /// The part of the face in contact.
     pub touching: Touching,
 }
 
-/// What of the face is in contact, pair by pair.
+/// The part of the face in contact, pair by pair.
 #[derive(Debug, Clone, Default)]
 pub(in crate::gear) struct Touching(Vec<Vec<Interval>>);
 
-/// What a pair bears.
+/// The load of a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PairBearing {
     /// Force \[N\].
@@ -82,15 +82,15 @@ pub(super) struct PairBearing {
     pub pattern: Vec<f64>,
 }
 
-/// A point on the way: y and x.
+/// An iterate: y and x.
 #[derive(Debug, Clone)]
 struct Point {
     y: Mat<f64>,
     approach: f64,
 }
 
-/// What is in contact at a point, and what that makes of Φ near it: with `B̃ = ∫ φ φᵀ/h dt`, `ã = ∫ φ/h dt`
-/// and `γ̃ = ∫ g φ/h dt` over what is in contact `q̂ = x ã − γ̃ − B̃ d`.
+/// The contact at a point, and its local model of Φ: with `B̃ = ∫ φ φᵀ/h dt`, `ã = ∫ φ/h dt`
+/// and `γ̃ = ∫ g φ/h dt` over the contact, `q̂ = x ã − γ̃ − B̃ d`.
 struct Patch {
     touching: Vec<Vec<Interval>>,
     products: Mat<f64>,
@@ -99,11 +99,11 @@ struct Patch {
 }
 
 impl Coupled {
-    /// The pairs on a face; none where nothing varies along it, or where nothing is known of how their slices
+    /// The pairs on a face. `None` if nothing varies along it, or if the law does not describe how their slices
     /// support each other.
     ///
     /// # Errors
-    /// A contact without compliance, or bodies that couple pairs more strongly than any body does.
+    /// A contact without compliance, or bodies whose coupling of pairs is unphysically strong.
     pub fn new(
         pairs: &[ContactPair],
         face: Face,
@@ -152,7 +152,7 @@ impl Coupled {
             .ok_or(unknown(0))
     }
 
-    /// Pairs of a compliance C, with their gaps at the borders of slices; none where C is not positive definite.
+    /// Pairs of a compliance C, with their gaps at the borders of slices. `None` if C is not positive definite.
     fn of(
         compliance: Mat<f64>,
         waves: usize,
@@ -172,12 +172,12 @@ impl Coupled {
         })
     }
 
-    /// The least Φ under a force > 0 \[N\]. A search that does not end there has an approach that is no number.
+    /// The minimum of Φ under a force > 0 \[N\]. The approach is NaN if the search does not converge.
     pub fn bear(&self, force: f64) -> Bearing {
         self.bear_near(force, &Touching::default())
     }
 
-    /// The same, sought from what is in contact `near` by, or from the whole face.
+    /// The same, starting from the contact `near` or from the whole face.
     pub fn bear_near(&self, force: f64, near: &Touching) -> Bearing {
         let mean = force / self.width;
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
@@ -225,7 +225,7 @@ impl Coupled {
         self.bearing(&nowhere, f64::NAN, patch.touching)
     }
 
-    /// What each pair bears.
+    /// The load of each pair.
     pub fn pairs(&self, bearing: &Bearing) -> Vec<PairBearing> {
         (bearing.touching.0.iter().enumerate())
             .map(|(pair, touching)| {
@@ -244,9 +244,9 @@ impl Coupled {
             .collect()
     }
 
-    /// Lengths \[m\] of which none changes its sign while the load is borne by the same formula: by how much each
-    /// pair presses at the borders of slices (where nothing but misalignment varies along the face, at its
-    /// ends) and where it presses most.
+    /// Lengths \[m\] whose signs are constant while the same formula holds: the depths of each
+    /// pair at the borders of slices, and its largest depth. If only misalignment varies along the face, the ends
+    /// of the face replace the borders.
     pub fn margins(&self, bearing: &Bearing) -> Vec<f64> {
         let step = if self.straight { self.slices } else { 1 };
         (0..self.contact.len())
@@ -319,8 +319,8 @@ impl Coupled {
         }
     }
 
-    /// The least Φ if what is in contact stays so, and the stiffness there \[N/m\]: with
-    /// `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]` it is at `y = x r − o` where the pairs bear F.
+    /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]: with
+    /// `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]` it is at `y = x r − o` where the pairs carry F.
     fn settle(&self, patch: &Patch, mean: f64) -> (Point, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();
@@ -331,7 +331,7 @@ impl Coupled {
             0 => means[(row, 0)],
             _ => gaps[(row, 0)],
         });
-        // 1 and a matrix that is positive semidefinite: numbers that are none have no factor.
+        // 1 plus a positive semidefinite matrix: the factorisation fails only for values that are not finite.
         let Some(lower) = plain::cholesky(&matrix) else {
             let nowhere = Point {
                 y: Mat::zeros(size, 1),
@@ -359,7 +359,7 @@ impl Coupled {
         (Point { y, approach }, self.width * stiffness)
     }
 
-    /// The lower triangle of `1 + Lᵀ B̃ L`: B̃ falls apart into pairs, and columns of L begin at the diagonal.
+    /// The lower triangle of `1 + Lᵀ B̃ L`: B̃ is block diagonal in pairs, and columns of L begin at the diagonal.
     fn hessian(&self, patch: &Patch) -> Mat<f64> {
         let (waves, size) = (self.waves, self.root.nrows());
         let mut matrix = Mat::zeros(size, size);
@@ -408,7 +408,7 @@ fn amplitude(n: usize) -> f64 {
     if n == 0 { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
-/// Writes the block of two pairs: what an even load does, and what the waves do.
+/// Writes the block of two pairs: the response to an even load, and that to the waves.
 fn put(
     matrix: &mut Mat<f64>,
     [row, column]: [usize; 2],
@@ -426,7 +426,7 @@ fn put(
 }
 
 impl PairBearing {
-    /// Shares and sums of what the pairs bear: forces \[N\], moment \[N m\] and loaded parts.
+    /// Forces \[N\], total moment \[N m\] and loaded parts of the pairs.
     pub fn sums(pairs: &[Self]) -> ([f64; MOST_PAIRS], f64, [f64; MOST_PAIRS]) {
         let of = |value: fn(&Self) -> f64| -> [f64; MOST_PAIRS] {
             std::array::from_fn(|pair| pairs.get(pair).map_or(0.0, value))

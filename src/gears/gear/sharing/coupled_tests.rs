@@ -14,7 +14,7 @@ fn face(slices: usize) -> Face {
     }
 }
 
-/// One pair whose waves have compliances of their own, askew by an angle.
+/// One pair with different compliances per wave, misaligned by an angle.
 fn one(compliance: impl Fn(usize) -> f64, waves: usize, slices: usize, angle: f64) -> Coupled {
     let diagonal = Mat::from_fn(
         waves,
@@ -38,15 +38,15 @@ fn figures(coupled: &Coupled, force: f64) -> [f64; 4] {
     ]
 }
 
-/// A strip that bends with the stiffness 1/c and twists with l²/c, ends free, loaded all along by a wedge:
+/// A strip with the bending stiffness 1/c and the twisting stiffness l²/c, ends free, loaded all along by a wedge:
 /// `d − l² d″ = c (x − ε z − d)/h` has `d = β (x − ε z) + β ε sinh κz/(κ cosh κb/2)`, `β = c/(c + h)` and
-/// `κ² l² = 1 + c/h`. What waves leave out falls with the fifth power of their number.
+/// `κ² l² = 1 + c/h`. The error falls with the fifth power of the number of waves.
 #[test]
 fn a_wedge_on_a_strip_has_hyperbolic_sines() {
     let (length, angle, force) = (4e-3, 2e-5, 2e3);
     let kappa = (1.0 + EVEN / CONTACT).sqrt() / length;
     let half = 0.5 * WIDTH;
-    // ∫ z q dz of q = (x − ε z − d)/h.
+    // ∫ z q dz for q = (x − ε z − d)/h.
     let beta = EVEN / (EVEN + CONTACT);
     let third = 2.0 * half.powi(3) / 3.0;
     let hyperbolic = 2.0 * (half - (kappa * half).tanh() / kappa) / (kappa * kappa);
@@ -65,7 +65,7 @@ fn a_wedge_on_a_strip_has_hyperbolic_sines() {
     }
 }
 
-/// Teeth that give as a whole but do not twist leave a wedge to the contact alone: `½ ε ℓ²/h = F`.
+/// Teeth that yield as a whole but do not twist: the contact alone closes the wedge, `½ ε ℓ²/h = F`.
 #[test]
 fn stiff_teeth_leave_a_wedge_to_the_contact() {
     let (angle, force) = (1e-3, 2e3);
@@ -79,7 +79,7 @@ fn stiff_teeth_leave_a_wedge_to_the_contact() {
     }
 }
 
-/// Slices of a straight gap only divide what they are asked about.
+/// The slices of a straight gap only divide the output.
 #[test]
 fn the_number_of_slices_does_not_matter_to_a_straight_gap() {
     let falling = |n: usize| EVEN / (1.0 + (n * n) as f64);
@@ -94,8 +94,8 @@ fn the_number_of_slices_does_not_matter_to_a_straight_gap() {
     }
 }
 
-/// Two pairs, the second behind a gap: what they bear is the force, the stiffness the derivative of the force by the approach,
-/// and no place that is apart bears.
+/// Two pairs, the second behind a gap: their loads sum to the force, the stiffness is the derivative of the force by
+/// the approach, and open parts carry no load.
 #[test]
 fn two_pairs_bear_the_force_with_its_tangent() {
     let waves = 6;
@@ -140,7 +140,7 @@ fn two_pairs_bear_the_force_with_its_tangent() {
     assert!(loaded(5e3) > 0.5);
 }
 
-/// A hollow lead bears at both ends of the face.
+/// A hollow lead carries load at both ends of the face.
 #[test]
 fn contact_may_be_in_two_places() {
     let slices = 32;
@@ -161,8 +161,8 @@ fn contact_may_be_in_two_places() {
     assert!(pair.loaded < 0.9);
 }
 
-/// The slope is that of one function of y and x: while the same is in contact its second derivatives are
-/// symmetric, and it vanishes where the load is borne.
+/// The slope is that of one function of y and x: with a constant contact its second derivatives are
+/// symmetric, and it vanishes in equilibrium.
 #[test]
 fn slopes_are_those_of_one_function() {
     let mean = 1e5;

@@ -1,48 +1,48 @@
 //! Why can a load not be shared out?
 
-/// Most pairs that share a load.
+/// Largest number of pairs that share a load.
 pub const MOST_PAIRS: usize = 3;
 
 /// Why a load cannot be shared out.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SharingError {
-    /// Nothing to press on.
+    /// No pair of teeth is in contact.
     #[error("no pair of teeth is in contact, because the contact ratio is below 1")]
     NoPair,
-    /// More pairs than there is room for.
+    /// More pairs than [`MOST_PAIRS`].
     #[error("{found} pairs in contact; at most {MOST_PAIRS} can share the load")]
     TooManyPairs {
-        /// How many, counted no further than that.
+        /// Number of pairs; counting stops there.
         found: usize,
     },
     /// A quantity outside its physical range.
     #[error("{name} is {value} at {position} m from the pitch point; it must be {accepted}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         name: &'static str,
         /// Its value, SI.
         value: f64,
-        /// Place on the line of action \[m\].
+        /// Position on the line of action \[m\].
         position: f64,
-        /// What would be accepted.
+        /// Accepted values.
         accepted: &'static str,
     },
-    /// A contact law that does not settle.
+    /// A contact law that does not converge.
     #[error(
         "the contact compliance at {position} m from the pitch point does not converge under its load; \
          check the derivative of the contact law"
     )]
     Unsettled {
-        /// Place on the line of action \[m\].
+        /// Position on the line of action \[m\].
         position: f64,
     },
-    /// Pairs that take each other's load away.
+    /// Pairs that take over each other's load.
     #[error(
         "the gear bodies couple the pair at {position} m from the pitch point too strongly to another pair: one of \
          them loses load when the gears approach"
     )]
     Coupling {
-        /// Place on the line of action \[m\].
+        /// Position on the line of action \[m\].
         position: f64,
     },
     /// A face without width or slices.

@@ -1,28 +1,28 @@
-//! A helical face: at each of its places the pairs stand somewhere else on the line of action.
+//! A helical face: the position of a pair on the line of action varies along the face.
 //!
-//! At z from mid-face they stand `z tan β_b` further than at mid-face: each thin slice is a spur
-//! pair that is ahead in phase, and the force is the integral of theirs. What the slices bear is smooth
-//! in z but where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a
+//! At z from mid-face the pairs stand `z tan β_b` further than at mid-face. Each thin slice is a spur
+//! pair that is ahead in phase, and the force is the integral over the slices. Their load is smooth
+//! in z except where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a
 //! kink of its law. The face is cut
-//! at these places, which move evenly with the mesh phase, and each stretch between them is divided
-//! into equally many spans: so that what is left of the error, which falls with the square of their
-//! width, does not jump while the cuts move across the face.
+//! at these positions, which move uniformly with the mesh phase. Each stretch between them has
+//! the same number of spans. The error falls with the square of their
+//! width, and so does not jump while the cuts move across the face.
 
 use super::pairs::{self, ContactPair, Face, Span, Station};
 use super::ramp::{self, Ramp};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
 use crate::gear::{FlankLaw, PathOfContact};
 
-/// Stretches narrower than this part of the face bear nothing that counts.
+/// Load on stretches narrower than this part of the face is negligible.
 const NARROW: f64 = 1e-12;
 
-/// Line loads that repeat within this part have settled.
+/// Relative change of line loads at convergence.
 const SETTLED: f64 = 1e-9;
 
-/// So have those that lie between two this part apart from which they do not repeat.
+/// Relative width of a bracket of line loads at convergence, if they do not repeat.
 const ENCLOSED: f64 = 1e-6;
 
-/// Most rounds of a contact that follows its load.
+/// Largest number of rounds for a contact that depends on its load.
 const ROUNDS: usize = 50;
 
 /// The lines of contact on a helical face at one mesh phase.
@@ -35,10 +35,10 @@ pub struct HelicalFace {
 
 impl HelicalFace {
     /// The lines of contact of a law with [`FlankLaw::helix`] at a mesh phase. The face is divided
-    /// into about as many slices as it is said to have.
+    /// into about `slices` spans.
     ///
     /// # Errors
-    /// A place without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
+    /// A position without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
     /// of [`ContactPair::new`].
     pub fn new(law: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
         let Face { width, slices } = face;
@@ -98,7 +98,7 @@ impl HelicalFace {
         let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
         knots.sort_unstable_by(f64::total_cmp);
         Ok(LoadSharing {
-            // Spans say it of each pair.
+            // Unused here: spans have this for each pair.
             on_path: [true; MOST_PAIRS],
             face: self.face,
             pairs: spans.iter().map(|s| s.positions.len()).max().unwrap_or(0),
@@ -111,8 +111,8 @@ impl HelicalFace {
         })
     }
 
-    /// As [`Self::sharing`], the contact of all pairs linearised at the mean line load that a force > 0
-    /// \[N\] puts on the lines of contact; for that force alone.
+    /// As [`Self::sharing`], with the contact of all pairs linearised at the mean line load under a force > 0
+    /// \[N\] on the lines of contact. Valid for that force only.
     ///
     /// # Errors
     /// As [`LoadSharing::under`].
@@ -123,8 +123,8 @@ impl HelicalFace {
         force: f64,
     ) -> Result<LoadSharing, SharingError> {
         let mut line_load = force / self.face.width;
-        // Pairs that change places in the order of joining let the loaded length step: where it does
-        // at the load sought, that lies between these.
+        // The loaded length steps where pairs swap their order of contact. If the solution is at such a step,
+        // this bracket encloses it.
         let mut bracket = [0.0, f64::INFINITY];
         for _ in 0..ROUNDS {
             for station in self.spans.iter_mut().flatten() {
@@ -150,8 +150,8 @@ impl HelicalFace {
 }
 
 impl LoadSharing {
-    /// Where pairs stand on the path of contact of a helical face \[m\], and the share in the load that
-    /// each bears there at an approach.
+    /// Positions of the pairs on the path of contact of a helical face \[m\], and the share in the load of
+    /// each at an approach.
     pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
         let borne = self.shares_along(approach);
         let spans = (self.spans.iter().zip(&borne)).flat_map(|(span, shares)| {
@@ -162,8 +162,8 @@ impl LoadSharing {
         [positions, shares]
     }
 
-    /// Places z of a helical face where a pair bears more than a share of the load at an approach, and where that
-    /// pair stands there on the path of contact \[m\].
+    /// Positions z on a helical face where a pair carries more than a share of the load at an approach, and the
+    /// position of that pair there on the path of contact \[m\].
     pub(in crate::gear) fn loaded_lines(
         &self,
         approach: f64,
@@ -196,12 +196,12 @@ impl LoadSharing {
     }
 }
 
-/// Where the face is cut, ends included and in order \[m\], and into how many spans each stretch is
-/// divided: the number of cuts on the face changes with the phase, that of spans in a stretch does not.
+/// Cuts of the face, ends included and in order \[m\], and the number of spans per stretch.
+/// The number of cuts on the face changes with the phase, the number of spans per stretch does not.
 fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     let (path, helix, [first, last]) = (law.path(), law.helix(), law.reach());
     let half = 0.5 * face.width;
-    // How far the pairs at the ends of the face are from those at mid-face, in cycles.
+    // Lead of the pairs at the ends of the face over those at mid-face, in cycles.
     let ahead = helix.abs() * half / path.base_pitch;
     let mut marks: Vec<f64> = (law.kinks().into_iter())
         .chain([path.start, path.end, path.pitch_point])
@@ -213,7 +213,7 @@ fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     let most = marks.len() * (2.0 * ahead).ceil() as usize;
     let mut cuts = vec![-half, half];
     for mark in marks {
-        // The pair that stands at the mark at mid-face would be this one.
+        // Number of the pair that is at the mark at mid-face; not an integer in general.
         let pair = (mark - path.start) / path.base_pitch - phase;
         let (low, high) = ((pair - ahead).ceil() as i64, (pair + ahead).floor() as i64);
         for number in low..=high {
@@ -225,7 +225,7 @@ fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     (cuts, face.slices.div_ceil(most + 1))
 }
 
-/// Where the pairs stand at a place of the face, the one that came last first \[m\].
+/// Positions of the pairs at a position of the face, the latest pair first \[m\].
 fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
     let ahead = phase + law.helix() * place / law.path().base_pitch;
     let positions = pairs::positions(law, ahead.rem_euclid(1.0));
@@ -236,7 +236,7 @@ fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, Sh
     }
 }
 
-/// The pairs at a place of the face, `along` \[m\] from where they stand at `positions`.
+/// The pairs at a position of the face, `along` \[m\] from `positions`.
 fn station(
     law: &impl FlankLaw,
     positions: &[f64],

@@ -1,13 +1,13 @@
-//! Where the law of a load has kinks: how far it is from the next.
+//! How far is a load from the next kink of its law?
 //!
-//! Under a given force everything about a mesh is smooth in the mesh phase as long as the same
-//! parts of the same pairs are in contact. A pair takes up load at one end of its face, is in
-//! contact all along it later, and changes places with another in the order of joining: each
-//! happens where a difference of two lengths changes its sign.
+//! Under a given force all quantities of a mesh are smooth in the mesh phase as long as the same
+//! parts of the same pairs are in contact. A pair takes up load at one end of its face, later is in
+//! contact all along it, and swaps its order of contact with another. At each of
+//! these phases a difference of two lengths changes its sign.
 
 use super::LoadSharing;
 
-/// A margin of what decides nothing here.
+/// Margin of a comparison that has no effect.
 const FAR: f64 = 1.0;
 
 impl LoadSharing {
@@ -17,7 +17,7 @@ impl LoadSharing {
         if !self.spans.is_empty() {
             return margins;
         }
-        // Where no gap varies across the face but by misalignment, the slices continue each other.
+        // If no gap varies across the face except by misalignment, the slices form one ramp.
         let slices = if self.even { self.face.slices } else { 1 };
         for zone in self.ramps.chunks(slices * self.pairs) {
             let of = |pair: usize| {

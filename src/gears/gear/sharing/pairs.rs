@@ -1,10 +1,10 @@
-//! Which pairs of teeth are in contact, and how does each give?
+//! Which pairs of teeth are in contact, and how compliant is each?
 
 use super::error::{MOST_PAIRS, SharingError};
 use crate::gear::{AlongFace, FlankLaw};
 use std::sync::Arc;
 
-/// A pair this close before the start of its reach, in base pitches, is on it.
+/// A pair within this distance before the start of its reach, in base pitches, counts as within it.
 const ON_START: f64 = 1e-12;
 
 /// The face and its slices.
@@ -26,7 +26,7 @@ impl Face {
 /// A pair in contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPair {
-    /// Place on the line of action \[m\].
+    /// Position on the line of action \[m\].
     pub position: f64,
     /// Whether that is on the path of contact, where rigid gears would touch.
     pub(super) on_path: bool,
@@ -34,15 +34,15 @@ pub struct ContactPair {
     pub(super) teeth: f64,
     /// Tangent compliance of the contact, times width \[m²/N\].
     pub(super) contact: f64,
-    /// Where the tangent of the contact law meets zero load \[m\].
+    /// Zero-load intercept of the tangent of the contact law \[m\].
     pub(super) intercept: f64,
     /// Compliance of both gear bodies, times width \[m²/N\].
     foundation: f64,
-    /// That between this pair and the ones ahead of it, nearest first \[m²/N\].
+    /// Compliance between this pair and those ahead of it, nearest first \[m²/N\].
     pub(super) coupling: Vec<f64>,
     /// Material missing at the borders of the slices \[m\].
     pub(super) gap: Vec<f64>,
-    /// How slices of it support each other; none where they do not.
+    /// How its slices support each other; `None` if they do not.
     pub(super) along_face: Option<Arc<AlongFace>>,
 }
 
@@ -63,7 +63,7 @@ impl ContactPair {
         Self::with_gap(law, position, ahead, gap)
     }
 
-    /// The pair at `position` of a law with a gap \[m\] at every border of its slices, `ahead` more
+    /// The pair at `position` of a law with a gap \[m\] at every border of its slices, with `ahead` more
     /// pairs within reach beyond it.
     ///
     /// # Errors
@@ -137,18 +137,18 @@ impl ContactPair {
         self.teeth + self.contact + self.foundation
     }
 
-    /// What the tooth spring has to close at the border of a slice \[m\].
+    /// Gap that the tooth spring has to close at the border of a slice \[m\].
     pub(super) fn gap(&self, border: usize) -> f64 {
         self.gap[border] + self.intercept
     }
 
-    /// The same on the middle of a slice \[m\].
+    /// The same in the middle of a slice \[m\].
     pub(super) fn mean_gap(&self, slice: usize) -> f64 {
         0.5 * (self.gap(slice) + self.gap(slice + 1))
     }
 }
 
-/// The pairs within reach at one place of a helical face, each with its gap there alone.
+/// The pairs within reach at one position of a helical face, each with its gap at that position.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Station {
     /// Distance from mid-face \[m\].
@@ -159,16 +159,16 @@ pub(super) struct Station {
 /// A slice of a helical face.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Span {
-    /// Places of its ends \[m\].
+    /// Positions of its ends \[m\].
     pub ends: [f64; 2],
-    /// Where its pairs stand on the path of contact at its middle \[m\].
+    /// Positions of its pairs on the path of contact at its middle \[m\].
     pub positions: Vec<f64>,
-    /// Which of them are on it, not beyond its ends.
+    /// Whether each is on the path, not beyond its ends.
     pub on_path: Vec<bool>,
 }
 
 impl Span {
-    /// The equal slices of a face that it lies on, each with the part of it that does.
+    /// The equal slices of a face that overlap this span, each with the overlapping part of the span.
     pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
         let [from, to] = self.ends;
         (0..face.slices).filter_map(move |slice| {
@@ -179,7 +179,7 @@ impl Span {
     }
 }
 
-/// The pairs within reach at mesh phase `phase`, the one that came last first. None where the reach is
+/// The pairs within reach at mesh phase `phase`, the latest pair first. Empty if the reach is
 /// shorter than a base pitch and the phase falls between two pairs.
 ///
 /// # Errors
@@ -194,11 +194,11 @@ pub fn pairs_at(
         .collect()
 }
 
-/// Where pairs within reach stand on the line of action at a mesh phase \[m\], the one that came last first.
-/// One too many is enough to be refused.
+/// Positions of the pairs within reach on the line of action at a mesh phase \[m\], the latest pair first.
+/// At most one pair too many, which is enough for its rejection.
 pub(super) fn positions(law: &impl FlankLaw, phase: f64) -> Vec<f64> {
     let (path, [first, last]) = (law.path(), law.reach());
-    // A pair on the start of its reach is in it, whatever rounding makes of its place.
+    // A pair at the start of its reach is within it, despite rounding of its position.
     let early = ((path.start - first) / path.base_pitch + phase + ON_START).floor();
     (0..=MOST_PAIRS)
         .map(|pair| path.start + (phase - early + pair as f64) * path.base_pitch)

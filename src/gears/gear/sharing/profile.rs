@@ -1,18 +1,18 @@
-//! By how much pairs press at every place of a face: gaps that are straight lines on each slice, less waves of
-//! displacement.
+//! How deep do pairs press at every position of a face? The gaps are linear on each slice; waves of displacement
+//! reduce the depth.
 //!
-//! Places are `t = z/b + ½`. By how much a pair presses at t is `x − g(t) − Σ d_n φ_n(t)`; where that is
-//! positive it is in contact.
+//! Positions are `t = z/b + ½`. The depth of a pair at t is `x − g(t) − Σ d_n φ_n(t)`. The pair is in contact
+//! where the depth is positive.
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// Cells of the face for each half wave of the shortest: on a cell few waves turn more than once.
+/// Cells of the face per half wave of the shortest: few waves have more than one extreme in a cell.
 const CELLS_PER_WAVE: usize = 4;
 
-/// Most steps to a border of contact.
+/// Largest number of steps of the search for a border of contact.
 const STEPS: usize = 60;
 
-/// A part of the face, 0 to 1.
+/// A part of the face, within 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Interval {
     from: f64,
@@ -30,7 +30,7 @@ impl Interval {
 /// The gaps of pairs along a face.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Profile {
-    /// Cells of a slice.
+    /// Number of cells per slice.
     cells: usize,
     waves: usize,
     borders: Vec<Place>,
@@ -38,7 +38,7 @@ pub(super) struct Profile {
     gaps: Vec<Vec<f64>>,
 }
 
-/// A place with `cos nπt` and `sin nπt` there.
+/// A position with `cos nπt` and `sin nπt` there.
 #[derive(Debug, Clone, PartialEq)]
 struct Place {
     at: f64,
@@ -53,7 +53,7 @@ impl Place {
     }
 }
 
-/// By how much a pair presses, apart from its gap: `x − Σ a_n cos nπt`, with the slope `Σ nπ a_n sin nπt`.
+/// Depth of a pair without its gap: `x − Σ a_n cos nπt`, with the slope `Σ nπ a_n sin nπt`.
 #[derive(Debug, Clone)]
 pub(super) struct Press {
     approach: f64,
@@ -62,7 +62,7 @@ pub(super) struct Press {
 }
 
 impl Press {
-    /// Of an approach \[m\] and waves d_n of displacement \[m\].
+    /// From an approach \[m\] and waves d_n of displacement \[m\].
     pub fn new(approach: f64, waves: &[f64]) -> Self {
         let amplitude = |n: usize| if n == 0 { waves[0] } else { SQRT_2 * waves[n] };
         Self {
@@ -92,7 +92,7 @@ impl Press {
     }
 }
 
-/// `cos nπt` and `sin nπt` for n up to a number.
+/// `cos nπt` and `sin nπt` for n below `count`.
 fn turns(place: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
     let (sin, cos) = (PI * place).sin_cos();
     let (mut cosines, mut sines) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -105,7 +105,7 @@ fn turns(place: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
     (cosines, sines)
 }
 
-/// `∫ cos pπt dt` over intervals, for p up to a number.
+/// `∫ cos pπt dt` over intervals, for p below `count`.
 pub(super) fn integrals(intervals: &[Interval], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for interval in intervals {
@@ -121,7 +121,7 @@ pub(super) fn integrals(intervals: &[Interval], count: usize) -> Vec<f64> {
 }
 
 impl Profile {
-    /// Gaps \[m\] at the borders of equal slices, pair by pair, under so many waves.
+    /// Gaps \[m\] at the borders of equal slices, pair by pair, with `waves` waves.
     pub fn new(gaps: Vec<Vec<f64>>, waves: usize) -> Self {
         let slices = gaps[0].len() - 1;
         let cells = (CELLS_PER_WAVE * waves).div_ceil(slices);
@@ -148,13 +148,13 @@ impl Profile {
         }
     }
 
-    /// By how much a pair presses at the border of a slice \[m\].
+    /// Depth of a pair at the border of a slice \[m\].
     pub fn at_border(&self, pair: usize, border: usize, press: &Press) -> f64 {
         let index = border * self.cells;
         press.value(&self.borders[index].cosines) - self.gaps[pair][index]
     }
 
-    /// By how much a pair presses where it presses most \[m\].
+    /// Largest depth of a pair \[m\].
     pub fn deepest(&self, pair: usize, press: &Press) -> f64 {
         let mut most = f64::NEG_INFINITY;
         self.walk(pair, press, |_, [from, to]| {
@@ -163,7 +163,7 @@ impl Profile {
         most
     }
 
-    /// Where a pair is in contact.
+    /// The intervals in which a pair is in contact.
     pub fn touching(&self, pair: usize, press: &Press) -> Vec<Interval> {
         let mut found: Vec<Interval> = Vec::new();
         let mut add = |from: f64, to: f64| match found.last_mut() {
@@ -192,8 +192,8 @@ impl Profile {
         found
     }
 
-    /// Hands over every stretch of the face on which a pair presses ever more or ever less, by its cell and by
-    /// places and depths of its ends.
+    /// Calls `stretch` for every part of the face with a monotone depth, with its cell and
+    /// the positions and depths of its ends.
     fn walk(&self, pair: usize, press: &Press, mut stretch: impl FnMut(usize, [(f64, f64); 2])) {
         let gaps = &self.gaps[pair];
         let at = |border: usize| {
@@ -222,7 +222,7 @@ impl Profile {
         }
     }
 
-    /// `∫ g cos nπt dt` over intervals, by parts: on every slice the gap has one slope.
+    /// `∫ g cos nπt dt` over intervals, by parts: on every slice the gap has a constant slope.
     pub fn gap_waves(&self, pair: usize, intervals: &[Interval]) -> Vec<f64> {
         let mut sums = vec![0.0; self.waves];
         for interval in intervals {
@@ -241,14 +241,14 @@ impl Profile {
         sums
     }
 
-    /// `∫ p dt` on each slice and `∫ (t − ½) p dt` on the face, p by how much a pair presses where it is in
+    /// `∫ p dt` on each slice and `∫ (t − ½) p dt` on the face, with the depth p of a pair in
     /// contact \[m\].
     pub fn sums(&self, pair: usize, intervals: &[Interval], press: &Press) -> (Vec<f64>, f64) {
         let mut slices = vec![0.0; (self.borders.len() - 1) / self.cells];
         let mut first = 0.0;
         for interval in intervals {
             self.on_slices(interval, |slice, from, to| {
-                // What does not vary in waves is a straight line, times t − ½ a parabola: Simpson's rule.
+                // Without the waves p is linear, and a parabola times t − ½: Simpson's rule is exact.
                 let straight = |t: f64| {
                     press.approach - press.cosines[0] - self.gap(pair, slice * self.cells, t)
                 };
@@ -270,7 +270,7 @@ impl Profile {
         (slices, first)
     }
 
-    /// Hands over the parts of an interval on slices, with their ends.
+    /// Calls `part` for the parts of an interval on slices, with their ends.
     fn on_slices(&self, interval: &Interval, mut part: impl FnMut(usize, &Place, &Place)) {
         let slices = (self.borders.len() - 1) / self.cells;
         let ends = [interval.from, interval.to].map(|end| Place::new(end, self.waves));
@@ -294,14 +294,14 @@ impl Profile {
         (high - low) * (self.borders.len() - 1) as f64
     }
 
-    /// The gap of the line that it is on a cell.
+    /// The gap, extrapolated linearly from a cell.
     fn gap(&self, pair: usize, cell: usize, place: f64) -> f64 {
         self.gaps[pair][cell] + self.rise(pair, cell) * (place - self.borders[cell].at)
     }
 }
 
-/// The zero of a function, given with its derivative, between two places where its signs differ: Newton's
-/// method, and the middle where that leaves them.
+/// The zero of a function, given with its derivative, between two positions with opposite signs: Newton's
+/// method, with bisection if a step leaves the bracket.
 fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 {
     let [mut low, mut high] = ends;
     let mut place = 0.5 * (low + high);
@@ -326,7 +326,7 @@ fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 
 mod tests {
     use super::*;
 
-    /// A pair may press most anywhere inside a cell, and be in contact nowhere else: both are what fine steps find.
+    /// The largest depth may be inside a cell, with contact nowhere else: fine sampling finds the same.
     #[test]
     fn what_presses_most_lies_inside_a_cell_as_well() {
         let profile = Profile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);
@@ -343,7 +343,7 @@ mod tests {
             let press = |approach| Press::new(approach, &[0.0, first, second]);
             let found = profile.deepest(0, &press(0.0));
             assert!((found - most).abs() < 1e-15, "{found:e} {most:e}");
-            // In contact by a thousandth of a micrometre only around that place.
+            // A depth of a thousandth of a micrometre gives contact only around that position.
             let touching = profile.touching(0, &press(1e-9 - most));
             let length: f64 = touching.iter().map(Interval::length).sum();
             let places = (0..200_000).map(|i| (f64::from(i) + 0.5) / 2e5);

@@ -4,10 +4,10 @@ use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face, Station};
 use crate::numerics::linalg::invert;
 
-/// Gaps of two pairs that differ by less than this part of them are equal.
+/// Gaps of two pairs are equal if they differ by less than this part of them.
 const SAME_GAP: f64 = 8.0 * f64::EPSILON;
 
-/// A one-sided spring with a gap that is a straight line across its slice: without load up
+/// A one-sided spring with a gap that is linear across its slice: without load up
 /// to `low`, in full contact from `high` on.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ramp {
@@ -19,14 +19,14 @@ pub(super) struct Ramp {
     /// Smallest and largest gap \[m\].
     pub low: f64,
     pub high: f64,
-    /// Places on the face with these gaps \[m\].
+    /// Positions on the face with these gaps \[m\].
     low_place: f64,
     high_place: f64,
-    /// What the contact of this pair changes in the stiffness of each pair \[N/m\].
+    /// Change of the stiffness of each pair by the contact of this pair \[N/m\].
     pub stiffness: [f64; MOST_PAIRS],
 }
 
-/// Where a ramp stands at some approach x. Means are over the slice.
+/// State of a ramp at an approach x. Means are over the slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Travel {
     /// Mean of `max(0, x − gap)` \[m\].
@@ -51,7 +51,7 @@ impl Ramp {
         if x >= self.high {
             let mean = (x - self.low) - 0.5 * span;
             let middle = 0.5 * (self.low_place + self.high_place);
-            // Covariance of two straight lines.
+            // Covariance of two linear functions.
             let skew = span * (self.high_place - self.low_place) / 12.0;
             return Travel {
                 mean,
@@ -81,10 +81,10 @@ impl Ramp {
     }
 }
 
-/// Adds one ramp for each of the pairs on a slice that join first, `most` at most.
+/// Adds one ramp for each of the first pairs that come into contact on a slice, `most` at most.
 ///
-/// The pairs' mean gap, misalignment included, is the line that all follow; what a pair
-/// differs from it by is constant on the slice. With u the approach above that line, pairs come
+/// The pairs' mean gap, misalignment included, is linear and common to all; the deviation of a pair
+/// from it is constant on the slice. With u the approach above that line, pairs come
 /// into contact one after the other, and between two such knots all loads are linear in u.
 pub(super) fn add_slice(
     ramps: &mut Vec<Ramp>,
@@ -103,7 +103,7 @@ pub(super) fn add_slice(
     let [(low, low_place), (high, high_place)] =
         if from.0 <= to.0 { [from, to] } else { [to, from] };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
-    // Pairs that lack the same join at once, not in the order of what rounding leaves.
+    // Pairs with equal gaps come into contact together, not in an order due to rounding.
     let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
     let rounding = SAME_GAP * gaps().fold(0.0, f64::max);
     let mut joining = Joining::new(pairs, |pair| {
@@ -131,9 +131,9 @@ pub(super) fn add_slice(
 /// Adds one ramp for each pair on a span of a helical face, from the pairs at its two ends and at its
 /// middle.
 ///
-/// A pair joins at either end of the span where it would join there, and adds the mean, by Simpson's
-/// rule, of what it would add to the stiffness at the three places. Ends of neighbouring spans are one
-/// place: the border of what is in contact moves across them without a step.
+/// At either end of the span a pair comes into contact at the approach for that position. Its stiffness is the mean,
+/// by Simpson's rule, of its additional stiffness at the three positions. Neighbouring spans share
+/// an end: the border of the contact moves across it without a step.
 pub(super) fn add_span(
     ramps: &mut Vec<Ramp>,
     stations: &[Station; 3],
@@ -178,7 +178,7 @@ pub(super) fn add_span(
     Ok(())
 }
 
-/// Pairs that come into contact as the gears approach, at one place of the face.
+/// Pairs that come into contact as the gears approach, at one position of the face.
 struct Joining<'a> {
     pairs: &'a [ContactPair],
     /// Compliances times width \[m²/N\].
@@ -186,7 +186,7 @@ struct Joining<'a> {
     /// Gap of each pair \[m\].
     offset: [f64; MOST_PAIRS],
     joined: [bool; MOST_PAIRS],
-    /// Approach at which the last pair joined \[m\].
+    /// Approach at which the last pair came into contact \[m\].
     knot: f64,
     /// Line loads there \[N/m\].
     load: [f64; MOST_PAIRS],
@@ -216,9 +216,9 @@ impl<'a> Joining<'a> {
         }
     }
 
-    /// The pair that joins next; knot, loads and gains become those of its joining.
+    /// The next pair to come into contact. Sets knot, loads and gains to those at its contact.
     fn next(&mut self) -> Result<usize, SharingError> {
-        // A pair's gap closes by the approach less what the others' loads push it away.
+        // A pair's gap closes by the approach less its displacement by the others' loads.
         let pushed = |pair: usize, loads: &[f64; MOST_PAIRS]| -> f64 {
             let terms = self.compliance[pair].iter().zip(loads);
             terms.map(|(c, q)| c * q).sum()
@@ -250,7 +250,7 @@ impl<'a> Joining<'a> {
             .ok_or(SharingError::Coupling { position })
     }
 
-    /// What the line loads of the joined pairs gain with the approach: `C⁻¹ 1` among them.
+    /// Derivatives of the line loads of the joined pairs by the approach: `C⁻¹ 1` among them.
     fn gains(&self) -> [f64; MOST_PAIRS] {
         let mut joined = (0..MOST_PAIRS).filter(|&pair| self.joined[pair]);
         if let (Some(alone), None) = (joined.next(), joined.next()) {
@@ -258,7 +258,7 @@ impl<'a> Joining<'a> {
             return std::array::from_fn(|pair| if pair == alone { own } else { 0.0 });
         }
         let scale = self.compliance[0][0];
-        // The others stand aside on a diagonal of their own.
+        // The others are decoupled by a diagonal entry.
         let among: [[f64; MOST_PAIRS]; MOST_PAIRS] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 if self.joined[i] && self.joined[j] {

@@ -1,4 +1,4 @@
-//! What damps an assembly or couples its freedoms: dampers, drag, gyroscopic moments,
+//! What damps an assembly or couples its freedoms? Dampers, drag, gyroscopic moments,
 //! cross-coupled springs, rolling contacts.
 //!
 //! ```text
@@ -24,11 +24,11 @@ pub(super) struct Entries {
     gyroscopic: Vec<Entry>,
     cross_stiffness: Vec<Entry>,
     frame_stiffness: Vec<Entry>,
-    /// Speed of what is added now, in units of Ω.
+    /// Speed of the next parts, in units of Ω.
     turning: f64,
 }
 
-/// Matrices over the free freedoms beside mass and stiffness.
+/// Matrices over the free freedoms besides mass and stiffness.
 #[derive(Debug, Clone)]
 pub struct CouplingMatrices {
     /// Damping matrix C \[N s/m, N m s/rad\].
@@ -37,7 +37,7 @@ pub struct CouplingMatrices {
     pub gyroscopic: Mat<f64>,
     /// Stiffness K_c of cross-coupled springs \[N/m\].
     pub cross_stiffness: Mat<f64>,
-    /// What a turning frame adds, `Ω² K_f` \[kg\], symmetric.
+    /// Contribution of a rotating frame, `Ω² K_f` \[kg\], symmetric.
     pub frame_stiffness: Mat<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Entries {
         self.damping.extend(entries);
     }
 
-    /// The matrices, by what sums entries over the free freedoms; none without any entry.
+    /// The matrices; `collect` sums entries over the free freedoms. `None` without any entry.
     pub fn matrices(&self, collect: impl Fn(&[Entry]) -> Mat<f64>) -> Option<CouplingMatrices> {
         let all = [
             &self.damping,
@@ -90,8 +90,8 @@ impl Entries {
     }
 }
 
-/// Where `S u` takes a freedom from, `S (x, y) = (−y, x)` of displacements and rotations alike, and its sign: the column of
-/// a matrix M moves there in M S. None of what a turn about the axis does not change.
+/// The source of a freedom in `S u`, with `S (x, y) = (−y, x)` for both displacements and rotations, and its sign: the
+/// column of a matrix M moves there in M S. `None` if a rotation about the axis does not change the freedom.
 fn turned(column: usize) -> Option<(usize, f64)> {
     match column % NODE_FREEDOMS {
         0 | 3 => Some((column + 1, -1.0)),
@@ -101,15 +101,16 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes the inertia of some nodes, those for which `seen` holds, in a frame that turns about the axis, right-handed, at
-    /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity `Ω_f S u`, so that
+    /// Writes the inertia of the nodes for which `seen` holds in a frame that rotates about the axis, right-handed, at
+    /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity
+    /// `Ω_f S u`. Therefore
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
     /// ```
     ///
-    /// stands for `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All that stands in the ground has
-    /// to be the same in all directions.
+    /// replaces `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All fixed parts
+    /// must be isotropic.
     pub fn in_turning_frame(&mut self, ratio: f64, seen: impl Fn(usize) -> bool) {
         let turned = |column: usize| turned(column).filter(|_| seen(column / NODE_FREEDOMS));
         let moments = self.coupling.gyroscopic.clone();
@@ -130,9 +131,9 @@ impl Assembly {
         }
     }
 
-    /// Lets the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its axis in x and y,
-    /// turn with the carrier. The frame gives `−m Ω_f² |u|²/2`; what counts is the way from where the carrier has
-    /// taken the pin, `|u − S r θ|`: a carrier that has turned is as it was.
+    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its axis
+    /// in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's position
+    /// on the carrier, `|u − S r θ|`, as a rotation of the carrier changes nothing.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].
@@ -155,9 +156,9 @@ impl Assembly {
         Ok(())
     }
 
-    /// Beams and discs that are added from here on turn about their axis, right-handed, at
-    /// `ratio` times the speed Ω of the pinion and have gyroscopic moments; with 0, as at
-    /// first, they have none.
+    /// Beams and discs added after this call rotate about their axis, right-handed, at
+    /// `ratio` times the speed Ω of the pinion and have gyroscopic moments. With 0, the
+    /// initial value, they have none.
     pub fn turn(&mut self, ratio: f64) {
         self.coupling.turning = ratio;
     }
@@ -232,7 +233,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds a viscous drag on the rotation of a node about its axis, against another one's or the
+    /// Adds a viscous drag on the rotation of a node about its axis, relative to another node or the
     /// ground \[N m s/rad\].
     ///
     /// # Errors

@@ -180,7 +180,7 @@ fn misuse_is_refused() {
     assert_eq!(assembly.tie(a, a, Freedom::X, 1.0).err(), bound(a, a));
     assembly.tie(a, b, Freedom::X, 1.0).unwrap();
     assert_eq!(assembly.tie(c, a, Freedom::X, 1.0).err(), bound(c, a));
-    // The master may lose its freedom after the tie.
+    // The master may become fixed after the tie.
     assembly.fix(b, Freedom::X).unwrap();
     assert_eq!(assembly.matrices().err(), bound(a, b));
     let carried = assembly.add_carried_node(c, 0.1).unwrap();

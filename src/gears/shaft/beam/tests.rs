@@ -160,7 +160,7 @@ fn unphysical_elements_are_refused() {
     ));
 }
 
-/// The two bending planes are one: a shaft loaded at 45° bends at 45°.
+/// Both bending planes are equal: a shaft loaded at 45° bends at 45°.
 #[test]
 fn bending_planes_are_alike() {
     let element = BeamElement::new(Section::solid(0.03).unwrap(), steel(), 0.9, 0.2).unwrap();

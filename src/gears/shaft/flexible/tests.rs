@@ -88,7 +88,7 @@ fn rigid_rotations_in_closed_form() {
     let mass_2 = polar_inertia(&drive, 1) / base_2.powi(2);
     let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
     assert_eq!(structure.frequency[..2], [0.0, 0.0]);
-    // Neutral: both roll forward with one pitch-line velocity, felt by neither mesh nor load.
+    // Neutral: both roll forward with one pitch-line velocity; neither mesh nor load has a part in it.
     let [pinion, wheel] =
         [&structure.pinion_torque, &structure.wheel_torque].map(|c| c.as_ref().unwrap());
     let velocity = 1.0 / (mass_1 + mass_2).sqrt();
@@ -108,7 +108,7 @@ fn rigid_rotations_in_closed_form() {
     close(structure.friction[1], -tangent * reduced);
 }
 
-/// With hubs the rigid rotations keep their inertia: what a hub is of the shaft the body is not.
+/// With hubs the rigid rotations keep their inertia: shaft and body do not overlap.
 #[test]
 fn hubs_stiffen_and_weigh_what_they_did() {
     let plain = drive();
@@ -131,7 +131,7 @@ fn hubs_stiffen_and_weigh_what_they_did() {
         );
     }
     assert!(with.frequency[2] > 1.01 * without.frequency[2]);
-    // A hub as thick as the shaft is none, to what the shaft's own mass below the body is worth.
+    // A hub as thick as the shaft has no effect, except that the shaft's mass below the body is not counted twice.
     for (i, shaft) in plain.shafts.iter().enumerate() {
         let length = plain.gears.body_length[i];
         let diameter = shaft.diameter * (1.0 + 1e-9);
@@ -147,7 +147,7 @@ fn hubs_stiffen_and_weigh_what_they_did() {
     }
 }
 
-/// A hub that reaches beyond a bearing is refused, and told how long it may be: twice the way to the nearer one.
+/// A hub that reaches beyond a bearing is rejected. The message states the limit, twice the distance to the nearer one.
 #[test]
 fn hubs_end_at_the_bearings() {
     for (position, room) in [(0.4, 0.12), (0.7, 0.09)] {
@@ -177,9 +177,9 @@ fn hubs_end_at_the_bearings() {
     }
 }
 
-/// Shafts too stiff to bend or twist on springs that cannot hold a tilt: the whole modal
+/// Shafts too stiff to bend or twist on springs that cannot hold a tilt: the complete modal
 /// sum is the flexibility of four bearings, `Σ (sin² α/(2 k_x) + cos² α/(2 k_y))` for gears
-/// amid their spans.
+/// in the middle of their spans.
 #[test]
 fn the_whole_modal_sum_is_the_static_flexibility() {
     let mut stiff = drive();
@@ -191,7 +191,7 @@ fn the_whole_modal_sum_is_the_static_flexibility() {
             bearing.tilt = 0.0;
         }
     }
-    // Nine nodes a shaft, all freedoms released.
+    // Nine nodes per shaft, all freedoms released.
     let all = 2 * 9 * 6;
     let structure = stiff.modes(all, RIGID_MODES, true).unwrap();
     let (sin, cos) = stiff.gears.pressure_angle.sin_cos();
@@ -220,7 +220,7 @@ fn modes_of_either_count_agree_and_the_rest_returns_as_flexibility() {
     }
 }
 
-/// Frequencies fall towards their limit as elements are added, past the size (252 freedoms for
+/// Frequencies fall towards their limit as elements are added, beyond the size (252 freedoms for
 /// two shafts) at which the eigensolver begins to divide the matrix.
 #[test]
 fn any_number_of_elements_is_solved() {
@@ -339,11 +339,11 @@ fn unphysical_drives_are_refused() {
     }
 }
 
-/// What flanks and friction do to the modes is what forces do to shafts on four bearings, by hand.
+/// The effect of flanks and friction on the modes is that of forces on shafts with four bearings, calculated by hand.
 ///
-/// The drive flanks push the pinion along `−(sin α, cos α, −tan β_b)`, where α is that of the transverse section. Friction
-/// pushes it along `(cos α, −sin α, 0)`. The coast flanks are the image across the line of centres. All forces stand at the pitch
-/// point, and the wheel bears the opposite ones.
+/// The drive flanks push the pinion along `−(sin α, cos α, −tan β_b)`, with α in the transverse section. Friction
+/// pushes it along `(cos α, −sin α, 0)`. The coast flanks are the image across the line of centres. All forces act at
+/// the pitch point, and the opposite forces act on the wheel.
 #[test]
 fn bearings_bear_the_forces_of_flanks_and_friction() {
     let all = 2 * 9 * 6;
@@ -351,7 +351,7 @@ fn bearings_bear_the_forces_of_flanks_and_friction() {
         let mut drive = drive();
         drive.gears.helix_angle = helix;
         drive.gears.form.face_middle = face_middle;
-        // Only the first bearing locates a shaft, and none holds a tilt.
+        // Only the first bearing locates a shaft, and no bearing holds a tilt.
         for bearing in drive
             .shafts
             .iter_mut()
@@ -381,7 +381,7 @@ fn bearings_bear_the_forces_of_flanks_and_friction() {
         let radii = drive.gears.pitch_radii();
         let span = drive.shafts[0].span;
         let mid = 0.4 * span + face_middle;
-        // By a force on the pinion at the pitch point: what its bearings bear and what those of the wheel bear.
+        // Loads on the bearings of pinion and wheel by a force on the pinion at the pitch point.
         let borne = |[x, y, z]: [f64; 3]| {
             let shaft = |sign: f64, arm: f64| {
                 let [x, y, z] = [sign * x, sign * y, sign * z];

@@ -1,10 +1,10 @@
-//! The lowest modes of large banded matrices, without the others.
+//! The lowest modes of large banded matrices, without computing the others.
 //!
 //! A basis V of a block Krylov space of `A = (K + σ M)⁻¹ M`, M-orthonormal by full
 //! reorthogonalisation (Lanczos in blocks: Grimes, Lewis & Simon, *SIAM J. Matrix Anal. Appl.* 15, 1994).
-//! The eigenvalues θ of `VᵀM A V` give `ω² = 1/θ − σ`, large θ first, so that the lowest modes come out best.
-//! Blocks are wider than rigid motions or equal frequencies of one structure are many. That none is missing is
-//! counted: `K − μ M` has as many negative pivots as there are ω² below μ (Sylvester).
+//! The eigenvalues θ of `VᵀM A V` give `ω² = 1/θ − σ`. Large θ come first, so the lowest modes are most accurate.
+//! Blocks are wider than the number of rigid motions or equal frequencies of a structure. A count checks that no mode
+//! is missing: `K − μ M` has as many negative pivots as there are ω² below μ (Sylvester).
 
 use super::pencil::{Pencil, Shifted};
 use crate::numerics::linalg::{cholesky, product, solve_lower, symmetric_eigen};
@@ -12,24 +12,24 @@ use crate::numerics::random::Stream;
 use crate::shaft::banded::Banded;
 use faer::Mat;
 
-/// Fewest columns of a block: two planes of two equal shafts, and room for more.
+/// Smallest number of columns of a block: two planes of two equal shafts, with some margin.
 const BLOCK: usize = 6;
 
-/// Modes beyond those asked for that have to be found too: between two of them lies the place at which
-/// modes are counted.
+/// Number of modes to compute beyond the requested ones. The count of modes takes place between two
+/// of these.
 const BEYOND: usize = 4;
 
 /// Largest residual of a mode of A in the norm of M, relative to its θ. One step of inverse iteration
 /// follows.
 const TOLERANCE: f64 = 1e-11;
 
-/// Blocks between two looks at the residuals.
+/// Number of blocks between two checks of the residuals.
 const BLOCKS_A_LOOK: usize = 4;
 
-/// Part of the smallest ratio of a freedom's own stiffness and inertia that the first shift is.
+/// First shift, relative to the smallest ratio of the diagonal entries of stiffness and inertia.
 const FIRST_SHIFT: f64 = 1e-6;
 
-/// Rounds in which the shift is brought near the lowest elastic ω².
+/// Number of rounds that move the shift towards the lowest elastic ω².
 const SHIFT_ROUNDS: usize = 3;
 
 /// Estimates of the lowest ω², ascending, and their M-orthonormal shapes.
@@ -38,8 +38,8 @@ pub(super) struct Lowest {
     pub shape: Mat<f64>,
 }
 
-/// The `wanted` lowest modes, `rigid` of which are rigid motions; none where the iteration does not get there, a
-/// mode would be missing, or `K + σ M` is not positive definite: then a dense solution has to say.
+/// The `wanted` lowest modes, including `rigid` rigid motions. `None` if the iteration does not converge, a
+/// mode is missing, or `K + σ M` is not positive definite: a dense solution is needed then.
 pub(super) fn lowest(
     mass: &Banded,
     stiffness: &Banded,
@@ -77,10 +77,10 @@ pub(super) fn lowest(
     }
 }
 
-/// What the first block is drawn from.
+/// Seed of the first block.
 const SEED: u64 = 1994;
 
-/// A shift near the lowest elastic ω², and a block that has turned towards the lowest modes.
+/// A shift near the lowest elastic ω², and a block aligned with the lowest modes.
 fn near_first_elastic(
     pencil: Pencil<'_>,
     mass: &Banded,
@@ -98,14 +98,14 @@ fn near_first_elastic(
         let space = Space::new(pencil, solver, block)?;
         let (values, vectors) = space.ritz()?;
         block = product(space.image.as_ref(), vectors.as_ref());
-        // θ ascend: the largest stand for the rigid motions.
+        // θ ascend: the largest belong to the rigid motions.
         let theta = values[values.len() - 1 - rigid];
         shift = (1.0 / theta - shift).max(FIRST_SHIFT * shift);
     }
     (shift.is_finite()).then_some((shift, block))
 }
 
-/// Whether as many modes are below a place between two of those found as have been found.
+/// Whether the number of modes below a value between two found modes equals the number found.
 fn all_there(mass: &Banded, stiffness: &Banded, squared: &[f64], wanted: usize) -> bool {
     let gap = |count: &usize| (squared[*count] - squared[*count - 1]) / squared[*count].abs();
     let widest = (wanted..squared.len()).max_by(|a, b| gap(a).total_cmp(&gap(b)));
@@ -120,7 +120,7 @@ struct Space<'a> {
     pencil: Pencil<'a>,
     solver: Shifted,
     width: usize,
-    /// V, one column a vector.
+    /// V, one column per vector.
     basis: Mat<f64>,
     /// M V.
     inertia: Mat<f64>,
@@ -129,7 +129,7 @@ struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    /// That of a first block.
+    /// The Krylov space of a first block.
     fn new(pencil: Pencil<'a>, solver: Shifted, block: Mat<f64>) -> Option<Self> {
         let none = Mat::zeros(pencil.size(), 0);
         let mut space = Self {
@@ -155,7 +155,7 @@ impl<'a> Space<'a> {
         self.add(next)
     }
 
-    /// Adds what a block has outside of the space.
+    /// Adds the part of a block outside the space.
     fn add(&mut self, mut block: Mat<f64>) -> Option<()> {
         // Twice, against round-off.
         for _ in 0..2 {
@@ -182,7 +182,7 @@ impl<'a> Space<'a> {
         symmetric_eigen(&symmetric)
     }
 
-    /// The `all` lowest modes, where all are found.
+    /// The `all` lowest modes, if all have converged.
     fn converged(&self, all: usize, shift: f64) -> Option<Lowest> {
         let (values, vectors) = self.ritz()?;
         let last = values.len() - 1;
@@ -212,10 +212,10 @@ impl<'a> Space<'a> {
     }
 }
 
-/// Makes the columns of a block M-orthonormal; none where they are dependent.
+/// Makes the columns of a block M-orthonormal; `None` if they are dependent.
 fn normalise(block: &mut Mat<f64>, mass: impl Fn(&Mat<f64>) -> Mat<f64>) -> Option<()> {
     let count = block.ncols();
-    // Of columns of one length each, the Gram matrix is easy to factorise.
+    // With columns of equal length the Gram matrix is easy to factorise.
     let gram = product(block.transpose(), mass(block).as_ref());
     let length: Vec<f64> = (0..count).map(|j| gram[(j, j)].sqrt()).collect();
     let scaled = Mat::from_fn(count, count, |i, j| gram[(i, j)] / (length[i] * length[j]));
@@ -227,7 +227,7 @@ fn normalise(block: &mut Mat<f64>, mass: impl Fn(&Mat<f64>) -> Mat<f64>) -> Opti
     Some(())
 }
 
-/// Both beside each other.
+/// Both matrices next to each other.
 fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     let before = left.ncols();
     Mat::from_fn(left.nrows(), before + right.ncols(), |i, j| {
@@ -239,7 +239,7 @@ fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
 mod tests {
     use super::*;
 
-    /// Modes are counted where the distance of neighbours is widest, not between two that are one.
+    /// The count takes place in the widest gap of neighbours, not between two equal modes.
     #[test]
     fn a_missing_mode_is_noticed_and_an_equal_pair_is_not_parted() {
         let own = [1.0, 2.0, 2.0, 5.0, 9.0];
@@ -248,7 +248,7 @@ mod tests {
             Banded::of(&matrix, 0)
         };
         let (mass, stiffness) = (diagonal(&|_| 1.0), diagonal(&|i| own[i]));
-        // As they are found, to rounding.
+        // As found, with rounding.
         let found = [1.0, 2.0 - 1e-13, 2.0 + 1e-13, 5.0];
         assert!(all_there(&mass, &stiffness, &found, 2));
         assert!(all_there(&mass, &stiffness, &found, 1));

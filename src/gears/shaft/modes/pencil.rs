@@ -1,4 +1,4 @@
-//! Mass and stiffness as what modes need of them, whole or banded.
+//! Mass and stiffness, dense or banded, with the operations that modes need.
 
 use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
 use crate::shaft::banded::{Banded, Factor};
@@ -20,7 +20,7 @@ pub(super) enum Shifted {
     Banded(Factor),
 }
 
-/// What K and M make of a shape, and the sums of the moduli of what is added up, row by row.
+/// Products of K and M with a shape, and the sums of the moduli of their terms, row by row.
 pub(super) struct Terms {
     pub elastic: Vec<f64>,
     pub inertial: Vec<f64>,
@@ -37,7 +37,7 @@ impl Pencil<'_> {
         }
     }
 
-    /// Inertia of a freedom on its own.
+    /// Diagonal inertia of a freedom.
     pub fn inertia(&self, row: usize) -> f64 {
         match self {
             Self::Dense(mass, _) => mass[(row, row)],
@@ -53,7 +53,7 @@ impl Pencil<'_> {
         }
     }
 
-    /// `K + σ M`; none where it is not positive definite.
+    /// `K + σ M`; `None` if it is not positive definite.
     pub fn shifted(&self, shift: f64) -> Option<Shifted> {
         match self {
             Self::Dense(mass, stiffness) => {
@@ -68,7 +68,7 @@ impl Pencil<'_> {
         }
     }
 
-    /// What both make of a shape.
+    /// Products of both matrices with a shape.
     pub fn terms(&self, shape: &[f64]) -> Terms {
         match self {
             Self::Dense(mass, stiffness) => {
@@ -111,7 +111,7 @@ impl Shifted {
     }
 }
 
-/// `A x` and the sums of the moduli of what it adds up.
+/// `A x` and the sums of the moduli of its terms.
 fn sums(matrix: &Mat<f64>, x: &[f64]) -> [Vec<f64>; 2] {
     let mut out = [vec![0.0; x.len()], vec![0.0; x.len()]];
     for (column, &value) in x.iter().enumerate() {

@@ -1,10 +1,10 @@
-//! How far a Rayleigh quotient is known.
+//! How accurate is a Rayleigh quotient?
 
 #![allow(clippy::unwrap_used)]
 use super::*;
 
-/// Of a pair that is diagonal the sum is in closed form, `16 ε Σ (k + σ m) φ²`, and whatever stands beside the diagonal
-/// counts by its modulus, in dense matrices and in banded ones.
+/// For a diagonal pair the sum has a closed form, `16 ε Σ (k + σ m) φ²`. Entries off the diagonal
+/// count by their modulus, in dense matrices and in banded ones.
 #[test]
 fn the_rounding_of_a_quotient_is_that_of_the_moduli_it_sums() {
     let (elastic, inertial) = ([3e8, 2e5, 7e6], [2.0, 5.0, 0.5]);
@@ -38,7 +38,7 @@ fn the_rounding_of_a_quotient_is_that_of_the_moduli_it_sums() {
     }
 }
 
-/// A spring of a hundred-millionth of the others' stiffness is one still, and none is a rigid motion.
+/// A spring of a hundred-millionth of the others' stiffness still counts as one; without it there is a rigid motion.
 #[test]
 fn a_soft_spring_is_no_rigid_motion() {
     let rigid = |soft: f64| {

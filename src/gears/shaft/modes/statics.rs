@@ -1,4 +1,4 @@
-//! What a load deflects beyond the modes that were computed: the rest of the static solution.
+//! How much does a load deflect a structure beyond the computed modes? The rest of the static solution.
 
 use super::pencil::Pencil;
 use super::{LARGE, Modes, NARROW};
@@ -7,23 +7,23 @@ use crate::shaft::banded::Banded;
 use crate::shaft::error::ShaftError;
 use faer::Mat;
 
-/// Shift, in parts of the largest squared frequency computed: what is left falls by more than this factor in
+/// Shift, relative to the largest squared frequency computed: the error falls by more than this factor in
 /// every step.
 const SHIFT: f64 = 1e-3;
 
-/// Change of a shape at which it is there, relative to its largest entry or to that of the whole deflection.
+/// Change of a shape at convergence, relative to its largest entry or to that of the whole deflection.
 const THERE: f64 = 1e-14;
 
-/// Most steps: without elastic modes to set the shift the factor may be 0.9.
+/// Largest number of steps: without elastic modes to set the shift the factor may be 0.9.
 const MOST_STEPS: usize = 400;
 
 impl Modes {
-    /// These modes followed by one static shape for every load, of squared frequency 1: the deflection under the
-    /// load that no mode here has, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. A sum of
-    /// freedoms has as its value in the shape the residual flexibility between itself and the load.
+    /// These modes followed by one static shape per load, with squared frequency 1: the deflection under the
+    /// load outside these modes, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. The value of
+    /// a sum of freedoms in the shape is the residual flexibility between this sum and the load.
     ///
-    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes. Where these have all of the
-    /// deflection what is left is round-off, of some 1e-16 of the whole.
+    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes. If these modes contain the
+    /// whole deflection, the result is round-off, some 1e-16 of the whole.
     ///
     /// # Errors
     /// [`ShaftError::StiffnessIndefinite`], [`ShaftError::NoStaticShape`].
@@ -34,7 +34,7 @@ impl Modes {
         loads: &[Vec<f64>],
     ) -> Result<Self, ShaftError> {
         let (size, modes) = (mass.nrows(), self.shape.ncols());
-        // All modes leave nothing.
+        // With all modes nothing is left.
         if modes == size || loads.is_empty() {
             return Ok(self.clone());
         }
@@ -70,7 +70,7 @@ impl Modes {
         let largest =
             |of: &Mat<f64>, j: usize| of.col(j).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut force = Mat::from_fn(size, loads.len(), |i, j| loads[j][i]);
-        // What has to be left out of each deflection leaves round-off, which no step makes smaller.
+        // Removing the computed modes from a deflection leaves round-off that no step reduces.
         let mut deflection = force.clone();
         solver.solve(&mut deflection);
         let whole: Vec<f64> = (0..loads.len()).map(|j| largest(&deflection, j)).collect();

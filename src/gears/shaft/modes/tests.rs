@@ -24,7 +24,7 @@ fn shaft(diameter: f64, shear: f64, elements: usize) -> (Assembly, usize) {
     (assembly, elements)
 }
 
-/// Leaves only the given freedoms of every node.
+/// Frees only the given freedoms of every node.
 fn only(assembly: &mut Assembly, last: usize, kept: &[Freedom]) {
     for node in 0..=last {
         for freedom in [
@@ -165,7 +165,7 @@ fn the_lowest_frequency_survives_a_fine_mesh() {
 }
 
 /// Cubic interpolation gives order four without shear. The shear strain is constant in an
-/// element, so that a shear-flexible shaft ends at order two, with a small constant.
+/// element, so a shear-flexible shaft ends at order two, with a small constant.
 #[test]
 fn bending_frequencies_converge_from_above_with_their_order() {
     let diameter = 0.1;
@@ -218,7 +218,7 @@ fn torsion_and_axial_bars() {
             assembly.fix(0, freedom).unwrap();
             frequencies(&assembly, elements, 0)
         };
-        // The second is past the size at which the eigensolver divides the matrix in four.
+        // The second exceeds the size at which the eigensolver divides the matrix in four.
         for elements in [100, 400] {
             let discrete = clamped_bar(speed, elements);
             assert_close(&clamped(elements), &discrete, 1e-11);
@@ -229,14 +229,14 @@ fn torsion_and_axial_bars() {
     }
 }
 
-/// Every eigenvalue and vector of a symmetric matrix, however large its entries, on both sides
+/// Every eigenvalue and vector of a symmetric matrix, with entries of any size, on both sides
 /// of the sizes at which the solver divides it.
 #[test]
 fn the_eigensolver_is_exact_at_any_scale_and_size() {
     for size in [20, 128, 129, 200, 257, 520] {
         for exponent in [-40, 0, 33, 60] {
             let unit = 2f64.powi(exponent);
-            // −1, 2, −1 with a graded diagonal: no two halves are alike, none is negligible.
+            // −1, 2, −1 with a graded diagonal: no two halves are equal, none is negligible.
             let matrix = Mat::from_fn(size, size, |i, j| match i.abs_diff(j) {
                 0 => unit * (2.0 + i as f64 / size as f64),
                 1 => -unit,
@@ -258,7 +258,7 @@ fn the_eigensolver_is_exact_at_any_scale_and_size() {
     }
 }
 
-/// What modes must satisfy, and frequencies that do not depend on how finely they are resolved.
+/// Properties that modes must satisfy, and frequencies independent of the resolution.
 fn fine_shaft(elements: usize, requested: usize) -> Vec<f64> {
     let (mut assembly, last) = shaft(0.05, SHEAR, elements);
     for node in [0, last] {
@@ -297,8 +297,8 @@ fn hundreds_of_freedoms() {
     }
 }
 
-/// The modes of large banded matrices are those of a dense solution, of a shaft whose planes are alike (every
-/// frequency twice) and of one whose are not.
+/// The modes of large banded matrices are those of a dense solution, for a shaft with equal planes (every
+/// frequency twice) and for one with different planes.
 #[test]
 fn few_modes_of_a_large_structure_are_the_dense_ones() {
     for (x, y) in [(1e8, 7e7), (1e8, 1e8)] {
@@ -321,7 +321,7 @@ fn few_modes_of_a_large_structure_are_the_dense_ones() {
         );
         assert_eq!(few.squared_frequency[0], 0.0);
         assert_close(&few.frequencies()[1..], &many.frequencies()[1..40], 1e-10);
-        // The same spaces: every shape lies in the span of the dense ones of its frequency.
+        // The same spaces: every shape is in the span of the dense ones of its frequency.
         let overlap = many.shape.transpose() * (&mass * &few.shape);
         for mode in 0..39 {
             let near = |other: usize| {
@@ -351,7 +351,7 @@ fn three_thousand_freedoms() {
     only(&mut assembly, last, &[Freedom::RotationZ]);
     assembly.fix(0, Freedom::RotationZ).unwrap();
     let expected = clamped_bar(speed, 3000);
-    // Entries of K are rounded, which a bar of so many elements feels by the square of their number.
+    // Entries of K are rounded; the error grows with the square of the number of elements.
     assert_close(&frequencies(&assembly, 40, 0), &expected[..40], 2e-9);
 }
 
@@ -382,7 +382,7 @@ fn a_free_shaft_has_six_rigid_motions() {
                 found: f,
             }) => {
                 assert_eq!(e, expected);
-                // No more than the block is looked at, which holds one beyond the expected.
+                // The solution contains only one mode beyond the expected ones.
                 assert_eq!(f, found.min((expected + 1).max(4)));
             }
             other => panic!("{other:?}"),
@@ -444,8 +444,8 @@ fn bad_matrices_are_refused() {
     );
 }
 
-/// What a load deflects beyond the modes computed is the sum over all others, and nothing but round-off where the
-/// computed ones have all of it.
+/// The deflection beyond the computed modes is the sum over all others, and only round-off if the
+/// computed ones contain all of it.
 #[test]
 fn static_shapes_are_the_modes_left_out() {
     let (mut assembly, last) = shaft(0.05, SHEAR, 2);
@@ -500,7 +500,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// `ΦᵀMΦ = 1`, `ΦᵀKΦ = diag ω²`, ascending, over random shafts with
-    /// random discs and bearings; whatever the number of modes asked for, the low ones agree.
+    /// random discs and bearings; the low modes agree for any number of requested modes.
     #[test]
     fn modes_are_orthonormal_in_mass_and_diagonal_in_stiffness(
         diameter in 0.01..0.08f64,
@@ -547,7 +547,7 @@ proptest! {
     }
 }
 
-/// Round-off of large entries is no asymmetry, whatever their unit; a part in a thousand is one.
+/// Round-off of large entries in any unit is not an asymmetry; a part in a thousand is one.
 #[test]
 fn asymmetry_is_told_against_the_diagonal() {
     let mass = Mat::<f64>::identity(2, 2);
@@ -571,7 +571,7 @@ fn asymmetry_is_told_against_the_diagonal() {
     }
 }
 
-/// A mode that no flank feels is told by the largest entry of its shape.
+/// If a mode does not move the flanks, the largest entry of its shape determines its sign.
 #[test]
 fn modes_that_the_mesh_does_not_feel_have_a_sign_too() {
     let solution = Modes {

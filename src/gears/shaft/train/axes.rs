@@ -1,18 +1,18 @@
 //! Where do two gears meet in space, and along which directions?
 //!
 //! At the pitch point P the pitch surfaces roll on each other along the pitch line: the
-//! axis direction of spur gears, the line from the apex of both cones through P of bevel gears.
-//! With m the unit normal of that line in the plane of the axes, from the first gear to the
-//! second, and t across that plane, the way the first gear moves at P, drive flanks touch along
-//! `n = cos α t + sin α m` and coast flanks along `cos α t − sin α m`, mirrored about the plane of
-//! the axes and counted as the drive flanks' deflection. In a ring P lies beyond the axis of the gear inside,
-//! and m points out of the ring.
+//! axis direction for spur gears, the line from the apex of both cones through P for bevel gears.
+//! m is the unit normal of that line in the plane of the axes, from the first gear to the
+//! second. t is across that plane, in the direction of the first gear's motion at P. Drive flanks touch along
+//! `n = cos α t + sin α m`. Coast flanks touch along `cos α t − sin α m`, mirrored about the plane of
+//! the axes; their deflection is counted as that of the drive flanks. In a ring P is beyond the axis of the gear
+//! inside, and m points out of the ring.
 
 use super::TrainError;
 use crate::gear::FaceOverhang;
 use nalgebra::{Rotation3, Vector3};
 
-/// Sine of the angle of two axes below which they are parallel.
+/// Axes with a sine of their angle below this are parallel.
 const PARALLEL: f64 = 1e-9;
 
 /// Part of the module by which the pitch circles of bevel gears may miss each other.
@@ -22,7 +22,7 @@ const TOUCHING: f64 = 0.01;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
     origin: Vector3<f64>,
-    /// Unit vectors x, y, z; z along the axis. Those of an axis along (0, 0, 1) are the global
+    /// Unit vectors x, y, z; z along the axis. For an axis along (0, 0, 1) they are the global
     /// ones.
     frame: [Vector3<f64>; 3],
 }
@@ -44,12 +44,12 @@ impl Axis {
         self.frame[2]
     }
 
-    /// The point at a place of the axis.
+    /// The point at a position on the axis.
     pub fn at(&self, place: f64) -> Vector3<f64> {
         self.origin + self.along() * place
     }
 
-    /// The point at a place of the axis and some way along x and y.
+    /// The point at a position on the axis, displaced along x and y.
     pub fn beside(&self, place: f64, [x, y]: [f64; 2]) -> Vector3<f64> {
         self.at(place) + self.frame[0] * x + self.frame[1] * y
     }
@@ -70,7 +70,7 @@ impl Axis {
 pub(super) struct PlacedGear {
     pub name: String,
     pub axis: Axis,
-    /// Place of its middle on the axis \[m\].
+    /// Position of its middle on the axis \[m\].
     pub at: f64,
     pub teeth: u32,
     /// Whether its teeth point towards its axis.
@@ -86,7 +86,7 @@ impl PlacedGear {
         self.axis.at(self.at)
     }
 
-    /// Number of teeth, negative of internal ones.
+    /// Number of teeth, negative for internal ones.
     fn signed_teeth(&self) -> f64 {
         if self.internal { -f64::from(self.teeth) } else { f64::from(self.teeth) }
     }
@@ -101,24 +101,24 @@ pub(super) struct PitchPoint {
     pub pitch_line: Vector3<f64>,
     /// m, from the first gear to the second.
     pub across: Vector3<f64>,
-    /// t for a first gear that turns right-handed about its axis.
+    /// t for a first gear that rotates right-handed about its axis.
     pub forward: Vector3<f64>,
-    /// Sign of the second gear's speed about its axis where the first one's is positive.
+    /// Sign of the second gear's speed about its axis for a positive speed of the first one.
     pub sense: i64,
-    /// How gears on parallel axes stand beside each other; none of bevel gears.
+    /// Relative position of gears on parallel axes; `None` for bevel gears.
     pub beside: Option<BesideEachOther>,
 }
 
-/// How two gears on parallel axes stand beside each other.
+/// Relative position of two gears on parallel axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BesideEachOther {
     /// Distance of the axes \[m\].
     pub centre_distance: f64,
-    /// Width of the face that both have \[m\].
+    /// Width of the common face \[m\].
     pub width: f64,
-    /// How far either face reaches beyond it, along the axis of the first gear.
+    /// Length of either face beyond it, along the axis of the first gear.
     pub overhang: [FaceOverhang; 2],
-    /// Whether the axes point the same way.
+    /// Whether the axes have the same direction.
     pub alike: bool,
 }
 
@@ -196,7 +196,7 @@ impl PitchPoint {
                 distance,
             });
         }
-        // The points of either pitch circle in the plane of the axes; the nearest two touch.
+        // The points of either pitch circle in the plane of the axes; the closest pair touches.
         let points = [0, 1].map(|index| {
             let outward = normal.cross(&axes[index]);
             [1.0, -1.0].map(|side| (outward * side, gears[index]))
@@ -265,7 +265,8 @@ mod tests {
         assert_eq!(PitchPoint::of([&a, &turned]).unwrap().sense, 1);
     }
 
-    /// A planet of 20 teeth inside a ring of 60: it touches beyond its axis, turns the same way, and pushes outwards.
+    /// A planet of 20 teeth inside a ring of 60: contact is beyond its axis, both rotate the same way, and it pushes
+    /// outwards.
     #[test]
     fn gears_roll_in_a_ring() {
         let along = [0.0, 0.0, 1.0];
@@ -279,7 +280,7 @@ mod tests {
         assert!((met.across - Vector3::x()).norm() < 1e-15);
         assert!((met.forward - Vector3::y()).norm() < 1e-15);
         assert_eq!(met.sense, 1);
-        // The ring drives: the same place, and it pushes the planet inwards.
+        // If the ring drives, contact is at the same point, and it pushes the planet inwards.
         let met = PitchPoint::of([&ring, &planet]).unwrap();
         assert!((met.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
         assert!((met.across + Vector3::x()).norm() < 1e-15);
@@ -304,8 +305,8 @@ mod tests {
         assert!((met.pitch_line - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
         assert!(met.across.dot(&met.pitch_line).abs() < 1e-15);
         assert!(met.across.x > 0.0 && met.across.z > 0.0);
-        // At P the first gear moves along +y; so does the second turning left-handed about x:
-        // ω (−x) × (−0.03 z) = −0.03 ω (−y) is +y only for positive ω about +x: x × (−z) = y.
+        // At P the first gear moves along +y. So does the second one for positive ω about +x:
+        // ω x × (−0.03 z) = 0.03 ω y.
         assert!((met.forward - Vector3::y()).norm() < 1e-12);
         assert_eq!(met.sense, 1);
     }

@@ -1,40 +1,41 @@
-//! Where do springs that yield one-sidedly, under rolling elements or behind gaps, come to rest?
+//! Where is the equilibrium of one-sided springs, such as rolling elements or stops behind gaps?
 //!
 //! ```text
 //! d = d₀ + C p,   p + F(d) − K₀ d = 0
 //! ```
 //!
-//! d are the motions in the places that yield, F is what bears them and K₀ what stands in its place in C. The approaches of
-//! rolling elements are convex in d, and so is the potential of the whole, whose derivative by p is C times this residual.
-//! Newton steps with a line search along it end at its minimum.
+//! d are the motions at the one-sided springs, F are their forces, and K₀ replaces them in C. The approaches of
+//! rolling elements are convex in d, and so is the total potential. Its derivative by p is C times this residual.
+//! Newton steps with a line search along it converge to its minimum.
 
 use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
 use nalgebra::{DMatrix, DVector};
 
-/// Part of K₀ that every step adds to the tangent: where a shaft is free within a clearance the tangent is singular.
+/// Part of K₀ added to the tangent in every step: if a shaft is free within a clearance, the tangent is singular.
 const FLOOR: f64 = 1e-9;
 
-/// Work of a Newton step, as a part of that of all forces, from which one more full step leaves round-off.
+/// Work of a Newton step, relative to that of all forces, after which one more full step leaves round-off.
 const SMALL: f64 = 1e-20;
 
-/// Part of the largest deflection of a mesh below which one is round-off.
+/// A deflection of a mesh below this part of the largest is round-off.
 const PULLING: f64 = 1e-9;
 
 const MOST_STEPS: usize = 200;
 
-/// Halvings of an interval of the line search: steps near a free motion are as much too long as [`FLOOR`] is small.
+/// Largest number of bisections in the line search: steps near a free motion are too long by the reciprocal of
+/// [`FLOOR`].
 const MOST_HALVINGS: usize = 60;
 
-/// What bears one-sidedly, and by which sums of the free freedoms it moves.
+/// A one-sided support, and the sums of the free freedoms that move it.
 pub(super) struct Yielding {
     pub rows: Vec<Vec<f64>>,
     pub law: Law,
-    /// K₀, one a row.
+    /// K₀, one per row.
     pub typical: Vec<f64>,
 }
 
 pub(super) enum Law {
-    /// A bearing, by its number among the supports; its outer ring stands out of place by so much.
+    /// A bearing, by its index among the supports, and the displacement of its outer ring.
     Rolling(RollingLaw, usize, Ring),
     Stop {
         gap: f64,
@@ -43,7 +44,7 @@ pub(super) enum Law {
 }
 
 impl Yielding {
-    /// What a bearing bears; none of a stop.
+    /// The load on a bearing; `None` for a stop.
     pub fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
         let Law::Rolling(law, support, place) = &self.law else {
             return None;
@@ -70,14 +71,14 @@ impl Yielding {
     }
 }
 
-/// The equilibrium in the places that yield.
+/// The equilibrium of the one-sided supports.
 pub(super) struct Statics<'a> {
     pub all: &'a [Yielding],
     /// d₀ and C.
     pub free: DVector<f64>,
     pub compliance: DMatrix<f64>,
     pub typical: DVector<f64>,
-    /// The same of the meshes: their deflections without p, and by p.
+    /// The same for the meshes: their deflections without p, and by p.
     pub meshes: (DVector<f64>, DMatrix<f64>),
 }
 
@@ -113,7 +114,7 @@ impl Statics<'_> {
         (force + borne - self.typical.component_mul(&moved), tangent)
     }
 
-    /// The forces p in equilibrium; else the last ones.
+    /// The forces p in equilibrium; if there is no convergence, the last ones as an error.
     pub fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
         let size = self.free.len();
         let mut force = DVector::zeros(size);
@@ -133,7 +134,7 @@ impl Statics<'_> {
             if -start <= SMALL * work {
                 return Ok(force + step);
             }
-            // The first length at which the slope has all but gone, or is still downhill.
+            // The first step length with a slope that is nearly zero or still downhill.
             let mut bracket = [0.0, 1.0];
             let mut length = 1.0;
             let mut now = slope(length);

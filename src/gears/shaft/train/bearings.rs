@@ -1,4 +1,4 @@
-//! How are the rolling bearings of a train loaded where it stands under its mean load, and how stiff are they there?
+//! How are the rolling bearings of a train loaded in equilibrium under its mean load, and how stiff are they there?
 //!
 //! Shafts, couplings, given springs and meshes at their mean stiffness make the linear part K of the equilibrium
 //!
@@ -6,9 +6,9 @@
 //! K u + Σ Bᵀ F(B u) = f
 //! ```
 //!
-//! B u is the motion of an inner ring against its outer ring, or of a shaft towards a stop, and F what bears it. Springs
-//! K₀ in the places of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` there remain as many unknowns p as
-//! rows of all B ([`super::balance`]).
+//! B u is the motion of an inner ring relative to its outer ring, or of a shaft towards a stop, and F is its force.
+//! Springs K₀ in place of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` the number of unknowns p is
+//! that of the rows of all B ([`super::balance`]).
 
 use super::balance::{Law, Statics, Yielding};
 use super::contacts::Terms;
@@ -25,13 +25,13 @@ use crate::structure::ContactLaw;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the radial load below which a thrust is none.
+/// A thrust below this part of the radial load counts as zero.
 const NO_THRUST: f64 = 1e-9;
 
-/// Mean stiffness of a mesh by its face width \[N/m²\], that of steel spur gears: 20 N/(mm µm) (ISO 6336-1).
+/// Mean stiffness of a mesh over its face width \[N/m²\], for steel spur gears: 20 N/(mm µm) (ISO 6336-1).
 const MESH: f64 = 2e10;
 
-/// Stiffness of a coupling without springs against twist \[N m/rad\]: its torque does not depend on it.
+/// Stiffness of a coupling without torsional springs \[N m/rad\]: its torque does not depend on it.
 const LOCKED: f64 = 1e5;
 
 /// A rolling bearing under the mean load of its train.
@@ -39,25 +39,25 @@ const LOCKED: f64 = 1e5;
 pub struct LoadedBearing {
     /// Shaft and number, loose gear, or planet.
     pub name: String,
-    /// Displacement of the inner ring against the outer one: x, y, z \[m\], tilts about x and y \[rad\].
+    /// Displacement of the inner ring relative to the outer one: x, y, z \[m\], tilts about x and y \[rad\].
     pub moved: Ring,
-    /// What it bears.
+    /// Its load.
     pub bears: RollingLoad,
 }
 
 /// A mesh as a spring.
 struct MeshSpring {
-    /// The sum of the free freedoms that deflects it.
+    /// The sum of the free freedoms that is its deflection.
     row: Vec<f64>,
     /// Its mean stiffness \[N/m\].
     stiffness: f64,
 }
 
 impl TrainDrive {
-    /// Every rolling bearing under the mean load, at [`bearing_load`](Self::bearing_load); empty without such bearings.
+    /// All rolling bearings under the mean load, at [`bearing_load`](Self::bearing_load); empty without such bearings.
     ///
     /// # Errors
-    /// Those of [`modes`](Self::modes) but those of the modes themselves.
+    /// Those of [`modes`](Self::modes), except errors of the modes.
     pub fn loaded_bearings(&self) -> Result<Vec<LoadedBearing>, ShaftError> {
         let layout = self.layout()?;
         let assembled = self.assembled(&layout)?;
@@ -80,7 +80,7 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// The rolling bearings under the mean load, by their numbers among the supports.
+    /// The rolling bearings under the mean load, with their indices among the supports.
     fn loaded(
         &self,
         layout: &Layout,
@@ -136,7 +136,7 @@ impl TrainDrive {
             let rolling = assembled.supports[*number].1.stiffness.rolling;
             let angle = rolling.map_or(0.0, |rolling| rolling.contact_angle);
             let [x, y, thrust, ..] = own.bears.load;
-            // Round-off of no thrust has no sign.
+            // The sign of a thrust within round-off is meaningless.
             if angle != 0.0 && angle.signum() * thrust < -NO_THRUST * x.hypot(y) {
                 return Err(ShaftError::Train(TrainError::AgainstAngle {
                     bearing: own.name.clone(),
@@ -173,7 +173,7 @@ impl TrainDrive {
             if number >= first_planet {
                 [place[0], place[1]] = self.pin_place(number - first_planet, layout);
             }
-            // Rigid mounts bear whatever comes.
+            // Rigid mounts carry any load.
             if rows.iter().flatten().any(|&part| part != 0.0) {
                 all.push(Yielding {
                     rows,
@@ -246,7 +246,7 @@ impl TrainDrive {
         })
     }
 
-    /// Why a train has no equilibrium though its rolling bearings and stops are springs.
+    /// Why a train has no equilibrium although its rolling bearings and stops are springs.
     fn without_balance<'r>(
         &self,
         matrices: &AssembledMatrices,
@@ -266,7 +266,7 @@ impl TrainDrive {
         }
     }
 
-    /// Every mesh along its drive flanks, or where it coasts along its coast flanks.
+    /// Every mesh along its drive flanks, or along its coast flanks if it coasts.
     fn mesh_springs(
         &self,
         coasting: &[bool],
@@ -299,8 +299,8 @@ impl TrainDrive {
             .collect())
     }
 
-    /// K: shafts and given springs, meshes, what keeps torques together, and one spring for each rotation that no contact
-    /// feels. Loads are in balance along those rotations, so that this spring bears nothing.
+    /// K: shafts, given springs, meshes, a torsional spring for each coupling without one, and one spring per rotation
+    /// that deflects no contact. Loads are in balance along those rotations, so these springs carry no force.
     fn linear_part(
         &self,
         meshes: &[MeshSpring],

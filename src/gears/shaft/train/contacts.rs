@@ -1,12 +1,11 @@
-//! What do the contacts of a train feel of its freedoms?
+//! How do the freedoms of a train deflect its contacts?
 //!
-//! A flank with the normal n at the pitch point P, carried by both gears, feels
-//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, O the middles of the gears. n is a unit vector in the
-//! transverse section; flanks of helical gears add `∓tan β_b` along the axis of the first gear, minus where that is
-//! right-handed and turns forwards. Off the middle
-//! of the face P moves along the pitch line, off the pitch point along n. Friction acts on the first
-//! gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and the other way on
-//! the second.
+//! A flank with the normal n at the pitch point P, between both gears, has the deflection
+//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, with the middles O of the gears. n is a unit vector in the
+//! transverse section. Flanks of helical gears add `∓tan β_b` along the axis of the first gear, minus if that is
+//! right-handed and rotates forwards. Off the middle of the face P moves along the pitch line, off the pitch point
+//! along n. Friction acts on the first gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and
+//! in the opposite direction on the second.
 
 use super::axes::{Axis, PitchPoint};
 use super::nodes::Assembled;
@@ -21,7 +20,7 @@ pub(super) type Terms = Vec<(usize, Freedom, f64)>;
 const DISPLACEMENTS: [Freedom; 3] = [Freedom::X, Freedom::Y, Freedom::Z];
 const ROTATIONS: [Freedom; 3] = [Freedom::RotationX, Freedom::RotationY, Freedom::RotationZ];
 
-/// What the flanks of one side feel, as sums of freedoms; see
+/// Motions at the flanks of one side, as sums of freedoms; see
 /// [`FlankParticipation`](crate::structure::FlankParticipation).
 #[derive(Debug)]
 pub(super) struct FlankTerms {
@@ -31,13 +30,13 @@ pub(super) struct FlankTerms {
     pub lever: Terms,
 }
 
-/// A gear as a mesh sees it.
+/// One gear of a mesh.
 #[derive(Debug)]
 struct Side {
     node: usize,
     axis: Axis,
     centre: Vector3<f64>,
-    /// 1 of the first gear, −1 of the second.
+    /// 1 for the first gear, −1 for the second.
     sign: f64,
 }
 
@@ -51,7 +50,7 @@ impl Side {
     }
 }
 
-/// Motion of both sides along a direction at a point.
+/// Relative motion of both sides along a direction at a point.
 fn along(sides: &[Side; 2], point: Vector3<f64>, direction: Vector3<f64>) -> Terms {
     let mut out = Terms::new();
     for side in sides {
@@ -61,7 +60,7 @@ fn along(sides: &[Side; 2], point: Vector3<f64>, direction: Vector3<f64>) -> Ter
     out
 }
 
-/// How that changes as the point moves.
+/// Derivative of this motion as the point moves.
 fn moved(sides: &[Side; 2], step: Vector3<f64>, direction: Vector3<f64>) -> Terms {
     let mut out = Terms::new();
     for side in sides {
@@ -71,7 +70,7 @@ fn moved(sides: &[Side; 2], step: Vector3<f64>, direction: Vector3<f64>) -> Term
 }
 
 impl TrainDrive {
-    /// The drive flanks and the coast flanks of a mesh, both counted as the drive flanks'
+    /// The drive flanks and the coast flanks of a mesh, both with the sign of the drive flanks'
     /// deflection.
     pub(super) fn flanks(
         &self,
@@ -90,7 +89,7 @@ impl TrainDrive {
                 sign: [1.0, -1.0][index],
             }
         });
-        // The flanks that drive are those towards which the first gear turns.
+        // The first gear rotates towards its drive flanks.
         let sense = match layout.rolling[self.body_of(gears[0])] {
             speed if speed < 0.0 => -1.0,
             _ => 1.0,
@@ -112,7 +111,7 @@ impl TrainDrive {
         })
     }
 
-    /// Twist of a coupling, first shaft against second, in the sense of running.
+    /// Twist of a coupling, first shaft relative to the second, in the direction of rotation.
     pub(super) fn twist(&self, coupling: usize, layout: &Layout, assembled: &Assembled) -> Terms {
         let coupling = &self.couplings[coupling];
         let sense = sense(layout.speeds[coupling.shafts[0]]);

@@ -1,20 +1,20 @@
-//! Linear equations without constant terms over the speeds of bodies, solved exactly.
+//! Homogeneous linear equations over the speeds of bodies, solved exactly.
 //!
-//! Each equation is written in what is not yet determined by the others, so that a solution needs no second pass. All
-//! speeds are to follow from one of them, the *reference*: no other unknown gives way to it.
+//! Each equation is reduced by the others when it is added, so a solution needs no second pass. All
+//! speeds should follow from one of them, the *reference*: it is eliminated last.
 
 use super::ratio::Ratio;
 
-/// An unknown that follows from the others by a ratio which is too long.
+/// An unknown with a ratio whose integers are too large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TooLong(pub usize);
 
-/// Equations and what they determine.
+/// Reduced equations.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
     unknowns: usize,
     reference: usize,
-    /// Each with the unknown that it gives: its part there is 1, and 0 in all other equations.
+    /// Each with the unknown that it determines: its coefficient is 1 there, and 0 in all other equations.
     rows: Vec<(usize, Vec<Ratio>)>,
 }
 
@@ -27,7 +27,7 @@ impl Equations {
         }
     }
 
-    /// Adds `Σ part · unknown = 0`; whether the reference may still be other than 0.
+    /// Adds `Σ part · unknown = 0`. Returns whether the reference may still be nonzero.
     pub fn add(
         &mut self,
         terms: impl IntoIterator<Item = (usize, Ratio)>,
@@ -56,7 +56,7 @@ impl Equations {
         Ok(given != self.reference)
     }
 
-    /// An unknown where the reference is 1; none if it may still be anything.
+    /// An unknown if the reference is 1; `None` if it is undetermined.
     pub fn value(&self, unknown: usize) -> Option<Ratio> {
         if unknown == self.reference {
             return Some(Ratio::ONE);
@@ -68,7 +68,7 @@ impl Equations {
     }
 }
 
-/// Takes an unknown out of an equation by one that gives it.
+/// Eliminates an unknown from an equation by the one that determines it.
 fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), TooLong> {
     let times = row[given];
     if times == Ratio::ZERO {
@@ -96,7 +96,7 @@ mod tests {
         Ratio::new(over, under)
     }
 
-    /// Willis: 19 sun + 56 ring = 75 carrier; a ring that is held leaves 75/19.
+    /// Willis: 19 sun + 56 ring = 75 carrier; a held ring gives 75/19.
     #[test]
     fn a_held_member_leaves_one_way_to_turn() {
         let mut set = Equations::new(3, 1);
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(set.add([(2, Ratio::ONE)]), Ok(true));
         assert_eq!(set.value(0), Some(ratio(75, 19)));
         assert_eq!(set.value(2), Some(Ratio::ZERO));
-        // What follows says nothing, what contradicts stops the reference.
+        // A redundant equation changes nothing, a contradictory one stops the reference.
         assert_eq!(set.add([(0, ratio(19, 1)), (1, ratio(-75, 1))]), Ok(true));
         assert_eq!(set.clone().add([(0, Ratio::ONE)]), Ok(false));
     }

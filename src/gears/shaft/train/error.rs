@@ -1,9 +1,9 @@
-//! What can be wrong with a train beyond its single parts.
+//! What can be wrong with a train as a whole?
 
-/// Why shafts, gears and couplings make no train.
+/// Why shafts, gears and couplings do not form a train.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrainError {
-    /// Two axes that neither run side by side nor meet.
+    /// Two axes that are neither parallel nor intersect.
     #[error(
         "gears `{}` and `{}` cannot mesh: their axes are skew, {distance:.3e} m apart; axes must be \
          parallel (spur gears) or intersect (bevel gears)",
@@ -39,7 +39,7 @@ pub enum TrainError {
         teeth[0], teeth[1], teeth[0] + teeth[1]
     )]
     Assembly {
-        /// Which planet.
+        /// The planet.
         planet: String,
         /// The first planet of its set.
         first: String,
@@ -47,7 +47,7 @@ pub enum TrainError {
         angle: f64,
         /// Teeth of the external and of the internal central gear.
         teeth: [u32; 2],
-        /// The nearest angle that is possible \[degrees\].
+        /// The nearest possible angle \[degrees\].
         nearest: f64,
     },
     /// Planets that touch each other.
@@ -64,30 +64,30 @@ pub enum TrainError {
         /// Their tip diameter \[m\].
         tip: f64,
     },
-    /// Something beside the axis of a planetary set.
+    /// A part that is not on the axis of a planetary set.
     #[error(
         "`{what}` is not on the axis of the carrier `{carrier}`: carrier, sun, ring, and what couplings join to them across \
          the axis, have this axis and direction"
     )]
     OffCentre {
-        /// What stands elsewhere.
+        /// The part.
         what: String,
         /// The shaft of the pins.
         carrier: String,
     },
-    /// A bearing that the turning carrier would feel turn.
+    /// A bearing that is not isotropic in the rotating frame of the carrier.
     #[error(
         "{bearing} is not the same in all directions, or has dampers, rolling elements or \
          cross-coupled springs, but the model turns with the carrier `{carrier}`; give it equal x and y alone, or hold the \
          carrier"
     )]
     UnequalBearing {
-        /// Which one.
+        /// The bearing.
         bearing: String,
         /// The shaft of the pins.
         carrier: String,
     },
-    /// A stop that the turning carrier would feel turn.
+    /// A stop across the axis in the rotating frame of the carrier.
     #[error(
         "the stop of shaft `{shaft}` acts across the axis, but the model turns with the carrier `{carrier}`, where this stop \
          would turn; give it the direction [0, 0, 1] or [0, 0, -1], remove it, or hold the carrier"
@@ -98,7 +98,7 @@ pub enum TrainError {
         /// The shaft of the pins.
         carrier: String,
     },
-    /// A mesh of two gears at rest on a shaft in a frame that turns.
+    /// A mesh without a planet on a shaft in a rotating frame.
     #[error(
         "gear `{gear}` meshes with no planet, but its shaft `{shaft}` moves with planets, whose frame turns with the \
          carrier; give the gear a shaft of its own, and join both shafts by a [[train.coupling]] with `twist` (and \
@@ -110,7 +110,7 @@ pub enum TrainError {
         /// Its shaft.
         shaft: String,
     },
-    /// Planets beside the first mesh.
+    /// The first mesh is not one of a planet.
     #[error(
         "`{}` and `{}` are the first mesh, but neither is a planet: name the sun and a planet in `train.gears`, and these \
          two in a [[train.mesh]]",
@@ -128,14 +128,14 @@ pub enum TrainError {
         moved[0], moved[1], moved[2]
     )]
     BearingsGiveWay {
-        /// The bearing that moves farthest.
+        /// The bearing with the largest motion.
         bearing: String,
         /// Displacement of its inner ring in the last step \[m, rad\].
         moved: [f64; 5],
         /// Load as a fraction of the rated one.
         load: f64,
     },
-    /// A thrust that a bearing with a contact angle cannot bear.
+    /// A thrust in the direction in which a bearing with a contact angle cannot carry it.
     #[error(
         "bearing `{bearing}` has a thrust of {thrust:.3e} N along its shaft, but with a contact angle of {angle:.4} degrees \
          it bears only thrust of the other sign; change the sign of its contact angle, or give another bearing the thrust"
@@ -164,7 +164,7 @@ pub enum TrainError {
         /// Largest clearance of its bearings \[m\].
         clearance: f64,
     },
-    /// Two sets that would have one frame.
+    /// Two sets that would share one frame at different speeds.
     #[error(
         "{what} moves across the axis with the sets of the carriers `{}` and `{}`, which turn at different speeds: its \
          forces there would turn in one of their frames; give each set shafts of its own, and join them by a \
@@ -172,12 +172,12 @@ pub enum TrainError {
         carriers[0], carriers[1]
     )]
     TwoFrames {
-        /// What joins them.
+        /// The part that joins them.
         what: String,
         /// The shafts of the pins.
         carriers: [String; 2],
     },
-    /// A carrier on pins of another.
+    /// A carrier that is a planet of another one.
     #[error(
         "the carrier `{planet}` is one of the planets, and planets carry no planets; name the shaft of a carrier, a sun or a \
          ring, or one that is coupled to it"
@@ -196,7 +196,7 @@ pub enum TrainError {
         /// The planets.
         gears: [String; 2],
     },
-    /// Members of planetary sets that may turn though the driver stands.
+    /// Members of planetary sets whose speeds do not follow from that of the driver.
     #[error(
         "the train can turn in two ways: the speeds of {free} do not follow from that of the driver `{driver}`; hold one \
          member of their planetary set, the ring, the sun or the carrier: give its shaft motion = \"lateral\" or \
@@ -208,7 +208,7 @@ pub enum TrainError {
         /// The driving shaft.
         driver: String,
     },
-    /// Gears that move as one body.
+    /// Gears that rotate as one body.
     #[error(
         "gears `{}` and `{}` do not roll on each other: their shafts and the carrier turn at one speed, or stand still; \
          check what is held, and what couplings join",
@@ -233,7 +233,7 @@ pub enum TrainError {
     PitchCircles {
         /// The gears.
         gears: [String; 2],
-        /// How far they are apart \[m\].
+        /// Their distance \[m\].
         apart: f64,
     },
     /// Spur gears side by side whose faces do not overlap.
@@ -244,10 +244,10 @@ pub enum TrainError {
     FacesApart {
         /// The gears.
         gears: [String; 2],
-        /// What is between them \[m\].
+        /// Gap between them \[m\].
         gap: f64,
     },
-    /// More finite elements than there is room for.
+    /// More finite elements than allowed.
     #[error(
         "section {} of shaft `{shaft}` needs {elements_of_section:.3e} beam elements of at most \
          {element:.3e} m; with {elements:.3e} elements in total the train would have {freedoms:.3e} degrees \
@@ -255,46 +255,46 @@ pub enum TrainError {
         place[1] + 1
     )]
     TooFine {
-        /// Shaft and section that take the most, from 0.
+        /// Shaft and section with the most elements, from 0.
         place: [usize; 2],
         /// The name of the shaft.
         shaft: String,
-        /// The longest element that they may have there \[m\].
+        /// The longest allowed element there \[m\].
         element: f64,
         /// Elements of this section.
         elements_of_section: f64,
         /// Elements of the train.
         elements: f64,
-        /// Its degrees of freedom, at most.
+        /// Upper limit of its degrees of freedom.
         freedoms: f64,
-        /// What its matrices take \[GB\].
+        /// Size of its matrices \[GB\].
         gigabytes: f64,
     },
-    /// Two ways through the train that give a shaft different speeds.
+    /// Two paths through the train that give a shaft different speeds.
     #[error(
         "the train locks: two meshes require `{body}` to turn at {} and at {} times the speed of the driver; \
          check the numbers of teeth",
         speeds[0], speeds[1]
     )]
     Locked {
-        /// What turns.
+        /// The shaft or gear.
         body: String,
         /// Both speeds.
         speeds: [f64; 2],
     },
-    /// A joint with which the train cannot turn, whatever the speeds of its bodies.
+    /// A joint with which the train cannot rotate at any speeds.
     #[error(
         "the train locks: with what joins `{}` and `{}`, these or the driver `{driver}` cannot turn; check the numbers of teeth, and \
          what couplings join",
         bodies[0], bodies[1]
     )]
     Contradiction {
-        /// What is joined.
+        /// The joined bodies.
         bodies: [String; 2],
         /// The driving shaft.
         driver: String,
     },
-    /// A mesh drives a shaft whose rotation is held.
+    /// A mesh drives a shaft that cannot rotate.
     #[error(
         "`{body}` is driven, but its `motion` prevents its rotation; set motion = \"all\" or \"rotation\""
     )]
@@ -302,7 +302,7 @@ pub enum TrainError {
         /// The shaft.
         body: String,
     },
-    /// A mesh that nothing connects with the first one.
+    /// A gear or shaft without a connection to the first mesh.
     #[error(
         "the speed of `{body}` is undetermined: no mesh and no coupling connects it with the first mesh; add one"
     )]
@@ -310,7 +310,7 @@ pub enum TrainError {
         /// The gear or shaft.
         body: String,
     },
-    /// Power leaves where nothing brings any.
+    /// An output on a shaft that does not rotate.
     #[error(
         "shaft `{shaft}` has an `output` but does not turn: its `motion` holds it, or no mesh and no coupling turns it; give this `output` \
          to a shaft that turns"
@@ -319,7 +319,7 @@ pub enum TrainError {
         /// The shaft.
         shaft: String,
     },
-    /// The power leaves where the motor gives it.
+    /// An output on the driving shaft.
     #[error(
         "the driving shaft `{driver}` has an `output`: its power would go through no mesh; give `output` to the shafts that drive \
          machines"
@@ -337,16 +337,16 @@ pub enum TrainError {
         /// The driving shaft.
         driver: String,
     },
-    /// A speed that is no ratio of whole numbers of a size that can be reckoned with.
+    /// A speed whose ratio needs integers that are too large.
     #[error(
         "the speed of `{body}` is too long a ratio of whole numbers: too many numbers of teeth on the way from the first mesh have \
          no common divisors; choose others"
     )]
     LongRatio {
-        /// What turns.
+        /// The shaft or gear.
         body: String,
     },
-    /// A mesh whose cycles have no short common period with the first one's.
+    /// A mesh whose cycles have no short common period with those of the first one.
     #[error(
         "the mesh of `{}` and `{}` has {p} cycles in {q} cycles of the first mesh, but at most 10000 are allowed; \
          choose other numbers of teeth",
@@ -355,33 +355,33 @@ pub enum TrainError {
     LongPeriod {
         /// The gears.
         gears: [String; 2],
-        /// Its cycles,
+        /// Number of its cycles,
         p: u64,
-        /// in so many of the first mesh.
+        /// in this number of cycles of the first mesh.
         q: u64,
     },
-    /// Meshes whose cycles have no short common period together.
+    /// Meshes whose cycles have no short common period.
     #[error(
         "the meshes with a varying stiffness repeat together only after {cycles} cycles of the first mesh, but at \
          most 10000 are allowed; choose numbers of teeth with common divisors, or a constant stiffness"
     )]
     LongTogether {
-        /// Cycles of the first mesh; the largest number where they are more.
+        /// Cycles of the first mesh; the largest integer if they are more.
         cycles: usize,
     },
-    /// Something stands beside its shaft.
+    /// A part beyond the ends of its shaft.
     #[error("{what} of shaft `{shaft}` is at {at} m, but the shaft reaches from 0 to {length} m")]
     OffShaft {
         /// The shaft.
         shaft: String,
-        /// What stands there.
+        /// The part.
         what: &'static str,
-        /// Its place \[m\].
+        /// Its position \[m\].
         at: f64,
         /// Length of the shaft \[m\].
         length: f64,
     },
-    /// A rigid shaft on which nothing has inertia.
+    /// A rigid shaft without inertia.
     #[error("shaft `{shaft}` has no sections and no inertia: give it a disc or sections")]
     NoInertia {
         /// The shaft.
@@ -404,10 +404,10 @@ pub enum TrainError {
         gear: String,
         /// The free motion.
         direction: &'static str,
-        /// What would hold it.
+        /// Key that would hold it.
         key: &'static str,
     },
-    /// A housing under a shaft in a frame that turns.
+    /// A housing under a shaft in a rotating frame.
     #[error(
         "bearing {bearing} of shaft `{shaft}` cannot stand on the housing: the shaft moves with planets, whose frame turns \
          with the carrier, and a housing that is seen to turn has no constant stiffness there; remove `housing` from this \
@@ -416,7 +416,7 @@ pub enum TrainError {
     TurningHousing {
         /// The shaft.
         shaft: String,
-        /// Which of its bearings, from 1.
+        /// Number of its bearing, from 1.
         bearing: usize,
     },
     /// A housing that no bearing stands on.
@@ -430,7 +430,7 @@ pub enum TrainError {
         /// The first of them.
         first: String,
     },
-    /// A bearing that does not lie where its node is.
+    /// A bearing that is not at the position of its node.
     #[error(
         "bearing {bearing} of shaft `{shaft}` is {distance:.6e} m from node `{node}` of the housing, but at most \
          {most:.0e} m are allowed; correct its position, or the position of the node in the housing file"
@@ -438,13 +438,13 @@ pub enum TrainError {
     BearingOffNode {
         /// The shaft.
         shaft: String,
-        /// Which of its bearings, from 1.
+        /// Number of its bearing, from 1.
         bearing: usize,
         /// The node.
         node: String,
-        /// How far they are apart \[m\].
+        /// Their distance \[m\].
         distance: f64,
-        /// Largest distance that is accepted \[m\].
+        /// Largest accepted distance \[m\].
         most: f64,
     },
     /// A bearing of a rigidly mounted shaft on a housing.
@@ -455,7 +455,7 @@ pub enum TrainError {
     RigidMount {
         /// The shaft.
         shaft: String,
-        /// Which of its bearings, from 1.
+        /// Number of its bearing, from 1.
         bearing: usize,
     },
     /// A housing that nothing holds.
@@ -484,7 +484,7 @@ pub enum TrainError {
         /// Distance of the axes \[m\].
         distance: f64,
     },
-    /// A coupling with a stiffness across the axis between places that do not meet.
+    /// A coupling with a radial stiffness between positions that do not coincide.
     #[error(
         "the coupling joins shafts `{}` and `{}` across a gap of {gap:.3e} m, where its radial stiffness would create \
          an unbalanced moment; choose positions `at` that coincide in space, or lengthen one of the shafts",

@@ -1,25 +1,25 @@
-//! In which frame is every shaft written?
+//! In which frame are the equations of every shaft?
 //!
-//! In the frame of a planetary set, that of its carrier, are the members of the set: carrier, planets, the shafts whose gears
-//! mesh with these, and what couplings join to them across the axis. Other shafts keep the frame of space. Couplings
-//! between two frames leave the motions across the axis free: turning about the axis and moving along it are the same in
-//! all of them, but a force across it would turn. Sets whose carriers have one speed may share a frame.
+//! The members of a planetary set are in the frame of its carrier: carrier, planets, the shafts whose gears mesh with
+//! these, and shafts joined to them by couplings across the axis. Other shafts are in the fixed frame. Couplings
+//! between two frames leave the motions across the axis free: rotation about the axis and motion along it are the same
+//! in all of them, but a force across it would rotate. Sets whose carriers have equal speeds may share a frame.
 
 use super::axes::Axis;
 use super::{PlanetarySet, Stop, TrainDrive, TrainError};
 use crate::shaft::drive::Motion;
 
-/// Distance of two axes that are one, in units of the distance of the pins.
+/// Two axes closer than this, in units of the distance of the pins, coincide.
 const CENTRAL: f64 = 1e-9;
 
-/// What joins two shafts across their axis.
+/// A connection of two shafts across their axis.
 struct Across {
     shafts: [usize; 2],
     coupling: bool,
 }
 
 impl TrainDrive {
-    /// What moves together across its axis. A shaft without motions is the same in every frame.
+    /// All connections across the axis. A shaft without motions is the same in every frame.
     fn across(&self) -> Vec<Across> {
         let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
         let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
@@ -35,7 +35,7 @@ impl TrainDrive {
             .collect()
     }
 
-    /// The set in whose frame each shaft is written, the first of those that share it; none in the frame of space.
+    /// The set whose frame each shaft is in, the first of those that share it; `None` in the fixed frame.
     pub(super) fn frames(&self) -> Vec<Option<usize>> {
         let group = self.groups(self.across().into_iter().map(|own| own.shafts));
         let sets = |shaft: usize| {
@@ -45,7 +45,7 @@ impl TrainDrive {
         (0..self.shafts.len()).map(sets).collect()
     }
 
-    /// That sets in one frame have carriers of one speed, by the `speed` of bodies.
+    /// Checks that carriers of sets in one frame have equal speeds; `speed` is that of a body.
     pub(super) fn frames_are_one<T: PartialEq>(
         &self,
         frames: &[Option<usize>],
@@ -81,7 +81,7 @@ impl TrainDrive {
         })
     }
 
-    /// That the members of a set lie on the axis of the carrier, planets beside it.
+    /// Checks that the members of a set are on the axis of the carrier, and its planets beside it.
     pub(super) fn members_are_central(
         &self,
         set: &PlanetarySet,
@@ -105,7 +105,7 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// That meshes without a planet are those of shafts that keep the frame of space.
+    /// Checks that meshes without a planet are on shafts in the fixed frame.
     pub(super) fn meshes_are_of_planets(&self, turning: &[bool]) -> Result<(), TrainError> {
         let beside = self
             .pairs()
@@ -120,8 +120,8 @@ impl TrainDrive {
         }
     }
 
-    /// That bearings and stops against the ground are the same in all directions, where they are seen to turn. Those of
-    /// rolling elements are stiffer along their load.
+    /// Checks that bearings and stops against the ground are isotropic if they are in a rotating frame. Rolling
+    /// bearings are not: they are stiffer along their load.
     pub(super) fn supports_are_round(
         &self,
         frames: &[Option<usize>],
@@ -162,7 +162,7 @@ impl TrainDrive {
     }
 }
 
-/// From the axis of the carrier to the one of a shaft, in the carrier's frame \[m\].
+/// Vector from the axis of the carrier to that of a shaft, in the carrier's frame \[m\].
 pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f64; 2] {
     let carrier = axes[set.carrier];
     let [x, y, _] = carrier.local(axes[shaft].at(0.0) - carrier.at(0.0));

@@ -1,8 +1,8 @@
-//! A housing between bearings and the ground: reduced matrices of another program over named freedoms.
+//! A housing between bearings and the ground: reduced matrices from another program over named freedoms.
 //!
-//! Its nodes have displacements and rotations along the axes of space; behind them stand internal freedoms, such as the
-//! modes of a Craig–Bampton reduction. The spring of a bearing that stands on a node acts between the shaft and this
-//! node, seen along the axes of the shaft. A freedom that a node does not have is held.
+//! Its nodes have displacements and rotations along the global axes. There are also internal freedoms, such as the
+//! modes of a Craig–Bampton reduction. The spring of a bearing on a node acts between the shaft and this
+//! node, along the axes of the shaft. A freedom that a node does not have is fixed.
 
 use super::axes::Axis;
 use super::nodes::Assembled;
@@ -19,14 +19,14 @@ use std::sync::Arc;
 /// Largest distance of a bearing from its node \[m\].
 const BESIDE: f64 = 1e-3;
 
-/// Difference of two entries across the diagonal, and negative eigenvalue, that are round-off: in a matrix scaled
+/// Differences across the diagonal and negative eigenvalues below this are round-off, in a matrix scaled
 /// to a diagonal of ones.
 const ROUND_OFF: f64 = 1e-10;
 
 /// Reduced matrices over the freedoms of nodes, node by node in the order of [`Freedom`], and internal freedoms.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Housing {
-    /// Where bearings may stand.
+    /// Possible positions of bearings.
     pub nodes: Vec<HousingNode>,
     /// Names of the internal freedoms.
     pub internal: Vec<String>,
@@ -36,7 +36,7 @@ pub struct Housing {
     pub stiffness: Vec<f64>,
     /// Damping matrix \[N s/m, N s, N m s\]; empty for none.
     pub damping: Vec<f64>,
-    /// Places whose acceleration is told.
+    /// Points with an acceleration in the results.
     pub points: Vec<HousingPoint>,
 }
 
@@ -45,13 +45,13 @@ pub struct Housing {
 pub struct HousingNode {
     /// Its name.
     pub name: String,
-    /// Its place in space \[m\].
+    /// Its position in space \[m\].
     pub position: [f64; 3],
     /// Which freedoms it has.
     pub freedoms: [bool; NODE_FREEDOMS],
 }
 
-/// A place of a housing, in one direction.
+/// A point of a housing, in one direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HousingPoint {
     /// Its name.
@@ -65,20 +65,20 @@ pub struct HousingPoint {
 pub struct JoinedHousing {
     /// The housing.
     pub housing: Arc<Housing>,
-    /// Which bearings stand on it.
+    /// The bearings on it.
     pub joints: Vec<HousingJoint>,
 }
 
 /// A bearing on a node of a housing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HousingJoint {
-    /// Shaft, and bearing on it.
+    /// Index of the shaft, and of the bearing on it.
     pub bearing: [usize; 2],
     /// The node.
     pub node: usize,
 }
 
-/// What is wrong with the matrices of a housing.
+/// Why the matrices of a housing are invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HousingError {
     /// Two entries across the diagonal differ.
@@ -87,7 +87,7 @@ pub enum HousingError {
         place[0] + 1, place[1] + 1, freedoms[0], freedoms[1], entries[0], entries[1]
     )]
     Asymmetric {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
         /// Row and column, from 0.
         place: [usize; 2],
@@ -96,25 +96,25 @@ pub enum HousingError {
         /// The entry and its mirror image.
         entries: [f64; 2],
     },
-    /// A matrix has an eigenvalue that its kind does not have.
+    /// A matrix has an eigenvalue outside its range.
     #[error(
         "the {matrix} matrix has the eigenvalue {eigenvalue:.3e} (scaled to a diagonal of ones), but {wanted}; freedom \
          `{freedom}` has the largest part in it"
     )]
     Indefinite {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
-        /// The least eigenvalue.
+        /// The smallest eigenvalue.
         eigenvalue: f64,
-        /// What is asked for.
+        /// The required range.
         wanted: &'static str,
-        /// Where its eigenvector is largest.
+        /// Freedom with the largest entry of its eigenvector.
         freedom: String,
     },
 }
 
 impl HousingError {
-    /// The matrix that is wrong.
+    /// Name of the invalid matrix.
     pub fn matrix(&self) -> &'static str {
         match self {
             Self::Asymmetric { matrix, .. } | Self::Indefinite { matrix, .. } => matrix,
@@ -123,7 +123,7 @@ impl HousingError {
 }
 
 impl HousingNode {
-    /// Words for the freedoms of a node: displacements along the axes of space, then rotations about them.
+    /// Words for the freedoms of a node: displacements along the global axes, then rotations about them.
     pub const FREEDOMS: [&str; NODE_FREEDOMS] = ["x", "y", "z", "rx", "ry", "rz"];
 }
 
@@ -144,7 +144,7 @@ impl Housing {
         of_nodes.chain(self.internal.iter().cloned()).collect()
     }
 
-    /// That the matrices are symmetric, the mass positive definite, stiffness and damping without negative eigenvalues.
+    /// Checks that the matrices are symmetric, the mass positive definite, stiffness and damping positive semidefinite.
     ///
     /// # Errors
     /// [`HousingError`].
@@ -193,7 +193,7 @@ impl Housing {
         Ok(())
     }
 
-    /// Whether it may move without a force.
+    /// Whether it can move without a force.
     pub(super) fn floats(&self) -> bool {
         least_eigenvalue(&scaled(&self.stiffness, self.freedoms())).0 < ROUND_OFF
     }
@@ -222,7 +222,7 @@ impl Housing {
     }
 }
 
-/// A matrix over the roots of its diagonal entries.
+/// A matrix scaled by the square roots of its diagonal entries.
 fn scaled(entries: &[f64], size: usize) -> Mat<f64> {
     let root = |at: usize| match entries[at * size + at].abs().sqrt() {
         0.0 => 1.0,
@@ -234,7 +234,7 @@ fn scaled(entries: &[f64], size: usize) -> Mat<f64> {
     })
 }
 
-/// The least eigenvalue of a symmetric matrix, and where its vector is largest; not a number where there is none.
+/// The smallest eigenvalue of a symmetric matrix, and the index of its vector's largest entry; NaN without convergence.
 fn least_eigenvalue(matrix: &Mat<f64>) -> (f64, usize) {
     let Some((values, vectors)) = symmetric_eigen(matrix) else {
         return (f64::NAN, 0);
@@ -248,7 +248,7 @@ fn least_eigenvalue(matrix: &Mat<f64>) -> (f64, usize) {
 }
 
 impl JoinedHousing {
-    /// The node of the assembly under a bearing: those of the housing come first.
+    /// The node of the assembly under a bearing: those of the housing are the first.
     pub(super) fn node_under(&self, bearing: [usize; 2]) -> Option<usize> {
         let joint = self.joints.iter().find(|joint| joint.bearing == bearing)?;
         Some(joint.node)
@@ -256,7 +256,7 @@ impl JoinedHousing {
 }
 
 impl TrainDrive {
-    /// That bearings stand on the housing, each where its node is.
+    /// Checks that bearings are at the positions of their nodes on the housing.
     pub(super) fn check_joints(
         &self,
         joined: &JoinedHousing,

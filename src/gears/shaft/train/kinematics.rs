@@ -1,15 +1,15 @@
-//! Exact speeds of the bodies of a train: what joins them, what is held, and what follows for all.
+//! What are the exact speeds of the bodies of a train? They follow from joints and held shafts.
 
 use super::axes::PitchPoint;
 use super::equations::{Equations, TooLong};
 use super::ratio::Ratio;
 use super::{GearPlace, TrainDrive, TrainError};
 
-/// How the speed of its second body follows from that of its first.
+/// The relation between the speeds of two bodies.
 struct Joint {
     bodies: [usize; 2],
     ratio: Ratio,
-    /// What both speeds are relative to.
+    /// Body that both speeds are relative to.
     carrier: Option<usize>,
 }
 
@@ -22,7 +22,7 @@ impl Joint {
         bodies.into_iter().chain(carrier)
     }
 
-    /// The speed that it requires of its second body.
+    /// The speed that it requires for its second body.
     fn asks(&self, known: &Equations) -> Option<Ratio> {
         let frame = match self.carrier {
             Some(carrier) => known.value(carrier)?,
@@ -32,7 +32,7 @@ impl Joint {
     }
 }
 
-/// Exact speeds of the bodies that anything connects with the driver; see [`Layout`](super::speeds::Layout).
+/// Exact speeds of the bodies connected with the driver; see [`Layout`](super::speeds::Layout).
 pub(super) struct Speeds {
     pub speeds: Vec<Option<Ratio>>,
     pub rolling: Vec<Option<Ratio>>,
@@ -40,7 +40,7 @@ pub(super) struct Speeds {
 }
 
 impl TrainDrive {
-    /// How the speeds of bodies follow from each other.
+    /// The relations between the speeds of bodies.
     fn joints(&self, meshes: &[PitchPoint]) -> Vec<Joint> {
         let mut joints: Vec<Joint> = (self.pairs().zip(meshes))
             .map(|(gears, met)| {
@@ -62,14 +62,14 @@ impl TrainDrive {
         joints
     }
 
-    /// The equations of all joints that anything connects with the driver, and which bodies they reach.
+    /// The equations of all joints connected with the driver, and the bodies that they reach.
     fn equations(&self, joints: &[Joint]) -> Result<(Equations, Vec<bool>), TrainError> {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut equations = Equations::new(bodies, self.driver);
         let mut reached = vec![false; bodies];
         reached[self.driver] = true;
         let mut left: Vec<&Joint> = joints.iter().collect();
-        // From the driver outwards: each speed follows at once from those before, by the shortest ratio.
+        // From the driver outwards: each speed follows from earlier ones at once, by the shortest ratio.
         while let Some(next) = (left.iter()).position(|own| {
             own.bodies
                 .into_iter()
@@ -89,7 +89,7 @@ impl TrainDrive {
             let before = stand(&equations);
             let turns = equations.add(joint.equation());
             let turns = turns.map_err(|long| self.long_ratio(long))?;
-            // Nothing is held yet: what stops both bodies has contradicted what joins them otherwise.
+            // Nothing is held yet, so a joint that stops both bodies contradicts the earlier ones.
             if !turns || before == 0 && stand(&equations) == 2 {
                 return Err(match speeds {
                     (Some(found), Some(asked)) => TrainError::Locked {
@@ -106,7 +106,7 @@ impl TrainDrive {
         Ok((equations, reached))
     }
 
-    /// Adds that what is held stands still.
+    /// Adds the condition that held shafts do not rotate.
     fn hold(&self, joined: &Equations, reached: &[bool]) -> Result<Equations, TrainError> {
         let shafts = self.shafts.iter().enumerate();
         let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.turns());
@@ -124,7 +124,7 @@ impl TrainDrive {
         if let Some(equations) = with(&held)? {
             return Ok(equations);
         }
-        // The first that stops the driver, and one without which it would not.
+        // Find the first one that stops the driver, and another one without which it would not.
         let mut last = 0;
         while with(&held[..=last])?.is_some() {
             last += 1;
@@ -150,7 +150,7 @@ impl TrainDrive {
         }
     }
 
-    /// That a speed, of a body or from its joints, is a ratio of whole numbers that are not too large.
+    /// Checks that a speed, of a body or from its joints, is a ratio of integers that are not too large.
     pub(super) fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
         if speed == Ratio::TOO_LARGE {
             Err(self.long_ratio(TooLong(body)))
@@ -159,7 +159,7 @@ impl TrainDrive {
         }
     }
 
-    /// Why gears that mesh do not roll on each other.
+    /// Why gears in mesh do not roll on each other.
     pub(super) fn stands(&self, gears: [GearPlace; 2]) -> TrainError {
         let bodies = gears.map(|gear| self.body_of(gear));
         let held = |body: &usize| {
@@ -176,7 +176,7 @@ impl TrainDrive {
         }
     }
 
-    /// Speeds of the bodies: what is held stands still.
+    /// Speeds of the bodies; held ones are 0.
     pub(super) fn speeds(
         &self,
         meshes: &[PitchPoint],
@@ -186,7 +186,7 @@ impl TrainDrive {
         let equations = self.hold(&joined, &reached)?;
         let name = |body: usize| self.body_name(body);
         let first = self.body_of(self.gears[0]);
-        // Without planets the speed of a point is that of the first gear.
+        // Without planets the speed of an operating point is that of the first gear.
         let alone = self.planetary.is_empty() && equations.value(first) != Some(Ratio::ONE);
         if !reached[first] || alone {
             return Err(TrainError::Driver {

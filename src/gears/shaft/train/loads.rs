@@ -1,4 +1,4 @@
-//! Which constant forces act on the modes of a train beside its load: drag, pins out of place, what flies outwards.
+//! Which constant forces besides the load act on the modes of a train? Drag, pins out of place, centrifugal forces.
 
 use super::TrainDrive;
 use super::nodes::Assembled;
@@ -9,18 +9,18 @@ use crate::structure::ModalStructure;
 use nalgebra::{DMatrix, DVector};
 
 impl TrainDrive {
-    /// Mean force on the flanks of every mesh, the first one first \[N\], negative where coast flanks bear it: what balances load and
-    /// drag on every rotation that no spring holds. Where torque splits, its paths share it so that the sum of squared
-    /// forces is least.
+    /// Mean force on the flanks of every mesh, the first one first \[N\], negative on coast flanks. These forces
+    /// balance load and drag on every rotation that no spring holds. If torque splits, its paths share it with the
+    /// smallest sum of squared forces.
     ///
-    /// * `structure`: this train's.
+    /// * `structure`: that of this train.
     /// * `load`: fraction of the rated torque.
     /// * `speed`: of the first gear \[rad/s\].
     pub fn mean_forces(&self, structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
         let meshes = self.meshes.len();
         let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
         let others = structure.contacts[2 * meshes..].iter();
-        // Dry sliders start without force.
+        // Dry sliders start without a force.
         let others = flanks.chain(others.filter(|contact| contact.law.slider.is_none()));
         let felt: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
             .chain(others.map(|contact| contact.participation.as_slice()))
@@ -40,12 +40,12 @@ impl TrainDrive {
         });
         let least = 1e-9 * balance.amax();
         let found = balance.svd(true, true).solve(&loads, least);
-        // Both factors were asked for, so that there is a solution.
+        // Both factors were requested, so there is a solution.
         let found = found.unwrap_or_else(|_| DVector::zeros(felt.len()));
         found.iter().take(1 + meshes).copied().collect()
     }
 
-    /// Modal forces of what flies outwards with the carrier, per square of the pinion's speed; empty for none.
+    /// Modal centrifugal forces on the planets, per square of the pinion's speed; empty for none.
     pub(super) fn centrifugal_load(
         &self,
         solved: &Solved,
@@ -61,8 +61,8 @@ impl TrainDrive {
         load
     }
 
-    /// Modal forces of the mean drag, constant and by the first gear's speed, and of pins out of place. The motor keeps
-    /// the speed: its torque is what all brakes take of power.
+    /// Modal forces of the mean drag, constant and per speed of the first gear, and of pins out of place. The motor
+    /// keeps the speed: its torque supplies the power of all brakes.
     pub(super) fn mean_drag(
         &self,
         solved: &Solved,
@@ -88,8 +88,8 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed: `felt` says what a sum
-    /// of freedoms is in the coordinates of `driving`, a unit torque of the motor.
+    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed. `felt` converts a
+    /// sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
     pub(super) fn brakes(
         &self,
         layout: &Layout,
@@ -126,7 +126,8 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of the driven machines and of the motor against them, per newton of rated force; `felt` as there.
+    /// Forces of the driven machines and of the motor against them, per newton of rated force; `felt` as in
+    /// [`Self::brakes`].
     pub(super) fn power(
         &self,
         layout: &Layout,

@@ -1,4 +1,4 @@
-//! Meshes of a train beside its first one, and what their flanks bear.
+//! Meshes of a train besides its first one, and the force laws of their flanks.
 
 use super::speeds::sense;
 use super::{GearPlace, TrainDrive, TrainError};
@@ -6,35 +6,35 @@ use crate::gear::MeshTableSpec;
 use crate::structure::ContactLaw;
 use serde::Serialize;
 
-/// A further mesh: two contacts, where the first gear drives and where it coasts.
+/// A further mesh: two contacts, for driving and coasting of the first gear.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrainMesh {
     /// The driving gear and the driven one.
     pub gears: [GearPlace; 2],
     /// Operating pressure angle \[rad\].
     pub pressure_angle: f64,
-    /// What its flanks bear.
+    /// Force law of its flanks.
     pub law: MeshLaw,
 }
 
-/// What the flanks of a further mesh bear.
+/// Force law of the flanks of a further mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum MeshLaw {
-    /// What the first mesh bears, so many cycles ahead of it.
+    /// The law of the first mesh, with a phase lead.
     OfFirst {
-        /// Phase against the first mesh, in cycles.
+        /// Phase lead over the first mesh, in cycles.
         phase: f64,
     },
-    /// That of the drive flanks and that of the coast flanks.
+    /// Separate laws of the drive and the coast flanks.
     Own(Box<[ContactLaw; 2]>),
-    /// What the drawing says under the mean load of an operating point.
+    /// From the drawing, at the mean load of an operating point.
     Drawn(Box<DrawnLaw>),
 }
 
 /// A further mesh from the drawing of its gears.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DrawnLaw {
-    /// How it follows from the drawing: of two gears of which the first turns forwards ([`TrainDrive::turn_helices`]).
+    /// Rules for the table, from a drawing whose first gear rotates forwards ([`TrainDrive::turn_helices`]).
     pub table: MeshTableSpec,
     /// Angle between the flanks in the plane of action before the load acts \[rad\].
     pub misalignment: f64,
@@ -42,12 +42,12 @@ pub struct DrawnLaw {
     pub friction: f64,
     /// Mesh phase about which the coast flanks mirror the drive flanks, in cycles.
     pub symmetry: f64,
-    /// Everything that the drawing does not say of the drive flanks: gap, damping, phase, imposed error.
+    /// Properties of the drive flanks that are not in the drawing: gap, damping, phase, imposed error.
     pub beside: ContactLaw,
 }
 
 impl MeshLaw {
-    /// The same, so many cycles ahead.
+    /// The same with a phase lead in cycles.
     pub fn ahead(&self, cycles: f64) -> Self {
         let later = |law: &ContactLaw| ContactLaw {
             phase: law.phase + cycles,
@@ -65,7 +65,7 @@ impl MeshLaw {
         }
     }
 
-    /// Whether its stiffness varies over the cycle by itself.
+    /// Whether its stiffness varies over its own cycle.
     pub(super) fn varies(&self) -> bool {
         match self {
             Self::OfFirst { .. } => false,
@@ -76,7 +76,7 @@ impl MeshLaw {
 }
 
 impl TrainDrive {
-    /// The sense in which a gear rolls as its meshes see it, where the first gear rolls forwards: −1 or 1.
+    /// Direction in which a gear rolls in its meshes if the first gear rolls forwards: −1 or 1.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -84,8 +84,9 @@ impl TrainDrive {
         Ok(sense(self.layout()?.rolling[self.body_of(gear)]))
     }
 
-    /// Gives drawn meshes whose first gear turns backwards the opposite helix. Seen from the other end of its shaft, where
-    /// it turns forwards, the hand is the same, but places across the face change their sign; so do the lines of contact.
+    /// Inverts the helix of drawn meshes whose first gear rotates backwards. Seen from the other end of its shaft,
+    /// where it rotates forwards, the hand is the same, but positions across the face change their sign. So do the
+    /// lines of contact.
     ///
     /// # Errors
     /// [`TrainError`].

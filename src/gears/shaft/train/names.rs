@@ -1,4 +1,4 @@
-//! What are meshes, contacts and shafts of a train called?
+//! What are the names of the meshes, contacts and shafts of a train?
 
 use super::speeds::Layout;
 use super::{GearPlace, TrainDrive};
@@ -14,8 +14,8 @@ impl TrainDrive {
         self.pairs().map(names).collect()
     }
 
-    /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of couplings,
-    /// forward and backward, the states of their hysteresis, and stops.
+    /// Names of all contacts: drive flank and coast flank of the first mesh and of every further one, then stages of
+    /// couplings, forward and backward, the states of their hysteresis, and stops.
     pub fn contact_names(&self) -> Vec<String> {
         let meshes = self.mesh_names().into_iter();
         let flanks = meshes
@@ -41,7 +41,8 @@ impl TrainDrive {
         flanks.chain(stages).chain(elements).chain(stops).collect()
     }
 
-    /// Shafts beside those of the first mesh, one of each speed, with their turns, `[p, q]`: p in q cycles of the first mesh.
+    /// Shafts besides those of the first mesh, one per speed, with their turns `[p, q]`: p in q cycles of the first
+    /// mesh.
     pub(super) fn further_shafts(&self, layout: &Layout) -> Vec<(String, [u32; 2])> {
         let mut known: Vec<_> = (self.gears.iter())
             .map(|&place| layout.turns[self.body_of(place)])

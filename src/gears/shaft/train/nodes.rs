@@ -1,4 +1,4 @@
-//! From the description of a train to an assembly, and which node is what.
+//! From the description of a train to an assembly with its nodes.
 
 use super::frames::arm_vector;
 use super::speeds::Layout;
@@ -16,9 +16,9 @@ pub(super) struct Assembled {
     shafts: Vec<ShaftNodes>,
     /// Node of each loose gear.
     pub loose: Vec<usize>,
-    /// Node of the carrier where each planet's pin stands.
+    /// Node of the carrier at each planet's pin.
     pub pins: Vec<usize>,
-    /// Bearings by their names.
+    /// Bearings with their names.
     pub supports: Vec<(String, Support)>,
     /// Every freedom of the housing.
     pub housing: Vec<(usize, Freedom)>,
@@ -27,13 +27,13 @@ pub(super) struct Assembled {
 /// The nodes of one shaft.
 #[derive(Debug)]
 struct ShaftNodes {
-    /// By place \[m\], ascending; of a rigid shaft its carried nodes.
+    /// Nodes by position \[m\], ascending; for a rigid shaft its carried nodes.
     places: Vec<(f64, usize)>,
-    /// The nodes that have freedoms of their own.
+    /// The nodes with independent freedoms.
     own: std::ops::Range<usize>,
 }
 
-/// What stands on a shaft, for its message.
+/// Parts on a shaft, for messages.
 const STANDING: [&str; 5] = [
     "a gear",
     "a disc",
@@ -61,7 +61,7 @@ impl TrainDrive {
             };
             nodes.fix(&mut assembly, shaft)?;
             for (at, disc) in &shaft.discs {
-                // An inertia about the axis alone stands behind a coupling that lets the shaft tilt.
+                // An inertia about the axis alone is behind a coupling that lets the shaft tilt.
                 if disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
                     assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?
                 } else {
@@ -119,7 +119,7 @@ impl TrainDrive {
         Ok(assembled)
     }
 
-    /// Everything that stands on a shaft needs a node: the places, ascending.
+    /// Positions of all parts on a shaft, which need nodes, ascending.
     pub(super) fn places(&self, index: usize) -> Result<Vec<f64>, TrainError> {
         let shaft = &self.shafts[index];
         let ends = (self.couplings.iter())
@@ -154,7 +154,7 @@ impl TrainDrive {
         Ok(places)
     }
 
-    /// The first element of every stretch of a flexible shaft between neighbouring places where
+    /// The first element of every stretch of a flexible shaft between neighbouring positions at which
     /// torque enters or leaves: gears that are fixed to it, couplings, motor and load.
     pub(super) fn stretches(&self, index: usize, assembled: &Assembled) -> Vec<Torsion> {
         let shaft = &self.shafts[index];
@@ -197,7 +197,7 @@ impl TrainDrive {
         })
     }
 
-    /// A shaft of beams, no longer than its elements may be.
+    /// A shaft of beam elements up to their longest length.
     fn flexible(
         &self,
         assembly: &mut Assembly,
@@ -273,7 +273,7 @@ impl TrainDrive {
     }
 }
 
-/// What twists between two nodes.
+/// An element between two nodes that twists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Torsion {
     pub nodes: [usize; 2],
@@ -282,7 +282,7 @@ pub(super) struct Torsion {
 }
 
 impl Torsion {
-    /// Torque from the first node to the second, counted in the sense of running.
+    /// Torque from the first node to the second, positive in the direction of rotation.
     pub fn terms(&self, sense: f64) -> Vec<(usize, Freedom, f64)> {
         let [from, to] = self.nodes;
         let stiffness = sense * self.stiffness;
@@ -293,7 +293,7 @@ impl Torsion {
     }
 }
 
-/// A shaft without sections: one body, everything carried by it.
+/// A shaft without sections: one body that carries everything.
 fn rigid(
     assembly: &mut Assembly,
     shaft: &TrainShaft,
@@ -325,12 +325,12 @@ fn rigid(
 }
 
 impl ShaftNodes {
-    /// The node nearest to a place.
+    /// The node nearest to a position.
     fn at(&self, place: f64) -> usize {
         (self.places.get(self.position(place))).map_or(self.own.start, |node| node.1)
     }
 
-    /// Which of its nodes that is.
+    /// Index of this node.
     fn position(&self, place: f64) -> usize {
         let away = |position: &usize| (self.places[*position].0 - place).abs();
         (0..self.places.len())
@@ -338,7 +338,7 @@ impl ShaftNodes {
             .unwrap_or(0)
     }
 
-    /// Fixes what may not move.
+    /// Fixes the motions that are not free.
     fn fix(&self, assembly: &mut Assembly, shaft: &TrainShaft) -> Result<(), ShaftError> {
         for node in self.own.clone() {
             for freedom in shaft.motion.held() {
@@ -362,7 +362,7 @@ impl ShaftNodes {
 }
 
 impl Assembled {
-    /// The node at a place of a shaft.
+    /// The node at a position of a shaft.
     pub fn at(&self, shaft: usize, place: f64) -> usize {
         self.shafts[shaft].at(place)
     }
@@ -376,7 +376,7 @@ impl Assembled {
         )
     }
 
-    /// All nodes of the shafts that are marked.
+    /// All nodes of the marked shafts.
     pub fn nodes_of(&self, marked: &[bool]) -> BTreeSet<usize> {
         let shafts = self
             .shafts
@@ -390,7 +390,7 @@ impl Assembled {
         nodes.collect()
     }
 
-    /// The nodes of a shaft that have freedoms of their own.
+    /// The nodes of a shaft with independent freedoms.
     pub fn own(&self, shaft: usize) -> std::ops::Range<usize> {
         self.shafts[shaft].own.clone()
     }

@@ -1,4 +1,4 @@
-//! What do bearings, and places that move, feel of the modes?
+//! Which forces and motions do the modes cause in bearings and at observed points?
 
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::drive::Support;
@@ -10,13 +10,13 @@ use crate::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare};
 #[derive(Debug)]
 pub(super) struct BearingTerms {
     name: String,
-    /// By displacements \[N/m\] and by velocities \[N s/m\].
+    /// Coefficients of displacements \[N/m\] and of velocities \[N s/m\].
     springs: Vec<f64>,
     dampers: Vec<f64>,
 }
 
 impl BearingTerms {
-    /// Those of every bearing, by its name, that the assembly can load, springs and dampers: along the line of
+    /// Forces of all bearings that the assembly can load, springs and dampers, with names: along the line of
     /// centres, across it, axially.
     pub fn of_supports(
         matrices: &AssembledMatrices,
@@ -42,7 +42,7 @@ impl BearingTerms {
                         .collect();
                     matrices.functional(&terms)
                 });
-                // Nothing there, or nothing that could load it.
+                // Skip directions without a spring or damper that could be loaded.
                 if acts(&springs) || acts(&dampers) {
                     all.push(Self {
                         name: format!("{name} {direction}"),
@@ -55,7 +55,7 @@ impl BearingTerms {
         all
     }
 
-    /// The modes of a solution followed by what the springs of each bearing, as a load, deflect beyond them.
+    /// The modes of a solution, followed by the deflections beyond them under the springs of each bearing as loads.
     pub fn with_shapes(
         all: &[Self],
         matrices: &AssembledMatrices,
@@ -65,9 +65,9 @@ impl BearingTerms {
         solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
     }
 
-    /// The gains in a solution of `modes` modes and the static shapes behind them, one a bearing: `settle` is what
-    /// turns a participation as the solution has it into that of the structure; rotations do not load a
-    /// bearing with any of the `rigid` first. Of the static shapes a bearing feels its own.
+    /// The gains in a solution of `modes` modes and the static shapes behind them, one entry per bearing. `settle`
+    /// converts a participation in the solution into that of the structure. The first `rigid` modes, rotations, do not
+    /// load a bearing. Of the static shapes only the one of a bearing loads it.
     pub fn gains(
         all: &[Self],
         solution: &Modes,
@@ -102,8 +102,8 @@ fn acts(force: &[f64]) -> bool {
     force.iter().any(|&coefficient| coefficient != 0.0)
 }
 
-/// Motions of every bearing's place on its shaft and on what it stands on, in each direction that
-/// is free, and of nodes that turn: what, its name, its node and the sense in which it runs.
+/// Motions of every bearing's position on its shaft and on its support, in each free direction,
+/// and of rotating nodes: kind, name, node and direction of rotation.
 pub(super) fn place_motions(
     matrices: &AssembledMatrices,
     solution: &Modes,

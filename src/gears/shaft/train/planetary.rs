@@ -1,15 +1,15 @@
 //! Planets on pins of a carrier, between central gears on its axis.
 //!
-//! A carrier turns, and with it the places where gears mesh. The train is written in the frame that
-//! turns with the carrier at its mean speed: planets keep their places there, and the directions of
-//! all meshes are constant. What stands still has to feel the same in all directions for that, unless the carrier is
-//! held. The gears roll as if the carrier stood still ([`Layout::rolling`]); the speeds follow from the members that
-//! are held ([`super::equations`]).
+//! A carrier rotates, and with it the positions of the meshes. The equations are in the frame that
+//! rotates with the carrier at its mean speed: planets keep their positions there, and the directions of
+//! all meshes are constant. Fixed parts must therefore be isotropic, unless the carrier is
+//! held. The gears roll as if the carrier did not rotate ([`Layout::rolling`]). The speeds follow from the held
+//! members ([`super::equations`]).
 //!
-//! Every set has a frame of its own ([`super::frames`]).
+//! Every set has a separate frame ([`super::frames`]).
 //!
-//! The neutral rotation is that of the whole set at its mean speeds, the carrier taking its planets along:
-//! a planet at r moves by `Ω_c e_z × r` and turns at its own speed.
+//! The neutral rotation is that of the whole set at its mean speeds, and the carrier takes its planets along:
+//! a planet at r moves by `Ω_c e_z × r` and rotates at its speed.
 
 use super::axes::Axis;
 use super::contacts::Terms;
@@ -23,22 +23,22 @@ use crate::shaft::error::ShaftError;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Part of a tooth by which an angle may miss a place between the teeth.
+/// Part of a tooth by which an angle may deviate from a position between the teeth.
 const IN_PLACE: f64 = 1e-3;
 
-/// Part of a cycle that is rounding.
+/// Part of a cycle within rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Planets on pins of a carrier.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlanetarySet {
-    /// The shaft that has the pins.
+    /// The shaft with the pins.
     pub carrier: usize,
-    /// Their place on it \[m\].
+    /// Position of the pins on it \[m\].
     pub at: f64,
     /// The planets, each a rigid body with one gear.
     pub planets: Vec<Planet>,
-    /// The bearing of each on its pin.
+    /// The bearing of each planet on its pin.
     pub bearing: Bearing,
     /// Tip diameter of the planets \[m\].
     pub tip_diameter: f64,
@@ -47,9 +47,9 @@ pub struct PlanetarySet {
 /// A planet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Planet {
-    /// Its body, among the shafts.
+    /// Index of its body among the shafts.
     pub shaft: usize,
-    /// How far its pin stands ahead of its place, in the sense in which the carrier turns \[m\].
+    /// Displacement of its pin from the nominal position, in the direction of the carrier's rotation \[m\].
     pub pin_error: f64,
 }
 
@@ -63,7 +63,7 @@ impl PlanetarySet {
 }
 
 impl TrainShaft {
-    /// The point beside its axis at a place `at` \[m\] along it, by distance \[m\] and angle \[rad\] in its frame.
+    /// The point at a position `at` \[m\] on its axis, displaced by a distance \[m\] at an angle \[rad\] in its frame.
     pub fn beside(&self, at: f64, distance: f64, angle: f64) -> [f64; 3] {
         let (sin, cos) = angle.sin_cos();
         let axis = Axis::new(self.origin, self.direction);
@@ -71,8 +71,8 @@ impl TrainShaft {
     }
 }
 
-/// Phase of a mesh of a planet against that of the first planet, in cycles from 0 on: a tooth of the central gear comes
-/// there later by the angle of the planet, counted in the sense in which this gear rolls.
+/// Phase of a planet's mesh relative to that of the first planet, in cycles from 0 on. A tooth of the central gear gets
+/// there later by the angle of the planet, counted in the direction in which this gear rolls.
 pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
     let turns = -sense * f64::from(teeth) * angle / TAU;
     let phase = turns.rem_euclid(1.0);
@@ -86,7 +86,7 @@ impl TrainDrive {
         sets.flat_map(|(number, set)| set.planets.iter().map(move |own| (number, set, own)))
     }
 
-    /// The set of which a shaft is a planet.
+    /// The set that contains a shaft as a planet.
     pub(super) fn set_of_planet(&self, shaft: usize) -> Option<usize> {
         let mut planets = self.planets();
         planets
@@ -99,13 +99,14 @@ impl TrainDrive {
         self.set_of_planet(shaft).is_some()
     }
 
-    /// The set whose planet is one of two gears that mesh.
+    /// The set with a planet among two gears in mesh.
     pub(super) fn set_of_mesh(&self, gears: [GearPlace; 2]) -> Option<usize> {
         let [one, two] = gears.map(|gear| self.set_of_planet(gear.shaft));
         one.or(two)
     }
 
-    /// That no carrier is a planet, and no mesh joins planets of two sets: nothing places these against each other.
+    /// Checks that no carrier is a planet, and no mesh joins planets of two sets: their relative position would be
+    /// undefined.
     pub(super) fn sets_are_apart(&self) -> Result<(), TrainError> {
         let mut carriers = self.planetary.iter().map(|set| set.carrier);
         if let Some(carrier) = carriers.find(|&shaft| self.is_planet(shaft)) {
@@ -121,7 +122,7 @@ impl TrainDrive {
         })
     }
 
-    /// That the first mesh is one of the planets, where there are any.
+    /// Checks that the first mesh is one of a planet, if there are planets.
     pub(super) fn check_first(&self) -> Result<(), TrainError> {
         if self.planetary.is_empty() || self.gears.iter().any(|gear| self.is_planet(gear.shaft)) {
             return Ok(());
@@ -131,7 +132,7 @@ impl TrainDrive {
         })
     }
 
-    /// That the members of a set are central, and its planets fit.
+    /// Checks that the members of a set are central, and that its planets fit.
     pub(super) fn check_planets(
         &self,
         number: usize,
@@ -144,7 +145,7 @@ impl TrainDrive {
         self.planets_assemble(number, axes)
     }
 
-    /// That no two planets touch.
+    /// Checks that no two planets touch.
     fn planets_fit(&self, set: &PlanetarySet, axes: &[Axis]) -> Result<(), TrainError> {
         let tip = set.tip_diameter;
         for (second, two) in set.planets.iter().enumerate() {
@@ -162,7 +163,7 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// That every planet finds spaces on the external and on the internal central gear at once.
+    /// Checks that every planet meets spaces on the external and on the internal central gear at the same time.
     fn planets_assemble(&self, number: usize, axes: &[Axis]) -> Result<(), TrainError> {
         let set = &self.planetary[number];
         let Some([external, internal]) = self.central_teeth(number, self.pairs()) else {
@@ -189,7 +190,7 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// Teeth of the external and of the internal gear that mesh with planets of a set; none unless there are both.
+    /// Teeth of the external and of the internal gear that mesh with planets of a set; `None` unless there are both.
     pub fn central_teeth(
         &self,
         set: usize,
@@ -205,7 +206,7 @@ impl TrainDrive {
         Some([teeth[0]?, teeth[1]?])
     }
 
-    /// How planets move as their carriers take them along at their mean speeds.
+    /// Motions of the planets as their carriers take them along at their mean speeds.
     pub(super) fn orbits(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         self.planets()
             .flat_map(|(number, set, planet)| {
@@ -226,7 +227,7 @@ impl TrainDrive {
         gears.map(|gear| gear.body.mass).sum()
     }
 
-    /// Writes an assembly in the frames of the carriers, where anything is to feel that they turn.
+    /// Transforms an assembly to the frames of the carriers, if the effects of their rotation are included.
     pub(super) fn turn_with_carriers(
         &self,
         assembled: &mut Assembled,
@@ -277,7 +278,7 @@ impl TrainDrive {
             .collect()
     }
 
-    /// How far the pin of a planet stands out of its place, in x and y \[m\].
+    /// Displacement of a planet's pin from its nominal position, in x and y \[m\].
     pub(super) fn pin_place(&self, index: usize, layout: &Layout) -> [f64; 2] {
         let Some((number, set, planet)) = self.planets().nth(index) else {
             return [0.0; 2];
@@ -287,7 +288,7 @@ impl TrainDrive {
         [-ahead * y, ahead * x]
     }
 
-    /// Forces of the bearings of planets whose pins stand out of place, on planets and carrier.
+    /// Bearing forces of planets whose pins are out of place, on planets and carrier.
     pub(super) fn pin_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         let mut forces = Terms::new();
         let bearings = assembled.supports.len() - self.planets().count();

@@ -3,8 +3,8 @@
 use crate::numerics::integers::greatest_divisor;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A ratio of whole numbers in lowest terms, the denominator positive; [`Ratio::TOO_LARGE`] where these exceed their type, and
-/// of all that is reckoned from it.
+/// A ratio of integers in lowest terms with a positive denominator. [`Ratio::TOO_LARGE`] if these exceed their type,
+/// and for all results of calculations with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ratio {
     pub over: i128,
@@ -33,7 +33,7 @@ impl Ratio {
         Self::new(self.over.abs(), self.under)
     }
 
-    /// A product by its factors; each numerator has no divisor with its own denominator.
+    /// The product of two ratios in lowest terms: only opposite terms can have common divisors.
     fn product(one: Self, two: Self) -> Option<Self> {
         let [a, b] = [
             Self::new(one.over, two.under),
@@ -85,7 +85,7 @@ impl Mul for Ratio {
 impl Div for Ratio {
     type Output = Self;
 
-    /// Of a divisor that is not 0.
+    /// The divisor must not be 0.
     fn div(self, other: Self) -> Self {
         let sign = other.over.signum();
         let turned = Self {

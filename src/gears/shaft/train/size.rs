@@ -1,40 +1,42 @@
-//! How large is a train in finite elements? Known before anything is assembled, however fine its elements are.
+//! How many finite elements does a train have? The count precedes the assembly, for elements of any size.
 
 use super::{TrainDrive, TrainError, TrainShaft};
 
-/// Most degrees of freedom of a train. The finest flexible drive has 3612; the dense matrices of 4000 take some 1.2 GB.
+/// Largest number of degrees of freedom of a train. The finest flexible drive has 3612; the dense matrices of 4000 take
+/// some 1.2 GB.
 const MOST_FREEDOMS: f64 = 4000.0;
 
-/// Most beam elements of a train: those of shafts that are held count too.
+/// Largest number of beam elements of a train, including those of held shafts.
 const MOST_ELEMENTS: f64 = 4000.0;
 
-/// Matrices that the solution for the modes holds at once: mass and stiffness, three that couple, four of the dense solution.
+/// Matrices in memory during the solution for the modes: mass and stiffness, three of coupling, four of the dense
+/// solution.
 const MATRICES: f64 = 9.0;
 
-/// Part of the outer diameter within which the end of a hub takes a node that is there: a much shorter element than the others
-/// would only cost digits.
+/// The end of a hub uses an existing node within this part of the outer diameter: an element much shorter than the
+/// others would only cost accuracy.
 const SLIVER: f64 = 1e-3;
 
 /// Freedoms of a node.
 const NODE_FREEDOMS: f64 = 6.0;
 
-/// A part of a flexible shaft between neighbouring places and ends of sections, in equal elements.
+/// A part of a flexible shaft between neighbouring positions and ends of sections, in equal elements.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
     /// Section of the shaft.
     pub section: usize,
-    /// From where \[m\].
+    /// Start \[m\].
     pub from: f64,
-    /// To where \[m\].
+    /// End \[m\].
     pub to: f64,
     /// Outer diameter, hubs included \[m\].
     pub outer: f64,
-    /// Elements, a whole number; of a slip of a unit more than integers hold.
+    /// Number of elements, an integer as a float, as it may exceed integer types if a unit is wrong.
     pub elements: f64,
 }
 
 impl TrainShaft {
-    /// Longest beam element of a section \[m\], where it has this outer diameter \[m\].
+    /// Longest beam element of a section \[m\] at this outer diameter \[m\].
     fn longest_element(&self, section: usize, outer: f64) -> f64 {
         let own = &self.sections[section];
         own.element.or(self.element).unwrap_or(outer)
@@ -85,7 +87,7 @@ impl TrainShaft {
 }
 
 impl TrainDrive {
-    /// That its elements are no more than its matrices have room for.
+    /// Checks that its matrices are not too large.
     ///
     /// # Errors
     /// [`TrainError::TooFine`], [`TrainError::OffShaft`].
@@ -112,7 +114,7 @@ impl TrainDrive {
             elements += own;
             freedoms += of_node * (own + 1.0);
         }
-        // Written so that what is no number is refused.
+        // Written so that a NaN is rejected.
         if freedoms <= MOST_FREEDOMS && elements <= MOST_ELEMENTS {
             return Ok(());
         }

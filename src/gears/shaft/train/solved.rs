@@ -1,15 +1,15 @@
-//! The modes of a train, and what sums of freedoms are in them.
+//! The modes of a train, and the values of sums of freedoms in them.
 
 use super::contacts::FlankTerms;
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::modes::Modes;
 use crate::structure::FlankParticipation;
 
-/// Modes of a train before anything is asked of them.
+/// Modes of a train before evaluation.
 pub(super) struct Solved<'a> {
     pub matrices: &'a AssembledMatrices,
     pub modes: &'a Modes,
-    /// Sign of each mode behind the neutral rotation.
+    /// Sign of each mode after the neutral rotation.
     pub signs: Vec<f64>,
     /// The neutral rotation in the rigid modes, a unit vector.
     pub neutral: Vec<f64>,
@@ -23,7 +23,7 @@ impl Solved<'_> {
         column
     }
 
-    /// Of a contact, which does not feel the neutral rotation.
+    /// Participation of a contact, which is zero in the neutral rotation.
     pub fn contact(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
         let mut column = self.participation(terms);
         column[0] = 0.0;
@@ -40,8 +40,8 @@ impl Solved<'_> {
         }
     }
 
-    /// Turns the rigid modes so that the first is the neutral rotation, by a Householder
-    /// reflection, and gives the other modes their signs.
+    /// Rotates the rigid modes so that the first is the neutral rotation, by a Householder
+    /// reflection, and applies the signs of the other modes.
     pub fn settle(&self, column: &mut [f64]) {
         let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
         let mut normal = self.neutral.clone();
@@ -51,7 +51,7 @@ impl Solved<'_> {
         for (x, v) in column.iter_mut().zip(&normal) {
             *x -= 2.0 * along * v / square;
         }
-        // The reflection sends the neutral rotation to `side` times the first axis.
+        // The reflection maps the neutral rotation to `side` times the first axis.
         column[0] *= side;
         for (value, sign) in column[1..].iter_mut().zip(&self.signs) {
             *value *= sign;

@@ -1,5 +1,5 @@
-//! How fast does every body of a train turn where all contacts bear, and how many cycles has each
-//! mesh?
+//! How fast does every body of a train rotate if all contacts carry load, and how many cycles does each
+//! mesh have?
 
 use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
 use super::kinematics::Speeds;
@@ -8,13 +8,13 @@ use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::least_multiple;
 use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
 
-/// Difference of unit vectors along axes that point the same way.
+/// Largest difference of unit vectors along axes of the same direction.
 const ALIKE: f64 = 1e-9;
 
-/// Distance \[m\] of places that are one: those of shafts askew in space are told in hundredths of a millimetre.
+/// Points closer than this \[m\] coincide: coordinates of oblique shafts are rounded to hundredths of a millimetre.
 const ONE_PLACE: f64 = 2e-5;
 
-/// Sense of running: −1 for a negative speed, else 1.
+/// Direction of rotation: −1 for a negative speed, else 1.
 pub(super) fn sense(speed: f64) -> f64 {
     if speed < 0.0 { -1.0 } else { 1.0 }
 }
@@ -24,28 +24,28 @@ pub(super) fn sense(speed: f64) -> f64 {
 pub(super) struct Layout {
     /// Axis of each shaft.
     pub axes: Vec<Axis>,
-    /// Speed of each body about its axis, right-handed, in units of the driver's; 0 of one that
-    /// stands still: first the shafts, then the loose gears. The first gear rolls forwards.
+    /// Speed of each body about its axis, right-handed, in units of the driver's; 0 for a body at
+    /// rest. First the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
-    /// The same as the meshes see them, in units of the first gear's own speed. Speeds of what moves with planets are relative
+    /// The same in the meshes, in units of the first gear's speed. Speeds of members of planetary sets are relative
     /// to their carrier.
     pub rolling: Vec<f64>,
-    /// How fast the first gear rolls, in units of the driver's speed.
+    /// Rolling speed of the first gear, in units of the driver's speed.
     pub unit: f64,
     /// Speed of the carrier of each planetary set.
     pub carriers: Vec<f64>,
-    /// The set in whose frame each shaft is written; none in the frame of space.
+    /// The set whose frame each shaft is in; `None` in the fixed frame.
     pub frames: Vec<Option<usize>>,
-    /// Whether that frame turns.
+    /// Whether that frame rotates.
     pub turning: Vec<bool>,
-    /// Where the first mesh and each further one meet.
+    /// Pitch points of the first mesh and of each further one.
     pub meshes: Vec<PitchPoint>,
-    /// Turns of each body as the meshes see them, `[p, q]`: p in q cycles of the first mesh; none of bodies that stand still,
-    /// and where p or q is out of range.
+    /// Turns of each body in the meshes, `[p, q]`: p in q cycles of the first mesh; `None` for bodies at rest,
+    /// and if p or q is out of range.
     pub turns: Vec<Option<[u32; 2]>>,
     /// Cycles of each mesh, `[p, q]`: p in q of the first mesh.
     pub cycles: Vec<[u32; 2]>,
-    /// Cycles of the first mesh after which those that vary are as they were.
+    /// Cycles of the first mesh after which all varying meshes repeat.
     pub base_cycles: usize,
 }
 
@@ -67,7 +67,7 @@ impl TrainDrive {
         (self.gears()).filter(|&place| self.gear(place).loose.is_some())
     }
 
-    /// The body that a gear turns with: its shaft, or itself.
+    /// The body that a gear rotates with: its shaft, or itself.
     pub(super) fn body_of(&self, place: GearPlace) -> usize {
         let loose = self.loose_gears().position(|other| other == place);
         loose.map_or(place.shaft, |number| self.shafts.len() + number)
@@ -89,7 +89,7 @@ impl TrainDrive {
         }
     }
 
-    /// Where the gears of a mesh meet.
+    /// Pitch point of the gears of a mesh.
     ///
     /// # Errors
     /// [`TrainError::SkewAxes`], [`TrainError::OneAxis`], [`TrainError::PitchCircles`],
@@ -111,15 +111,15 @@ impl TrainDrive {
         PitchPoint::of([&one, &two])
     }
 
-    /// How two gears stand beside each other; none where their axes meet, as those of bevel gears do.
+    /// Relative position of two gears; `None` if their axes intersect, as for bevel gears.
     ///
     /// # Errors
-    /// [`TrainError`] where the gears cannot mesh there.
+    /// [`TrainError`] if the gears cannot mesh there.
     pub fn beside(&self, gears: [GearPlace; 2]) -> Result<Option<BesideEachOther>, TrainError> {
         Ok(self.met(gears, &self.axes())?.beside)
     }
 
-    /// Mesh cycles after which the stiffness of all further meshes is as it was.
+    /// Mesh cycles after which the stiffness of all further meshes repeats.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -133,7 +133,8 @@ impl TrainDrive {
             .collect()
     }
 
-    /// Name and speed of every body about its axis, right-handed, in units of the driver's speed; of planets the first.
+    /// Name and speed of every body about its axis, right-handed, in units of the driver's speed; only the first planet
+    /// of a set.
     ///
     /// # Errors
     /// [`TrainError`].
@@ -257,7 +258,7 @@ impl TrainDrive {
         })
     }
 
-    /// That the ends of a coupling are on one axis, and that its springs across it have no arm.
+    /// Checks that the ends of a coupling are on one axis, and that its radial springs have no lever arm.
     fn is_in_line(&self, coupling: &ShaftCoupling, axes: &[Axis]) -> Result<(), TrainError> {
         let shafts = || coupling.shafts.map(|shaft| self.shafts[shaft].name.clone());
         let [one, two] = coupling.shafts.map(|shaft| axes[shaft]);

@@ -1,4 +1,4 @@
-//! From a train to its modes and what its contacts, torques and bearings feel of them.
+//! From a train to its modes and the participations of contacts, torques and bearings in them.
 
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
@@ -15,7 +15,7 @@ use crate::structure::{
     TurningFrame,
 };
 
-/// The motions that bearings must hold, and by which of their stiffnesses.
+/// The motions that bearings must hold, with the stiffnesses that do so.
 const HELD: [(Freedom, &str, &str); 5] = [
     (Freedom::X, "along its x axis", "x"),
     (Freedom::Y, "along its y axis", "y"),
@@ -33,12 +33,12 @@ const HELD: [(Freedom, &str, &str); 5] = [
 ];
 
 impl TrainDrive {
-    /// The `retained` lowest of the `modes` lowest modes; as
-    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes), the torque on the pinion being
-    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, none where that runs loose.
+    /// The `retained` lowest of the `modes` lowest modes, as
+    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion is
+    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, `None` if that runs loose.
     ///
     /// # Errors
-    /// [`TrainError`], or as there.
+    /// [`TrainError`], and as [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes).
     pub fn modes(
         &self,
         modes: usize,
@@ -97,7 +97,7 @@ impl TrainDrive {
         Ok(structure.truncated(retained, mta)?)
     }
 
-    /// Damping ratios of modes, of which the `rigid` first have none.
+    /// Damping ratios of modes; the first `rigid` ones have none.
     fn modal_damping(&self, modes: usize, rigid: usize) -> Result<Vec<f64>, ShaftError> {
         let overrides = &self.damping_overrides;
         let ratios = overrides.iter().map(|&(_, ratio)| ratio);
@@ -121,7 +121,7 @@ impl TrainDrive {
         Ok(damping)
     }
 
-    /// Which shaft, or loose gear against its shaft, moves in rigid motions that should not be there.
+    /// Names the shaft, or loose gear relative to its shaft, that moves in unexpected rigid motions.
     pub(super) fn not_held(
         &self,
         error: ShaftError,
@@ -200,7 +200,7 @@ impl TrainDrive {
         }
     }
 
-    /// The neutral rotation, every body at its speed, as a unit vector in the rigid modes.
+    /// The neutral rotation, with every body at its speed, as a unit vector in the rigid modes.
     fn neutral(
         &self,
         layout: &Layout,
@@ -244,12 +244,12 @@ impl TrainDrive {
             solved.participation(&[(node, Freedom::RotationZ, sense)])
         };
         let driving = torque_on(self.driver, sense(layout.speeds[self.driver]));
-        // A torque on the shaft of a loose gear has neither the speed nor the sense of the gear.
+        // A torque on the shaft of a loose gear has neither the speed nor the direction of the gear.
         let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
         let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_empty());
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
-        // Torques per newton of rated force, whose neutral parts cancel but for round-off.
+        // Torques per newton of rated force; their neutral parts cancel up to round-off.
         let felt = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
         let mut torque = self.power(layout, assembled, &driving, felt);
         torque[0] = 0.0;
@@ -296,7 +296,7 @@ impl TrainDrive {
         })
     }
 
-    /// All bodies that may turn, and all gears: what, its name, its node and the sense in which it runs.
+    /// All bodies that may rotate, and all gears: kind, name, node and direction of rotation.
     fn turning(
         &self,
         layout: &Layout,
@@ -322,8 +322,8 @@ impl TrainDrive {
         shafts.chain(loose).chain(gears).collect()
     }
 
-    /// Torques in every stretch of a flexible shaft between places where torque enters or leaves,
-    /// and in the springs and dampers of couplings, stages behind gaps not counted.
+    /// Torques in every stretch of a flexible shaft between positions where torque enters or leaves,
+    /// and in the springs and dampers of couplings, without stages behind gaps.
     fn torques(&self, solved: &Solved, layout: &Layout, assembled: &Assembled) -> Vec<TorqueGain> {
         let elastic = |terms: &[(usize, Freedom, f64)]| {
             let mut gain = solved.participation(terms);
@@ -370,7 +370,7 @@ impl TrainDrive {
         torques
     }
 
-    /// Speed at which the gears of a mesh turn against each other.
+    /// Relative rotational speed of the gears of a mesh.
     fn turning_against(&self, gears: [GearPlace; 2], layout: &Layout) -> f64 {
         let [one, two] = gears.map(|place| self.gear(place));
         let ratio = f64::from(one.teeth) / f64::from(two.teeth);
@@ -379,7 +379,7 @@ impl TrainDrive {
         layout.rolling[self.body_of(gears[0])].abs() * against
     }
 
-    /// Contacts beside the flanks of the first mesh.
+    /// Contacts besides the flanks of the first mesh.
     fn contacts(
         &self,
         solved: &Solved,
@@ -399,7 +399,7 @@ impl TrainDrive {
             };
             for (index, flank) in terms.iter().enumerate() {
                 let feels = solved.flank(flank);
-                // The coast flanks push where their deflection, counted as the drive flanks', falls.
+                // The coast flanks push if their deflection, with the sign of the drive flanks', falls.
                 let side = [1.0, -1.0][index];
                 let sided = |column: &[f64], wanted: bool| -> Vec<f64> {
                     let column = column.iter().filter(|_| wanted);
@@ -453,9 +453,9 @@ impl TrainDrive {
     }
 }
 
-/// Takes the neutral rotation out of the terms of a turning frame. It would raise centrifugal forces where the set runs
-/// ahead, by a part of them as small as its speed varies. But nothing would hold the mean speed, which no contact feels:
-/// at rest and from any start the set would run at another one than the mesh cycle has.
+/// Removes the neutral rotation from the terms of a rotating frame. Those terms would increase centrifugal forces while
+/// the set runs ahead, in proportion to the small variation of its speed. But nothing would hold the mean speed, as no
+/// contact is deflected: from any start the set would run at a different speed than that of the mesh cycle.
 fn release_neutral(structure: &mut ModalStructure) {
     if structure.frame.stiffness.is_empty() {
         return;

@@ -6,7 +6,7 @@ use crate::structure::ModalStructure;
 
 const MODES: usize = 24;
 
-/// A further mesh's flank: what it bears is of no matter here.
+/// The flank of a further mesh; its force law does not matter here.
 fn law() -> ContactLaw {
     ContactLaw {
         gap: 10e-6,
@@ -52,15 +52,15 @@ fn assert_close(name: &str, a: &[f64], b: &[f64]) {
     }
 }
 
-/// How the train lies in space is of no matter.
+/// The position of the train in space does not matter.
 #[test]
 fn a_train_may_lie_anywhere() {
     let mut train = train(&flexible());
     let expected = train.modes(MODES, MODES, false).unwrap();
-    // About an axis askew, by an angle of no consequence.
+    // Rotate by an arbitrary angle about an oblique axis.
     let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::new(1.0, 2.0, -0.5));
     let turn = nalgebra::Rotation3::from_axis_angle(&axis, 1.1);
-    // Bearings alike in x and y, whose frame turns otherwise.
+    // Bearings equal in x and y, whose frame rotates.
     let bearings = |train: &mut TrainDrive| {
         for (_, bearing) in train.shafts.iter_mut().flat_map(|s| &mut s.bearings) {
             bearing.y = bearing.x;
@@ -76,7 +76,7 @@ fn a_train_may_lie_anywhere() {
     let askew = train.modes(MODES, MODES, false).unwrap();
     assert_close("frequency", &askew.frequency, &upright.frequency);
     assert!((expected.frequency[2] / upright.frequency[2] - 1.0).abs() > 1e-4);
-    // Modes come in pairs now; what the mesh feels of a pair together does not depend on its basis.
+    // Modes come in pairs now; the sum of the participations over a pair does not depend on its basis.
     let felt = |s: &ModalStructure, a: &[f64], b: &[f64]| -> f64 {
         let parts = a.iter().zip(b).zip(&s.frequency);
         parts
@@ -103,7 +103,7 @@ fn a_train_may_lie_anywhere() {
     }
 }
 
-/// Three bodies in a row that only turn: everything is known in closed form.
+/// Three bodies in a row that only rotate: all results have closed forms.
 fn row(teeth: [u32; 4]) -> TrainDrive {
     let mut train = train(&drive());
     let radius = |z: u32| 0.5 * 3e-3 * f64::from(z);
@@ -160,7 +160,7 @@ fn two_stages_turn_as_their_teeth_say() {
     let train = row([20, 30, 18, 27]);
     let layout = train.layout().unwrap();
     assert_eq!(layout.speeds, [1.0, -2.0 / 3.0, 4.0 / 9.0]);
-    // What stands still is counted as what turns ahead.
+    // A body at rest counts as rotating forwards.
     assert_eq!([-0.5, 0.0, 2.0].map(speeds::sense), [-1.0, 1.0, 1.0]);
     // 18/30 of the first mesh's cycles.
     assert_eq!(layout.cycles, [[1, 1], [3, 5]]);
@@ -175,8 +175,8 @@ fn two_stages_turn_as_their_teeth_say() {
         base(20.0).powi(2) / inertia[0] + base(30.0).powi(2) / inertia[1],
         base(18.0).powi(2) / inertia[1] + base(27.0).powi(2) / inertia[2],
     ];
-    // δ₁ = r_a θ_a + r_b θ_b grows with θ_b > 0; the drive flanks of the second mesh are those that
-    // the counter shaft reaches turning backwards: δ₂ = −r_c θ_c − r_d θ_d.
+    // δ₁ = r_a θ_a + r_b θ_b grows with θ_b > 0. The counter shaft rotates backwards, which determines
+    // the drive flanks of the second mesh: δ₂ = −r_c θ_c − r_d θ_d.
     let across = -base(30.0) * base(18.0) / inertia[1];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let [drive, coast] = [0, 1].map(|i| &structure.contacts[i]);
@@ -189,7 +189,7 @@ fn two_stages_turn_as_their_teeth_say() {
         .sum();
     assert!(sum < 1e-12, "{sum}");
 
-    // In balance every mesh bears what its torque says: torque = mesh F₁ + contact F₂ with F₁ = 1
+    // In balance every mesh carries the force of its torque: torque = mesh F₁ + contact F₂ with F₁ = 1
     // and F₂ the ratio of the lever arms.
     let ratio = base(30.0) / base(18.0);
     for i in 0..3 {
@@ -230,7 +230,7 @@ fn a_loose_gear_turns_for_itself_and_is_braked_by_its_shaft() {
     let structure = train.modes(8, 8, false).unwrap();
     assert_eq!(structure.rigid_modes(), 3);
     assert!(structure.torque.iter().all(|&t| t == 0.0));
-    // The drag, met at the second mesh: F₂ = T/r_d, F₁ = F₂ r_c/r_b, and the motor's torque.
+    // The drag loads the second mesh: F₂ = T/r_d, F₁ = F₂ r_c/r_b, and the motor's torque.
     let base = |z: f64| 0.5 * 3e-3 * z * 20f64.to_radians().cos();
     let drive = &structure.contacts[0].participation;
     for (load, torque) in [
@@ -286,7 +286,7 @@ fn trains_that_cannot_run_are_told() {
     loose.shafts[1].bearings[0].1.tilt = 0.0;
     let message = loose.modes(MODES, MODES, false).unwrap_err().to_string();
     assert!(message.contains("shaft `wheel` is not held"), "{message}");
-    // Which shaft, and how: along its axis, across it, tilting.
+    // Which shaft, and in which direction: along its axis, across it, tilting.
     for shaft in 0..2 {
         let without = |loosen: &dyn Fn(&mut Bearing)| {
             let mut loose = train(&flexible());
@@ -311,7 +311,7 @@ fn trains_that_cannot_run_are_told() {
     assert!(told(light).contains("no sections and no inertia"));
 }
 
-/// The section there, the thicker one where two meet; ends are met to rounding.
+/// The section at a position, the thicker one where two meet; ends are compared within rounding.
 #[test]
 fn a_place_has_the_thicker_of_the_sections_that_meet_there() {
     let section = |length: f64, outer: f64| ShaftSection {
@@ -337,7 +337,7 @@ fn a_place_has_the_thicker_of_the_sections_that_meet_there() {
     }
 }
 
-/// A stop beside a bearing is approached as the bearing is displaced, whatever the length of its direction.
+/// The approach to a stop next to a bearing is the bearing's displacement, for any length of the stop's direction.
 #[test]
 fn a_stop_is_approached_as_its_place_moves() {
     let mut train = train(&drive());
@@ -383,13 +383,13 @@ fn a_stop_is_approached_as_its_place_moves() {
     }
 }
 
-/// Elements are counted before they are made, as many as are made.
+/// The count of elements precedes their assembly, and agrees with it.
 #[test]
 fn a_train_is_refused_before_its_elements_are_made() {
     let mut train = train(&drive());
     let made = train.freedoms().unwrap();
     let length = train.shafts[1].length();
-    // Two shafts of All motions: as many nodes as elements, and one each.
+    // Two shafts with Motion::All: one more node than elements each.
     let elements = |train: &TrainDrive| -> f64 {
         (0..2)
             .flat_map(|index| {
@@ -419,7 +419,7 @@ fn a_train_is_refused_before_its_elements_are_made() {
         assert!(freedoms > 4000.0 && gigabytes > 1.0);
         assert!(matches!(train.freedoms(), Err(ShaftError::Train(_))));
     }
-    // A shaft that is held has elements all the same.
+    // The elements of a held shaft count too.
     train.shafts[1].element = Some(length / 5000.0);
     train.shafts[1].motion = Motion::None;
     assert!(matches!(

@@ -1,17 +1,17 @@
-//! What can be measured: the items of a plan, and the words that they are made of.
+//! What can be measured? The items of a plan, and their types.
 
 use crate::characterize::settings::Part;
 use crate::characterize::team::HardwareThread;
 use crate::characterize::vectors::{NON_TEMPORAL, Set};
 use strum::{IntoStaticStr, VariantArray};
 
-/// How threads are placed.
+/// Placement of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Placement {
     /// The cores of a node before those of the next.
     Compact,
-    /// The nodes in turn.
+    /// The nodes in rotation.
     Scattered,
 }
 
@@ -22,13 +22,13 @@ impl Placement {
     }
 }
 
-/// The order in which a chain of loads goes through a buffer.
+/// The order in which a chain of loads visits a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Walk {
-    /// Page after page, at random within each.
+    /// Page by page, at random within each.
     Pages,
-    /// To another page with every load.
+    /// Another page with every load.
     Hops,
     /// The same on huge pages.
     #[strum(to_string = "hops")]
@@ -46,9 +46,9 @@ impl Walk {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {
-    /// Tables of each operating point, made by the worker that computes it.
+    /// Tables per operating point, made by the worker that computes it.
     Volterra,
-    /// Tables of the structure, which serve all operating points.
+    /// Tables of the structure, common to all operating points.
     ClosedModes,
 }
 
@@ -58,7 +58,7 @@ impl Solver {
         self.into()
     }
 
-    /// The sharing of a campaign on one node.
+    /// The sharing in campaigns on one node.
     pub fn usual_sharing(self) -> Sharing {
         match self {
             Self::Volterra => Sharing::Private,
@@ -67,7 +67,7 @@ impl Solver {
     }
 }
 
-/// Which tables threads read.
+/// The tables that threads read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Sharing {
@@ -75,7 +75,7 @@ pub enum Sharing {
     Shared,
     /// Each thread reads the copy of its node.
     Node,
-    /// Each thread has its own copy.
+    /// Each thread has a separate copy.
     Private,
 }
 
@@ -86,20 +86,20 @@ impl Sharing {
     }
 }
 
-/// What the threads of a team integrate.
+/// The task of a team that integrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Campaign {
-    /// The kernel.
+    /// Sharing of its tables.
     pub solver: Solver,
     /// Its tables.
     pub sharing: Sharing,
-    /// Modes of the structure.
+    /// Number of modes of the structure.
     pub modes: usize,
-    /// Operating points that every thread goes round.
+    /// Number of operating points that every thread cycles through.
     pub points: usize,
 }
 
-/// One thing to measure; some give several figures.
+/// One measurement; some give several figures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
     /// Multiply-adds of every member: one figure.
@@ -109,9 +109,9 @@ pub enum Item {
         /// Members.
         team: Vec<HardwareThread>,
     },
-    /// Read, copy, triad: a figure per kernel of [`StreamKernel::available`].
+    /// Read, copy, triad: one figure per kernel of [`StreamKernel::available`].
     Streams {
-        /// How the members are placed.
+        /// Placement of the members.
         placement: Placement,
         /// Members.
         team: Vec<HardwareThread>,
@@ -127,37 +127,37 @@ pub enum Item {
         /// Lines of a member's array.
         lines: usize,
     },
-    /// Integrating on teams of growing size: a figure per team.
+    /// Integration by teams of growing size: one figure per team.
     Solver {
-        /// What they integrate.
+        /// Their task.
         campaign: Campaign,
         /// The teams; the first is one thread.
         teams: Vec<Vec<HardwareThread>>,
     },
-    /// Reading a buffer: a figure per stride.
+    /// Reading a buffer: one figure per stride.
     Mountain {
-        /// Where.
+        /// Thread of the reader.
         thread: HardwareThread,
         /// Lines of the buffer.
         lines: usize,
         /// Strides in lines.
         strides: Vec<usize>,
     },
-    /// A chain of loads: a figure per size.
+    /// A chain of loads: one figure per size.
     Latency {
-        /// Where.
+        /// Thread of the loads.
         thread: HardwareThread,
         /// Node of the memory.
         memory: u32,
-        /// Lines of the buffer that the chain goes through.
+        /// Numbers of lines in the buffer.
         sizes: Vec<usize>,
-        /// Their order.
+        /// Order of the lines.
         walk: Walk,
     },
 }
 
 impl Item {
-    /// The part that it belongs to.
+    /// Its part.
     pub fn part(&self) -> Part {
         match self {
             Self::Arithmetic { .. } => Part::Arithmetic,
@@ -168,7 +168,7 @@ impl Item {
         }
     }
 
-    /// What it measures, in a word or two.
+    /// Its name, in one or two words.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Arithmetic { .. } => "arithmetic",
@@ -181,19 +181,19 @@ impl Item {
     }
 }
 
-/// What streams through memory.
+/// A loop that streams through memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamKernel {
     /// Sums an array.
     Read,
-    /// `a = b`, past the caches or not.
+    /// `a = b`, bypassing the caches or not.
     Copy(bool),
-    /// `a = b + q c`, past the caches or not.
+    /// `a = b + q c`, bypassing the caches or not.
     Triad(bool),
 }
 
 impl StreamKernel {
-    /// Those of this architecture.
+    /// The kernels of this architecture.
     pub fn available() -> Vec<Self> {
         let mut kernels = vec![Self::Read, Self::Copy(false), Self::Triad(false)];
         if NON_TEMPORAL {
@@ -213,7 +213,7 @@ impl StreamKernel {
         }
     }
 
-    /// Arrays that it reads or writes.
+    /// Number of arrays that it reads or writes.
     pub fn arrays(self) -> usize {
         match self {
             Self::Read => 1,

@@ -1,10 +1,10 @@
-//! Where threads run: their order, teams of growing size, the caches and nodes that they span.
+//! On which hardware threads do teams run? Their order, teams of growing size, the caches and nodes that they span.
 
 use super::item::Placement;
 use crate::characterize::team::HardwareThread;
 use crate::topology::{Cache, Topology};
 
-/// All hardware threads in the order in which they are taken: first threads of all cores before
+/// All hardware threads in their order of use: first threads of all cores before
 /// second ones.
 pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     let mut ranked = Vec::new();
@@ -25,8 +25,8 @@ pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     ranked.into_iter().map(|(_, thread)| thread).collect()
 }
 
-/// Teams of growing size: powers of two, a node's cores, all cores, all threads; no more than
-/// `most` members.
+/// Teams of growing size, up to `most` members: powers of two, a node's cores, all cores, all
+/// threads.
 pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<HardwareThread>> {
     let order = order(topology, placement);
     let most = order.len().min(most);
@@ -49,7 +49,7 @@ pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<
     counts.iter().map(|&n| order[..n].to_vec()).collect()
 }
 
-/// Last-level caches that a team spans; hwloc lists cores that share a cache side by side.
+/// Number of last-level caches that a team spans; hwloc lists cores with a common cache next to each other.
 pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cache) -> usize {
     let mut before = 0;
     let mut spanned: Vec<usize> = Vec::new();
@@ -66,7 +66,7 @@ pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cach
     spanned.len().clamp(1, cache.count.max(1))
 }
 
-/// Whether a team of this size with the same threads is among those given.
+/// Whether `teams` contains a team with the same threads.
 pub fn same_places(team: &[HardwareThread], teams: &[Vec<HardwareThread>]) -> bool {
     let sorted = |team: &[HardwareThread]| {
         let mut threads: Vec<u32> = team.iter().map(|thread| thread.index).collect();
@@ -76,7 +76,7 @@ pub fn same_places(team: &[HardwareThread], teams: &[Vec<HardwareThread>]) -> bo
     (teams.iter()).any(|other| other.len() == team.len() && sorted(other) == sorted(team))
 }
 
-/// Nodes with cores, each with every node.
+/// All pairs of a node with cores and any node.
 pub fn pairs(topology: &Topology) -> Vec<(u32, u32)> {
     let with_cores = |node: u32| topology.cores.iter().any(|core| core.numa_node == node);
     let all = || topology.numa_nodes.iter().map(|node| node.index);

@@ -8,12 +8,12 @@ const PLENTY: Limits = Limits {
 
 fn planned(description: &str, extent: Extent, limits: Limits) -> Plan {
     let mut topology = Topology::synthetic(description).unwrap();
-    // Synthetic caches have sizes only where they are given.
+    // Synthetic caches have sizes only if the description gives them.
     topology.caches.retain(|cache| cache.size > 0);
     plan(&topology, extent, limits)
 }
 
-/// Threads of the stream teams of a placement.
+/// Numbers of threads of the stream teams of a placement.
 fn stream_threads(plan: &Plan, wanted: Placement) -> Vec<usize> {
     (plan.items.iter())
         .filter_map(|item| match item {
@@ -44,7 +44,7 @@ fn two_sockets_with_second_threads() {
     // Powers of two, the cores of a node, all cores, all threads.
     let counts = [1, 2, 4, 8, 14, 16, 28, 32, 56];
     assert_eq!(stream_threads(&plan, Placement::Compact), counts);
-    // One thread, all cores and all threads sit alike in both.
+    // One thread, all cores and all threads are the same in both.
     assert_eq!(
         stream_threads(&plan, Placement::Scattered),
         [2, 4, 8, 14, 16, 32]
@@ -79,7 +79,7 @@ fn two_sockets_with_second_threads() {
     assert_eq!(plan.missing, []);
 }
 
-/// Operating points per thread of closed modes where they are measured on one thread and on all.
+/// Operating points per thread of closed modes, for measurements on one thread and on all.
 fn breadths(plan: &Plan) -> Vec<usize> {
     let campaigns = plan.items.iter().filter_map(|item| match item {
         Item::Solver { campaign, teams } if campaign.points != POINTS => {
@@ -102,7 +102,7 @@ fn threads_are_taken_in_order() {
     assert_eq!(threads(Placement::Scattered), [0, 4, 2, 6, 1, 5, 3, 7]);
 }
 
-/// STREAM's rule counts the caches of both sockets where threads are on both.
+/// STREAM's rule counts the caches of both sockets if threads are on both.
 #[test]
 fn arrays_outgrow_the_caches_they_pass_through() {
     let plan = planned(
@@ -200,7 +200,7 @@ fn sizes_grow_by_equal_ratios_in_whole_lines() {
     );
 }
 
-/// What is not asked for is not missing.
+/// Parts that were not requested are not reported as missing.
 #[test]
 fn parts_are_asked_for() {
     let plan = planned("pu:1", Extent::Quick, PLENTY);

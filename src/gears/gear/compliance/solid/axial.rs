@@ -1,9 +1,9 @@
-//! How a solid moves along the face, and the waves that loads on the face are sums of.
+//! How does a solid move along the face, and in which waves are loads on the face expanded?
 //!
-//! Displacements are Legendre polynomials of z, which leave both ends of the face free. Loads are
-//! waves `c_n cos(n π t)` of the place t = z/b + ½ on a face of width b, c_0 = 1 and c_n = √2 else,
-//! each with a mean square of 1 over the face. What a solid symmetric about mid-face does falls apart
-//! into what is even in z and what is odd; displacements along the axis have the other parity.
+//! Displacements are Legendre polynomials of z, so both ends of the face are free. Loads are
+//! waves `c_n cos(n π t)` of the position t = z/b + ½ on a face of width b, with c_0 = 1 and c_n = √2 otherwise.
+//! Each has a mean square of 1 over the face. For a solid symmetric about mid-face the parts even and odd in z
+//! are independent; displacements along the axis have the other parity.
 
 use crate::gear::compliance::plate::legendre;
 use crate::numerics::linalg;
@@ -11,7 +11,7 @@ use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Integrals over the face of one parity's polynomials: p of displacements in the section, a of those along
+/// Integrals over the face of one parity's polynomials: p for displacements in the section, a for those along
 /// the axis.
 pub(super) struct Axial {
     /// `∫ p p dz`.
@@ -28,17 +28,17 @@ pub(super) struct Axial {
     pub crossed: Mat<f64>,
     /// `∫ p w dz` of the waves w, polynomials by rows; the waves are orthonormal over the face.
     pub loads: Mat<f64>,
-    /// The same of a and of the waves of sines.
+    /// The same for a and the waves of sines.
     pub axial_loads: Mat<f64>,
     /// Wave numbers k of the waves in the section \[1 / unit of length\].
     pub numbers: Vec<f64>,
-    /// The same along the axis; a wave number of 0 has none.
+    /// The same along the axis; a wave number of 0 has no wave there.
     pub axial_numbers: Vec<f64>,
 }
 
 impl Axial {
     /// The polynomials up to a degree that are even or odd about the middle of a face of that
-    /// width, and the first so many waves that are.
+    /// width, and the first `waves` waves of the same parity.
     pub fn new(width: f64, degree: usize, waves: usize, odd: bool) -> Self {
         let rule = GaussLegendre::new(degree + waves + 8);
         let points = rule.nodes.len();
@@ -46,7 +46,7 @@ impl Axial {
             rule.nodes.iter().map(|z| legendre(*z, degree)).collect();
         let half = 0.5 * width;
         let parity = usize::from(odd);
-        // Values at the points, times the root of the weight; derivatives likewise.
+        // Values at the points, times the square root of the weight; derivatives likewise.
         let sampled = |parity: usize, derivative: bool| -> Mat<f64> {
             let count = (parity..=degree).step_by(2).count();
             Mat::from_fn(count, points, |row, point| {
@@ -84,8 +84,8 @@ impl Axial {
     }
 }
 
-/// Adds the products of a matrix of the section with one of the face to a block of another, those of the
-/// face innermost.
+/// Adds the product of a matrix of the section and one of the face to a block of `target`; the index of the
+/// face runs fastest.
 pub(super) fn add_product(
     target: &mut Mat<f64>,
     [first_row, first_column]: [usize; 2],

@@ -1,8 +1,8 @@
 //! A whole gear as an elastic solid whose load varies along the face: teeth on a ring, both with free ends.
 //!
-//! As in the plane (`body.rs`) every tooth stands with its foot on a ring, and the displacements of all feet
-//! follow from the forces that loads put on held feet; all of it is in waves along the face. Lengths are
-//! in root radii and stresses in Young's moduli, so that compliances come out times E per unit width.
+//! As in the plane (`body.rs`), every tooth stands with its foot on a ring. The displacements of all feet
+//! follow from the forces of loads on clamped feet. All quantities are expanded in waves along the face.
+//! Lengths are in root radii and stresses in Young's moduli, so compliances come out times E per unit width.
 
 mod axial;
 mod ring;
@@ -15,19 +15,19 @@ use axial::Axial;
 use faer::Mat;
 use tooth::{FOOT, SolidTooth};
 
-/// Teeth beyond the loaded one whose displacement is known.
+/// Number of teeth beyond the loaded one whose displacement is computed.
 const NEIGHBOURS: usize = 2;
 
-/// Most waves along the face.
+/// Largest number of waves along the face.
 const MOST_WAVES: usize = 24;
 
-/// How many waves along a face of that many tooth heights hold what its teeth give: of the last one,
-/// whose half is about 0.45 heights long, they give a twentieth of what an even load would.
+/// Number of waves that resolve the compliance of teeth on a face of that many tooth heights. The half
+/// of the last wave is about 0.45 heights long; teeth yield to it a twentieth as much as to an even load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
 
-/// What waves of load along the face on one tooth make of waves of displacement, by load case.
+/// Waves of displacement by waves of load along the face on one tooth, by load case.
 pub(super) struct SolidGear {
     /// At the loaded tooth, for each roll angle: waves of displacement by rows.
     pub own: Vec<Mat<f64>>,
@@ -36,15 +36,15 @@ pub(super) struct SolidGear {
 }
 
 struct Parity {
-    /// Forces of waves of load on a held foot, for each roll angle.
+    /// Forces of waves of load on a clamped foot, for each roll angle.
     forces: Vec<Mat<f64>>,
     /// Displacements of feet 1, 2 … teeth ahead.
     ahead: Vec<Mat<f64>>,
 }
 
 impl SolidGear {
-    /// A gear of a tooth and a ratio of root to bore radius, loaded at roll angles of its flank, so many
-    /// waves along a face of a width \[m\]; none where the numbers are not finite.
+    /// A gear with this tooth and ratio of root to bore radius, loaded at roll angles of its flank, in `waves`
+    /// waves along a face of a width \[m\]. `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -86,7 +86,7 @@ impl SolidGear {
     }
 
     /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, in the sense of growing x of the
-    /// loaded tooth, by waves of load on this one; at roll angles by their place among those given.
+    /// loaded tooth, by waves of load on this one. Roll angles are given by their indices.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
         let waves = self.own[near].nrows();
         let mut out = Mat::zeros(waves, waves);
@@ -106,7 +106,7 @@ impl SolidGear {
     }
 }
 
-/// Quarter turns of phase at which each mode of a foot is counted: with them the compliance of a wave round the
+/// Phase of each mode of a foot in quarter turns. With these phases the compliance of a wave round the
 /// gear is real.
 fn quarter_turns(axial: &Axial) -> Vec<usize> {
     let of = |waves: usize, turn: usize| {

@@ -1,9 +1,9 @@
-//! The gear body as an elastic ring of the width of the face, both ends free, held at its bore.
+//! The gear body as an elastic ring of the width of the face, with free ends, clamped at its bore.
 //!
-//! Of the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's
-//! method. What higher ones do reaches less deep than to the bore, and along the face not far: a wave along
-//! the face and round the gear is one of an elastic half space in the direction of its wave vector, where it
-//! is plane strain and, across, shear. Lengths are in root radii and stresses in Young's moduli.
+//! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's
+//! method. Higher harmonics do not reach the bore, and not far along the face. A wave along
+//! the face and round the gear is then one of an elastic half space along its wave vector: plane strain
+//! in that direction and shear across it. Lengths are in root radii and stresses in Young's moduli.
 
 use super::axial::{Axial, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};
@@ -13,17 +13,17 @@ use crate::numerics::linalg;
 use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 
-/// The last harmonic that is solved in radius and along the face.
+/// The last harmonic that is solved by polynomials of radius and z.
 const EXACT: u64 = 30;
 
-/// Polynomials of the radius.
+/// Number of polynomials of the radius.
 const RADIAL: usize = 6;
 
 /// Highest harmonic, times the half angle of the foot.
 const HARMONICS: f64 = 40.0;
 
 /// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z feet of
-/// a half angle \[rad\], on a ring of a ratio of root to bore radius; none where the numbers are not finite.
+/// a half angle \[rad\], on a ring of a ratio of root to bore radius. `None` if the numbers are not finite.
 pub(super) fn waves(
     teeth: u32,
     half_angle: f64,
@@ -72,7 +72,7 @@ impl Radial {
     fn new(bore: f64) -> Self {
         let rule = GaussLegendre::new(RADIAL + 6);
         let half = 0.5 * (1.0 - bore);
-        // (r − bore) P(r) is held at the bore.
+        // (r − bore) P(r) vanishes at the bore.
         let sample = |of: &dyn Fn(f64, [f64; 2]) -> f64| -> Mat<f64> {
             Mat::from_fn(RADIAL, rule.nodes.len(), |degree, point| {
                 let r = 0.5 * (1.0 + bore) + half * rule.nodes[point];
@@ -105,7 +105,7 @@ impl<'a> SolidRing<'a> {
         let (section, along) = (axial.loads.nrows(), axial.axial_loads.nrows());
         let outer = Mat::from_fn(RADIAL, 1, |_, _| 1.0 - bore);
         let (waves, axial_waves) = (axial.numbers.len(), axial.axial_numbers.len());
-        // Freedoms by rows first, as products are added.
+        // Freedoms are rows here, as `add_product` requires.
         let mut surface = Mat::zeros(RADIAL * (2 * section + along), 2 * waves + axial_waves);
         add_product(&mut surface, [0, 0], &outer, &axial.loads, 1.0);
         let second = RADIAL * section;
@@ -188,8 +188,8 @@ impl<'a> SolidRing<'a> {
         out
     }
 
-    /// The same of a harmonic that does not reach the bore: on a disc as thick as it likes a wave of number
-    /// `q = √(n² + k²)` gives in plane strain along its vector (n, k) and in shear `1/(G q)` across it.
+    /// The same for a harmonic that does not reach the bore, on a disc of any thickness. A wave of number
+    /// `q = √(n² + k²)` yields in plane strain along its vector (n, k), and by `1/(G q)` in shear across it.
     fn half_space(&self, order: u64) -> Mat<f64> {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
         let mut out = Mat::zeros(2 * waves + axial_waves, 2 * waves + axial_waves);
@@ -213,7 +213,7 @@ impl<'a> SolidRing<'a> {
                     like * along * along + across * round * round,
                 ],
             ];
-            // A uniform wave has no part along the axis.
+            // A uniform wave has no component along the axis.
             let skipped = waves - axial_waves;
             let places = [Some(wave), Some(waves + wave), {
                 let place = wave.checked_sub(skipped);
@@ -230,11 +230,11 @@ impl<'a> SolidRing<'a> {
         out
     }
 
-    /// Adds a harmonic to the wave of feet that it belongs to; `sense` is −1 where it runs the other way
-    /// round, which turns the sign of what tangential and other directions share.
+    /// Adds a harmonic to its wave of feet. `sense` is −1 if the harmonic runs in the opposite direction,
+    /// which changes the sign of the coupling between tangential and other directions.
     fn add(&self, wave: &mut Mat<f64>, harmonic: &Mat<f64>, transforms: &[f64], sense: f64) {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
-        // Where a direction begins in the harmonic and in the modes, its waves, whether tangential.
+        // Start of each direction in the harmonic and in the modes, its number of waves, and whether it is tangential.
         let directions = [
             (0, 0, waves, false),
             (waves, FOOT * waves, waves, true),

@@ -12,7 +12,7 @@ fn middle(tooth: &Tooth) -> f64 {
     0.5 * (tooth.form_roll + tooth.tip_roll)
 }
 
-/// Under an even load a narrow gear is as good as in plane stress, and a wide one between that and plane strain.
+/// Under an even load a narrow gear is as compliant as in plane stress, a wide one between that and plane strain.
 #[test]
 fn an_even_load_meets_the_plane_gear() {
     for (teeth, ratio) in [(20, 1.46), (30, 2.5)] {
@@ -42,8 +42,8 @@ fn an_even_load_meets_the_plane_gear() {
     }
 }
 
-/// The shorter a wave, the less a tooth gives to it, and less still what the next tooth feels; waves are never
-/// answered by their opposite.
+/// The shorter a wave, the less a tooth yields to it, and the less the next tooth moves. A wave never causes a
+/// displacement of the opposite sign.
 #[test]
 fn short_waves_are_borne_by_stiffer_teeth() {
     let gear = tooth(20);

@@ -1,7 +1,7 @@
 //! A tooth above its root circle as an elastic solid with free ends, by Ritz's method.
 //!
-//! In the section the displacements are those of the plane tooth ([`super::super::plate`]), at a lower
-//! degree, and of displacements along the axis the same; along the face they are polynomials
+//! In the section the displacements are those of the plane tooth ([`super::super::plate`]) at a lower
+//! degree, and so are displacements along the axis. Along the face they are polynomials
 //! ([`Axial`]). Energy and foot are those of the plane problem in three dimensions. Lengths are in root
 //! radii, stresses in Young's moduli.
 
@@ -23,23 +23,23 @@ const SECTION: Resolution = Resolution {
     harmonics: 0.0,
 };
 
-/// The degrees whose rules of quadrature are taken: exact for the products that occur.
+/// Degrees of the quadrature rules: exact for the products that occur.
 const INTERIOR: Resolution = Resolution {
     across: 8,
     along: 10,
     ..SECTION
 };
 
-/// A tooth as its foot and its loads see it. Modes of the foot are counted by direction (radial, tangential,
+/// A tooth reduced to its foot and its loads. Modes of the foot are numbered by direction (radial, tangential,
 /// axial), polynomial and wave along the face; loads by their waves.
 pub(super) struct SolidTooth {
-    /// Tractions that the tooth puts against displacements of its foot.
+    /// Tractions with which the tooth resists displacements of its foot.
     pub stiffness: Mat<f64>,
-    /// Forces of unit waves of load on the flank on a held foot, load by load: modes by rows.
+    /// Forces of unit waves of load on the flank on a clamped foot, by load case: modes by rows.
     pub forces: Vec<Mat<f64>>,
-    /// The same of waves of force where the lines of force cross the centre line.
+    /// The same for waves of force where the lines of force cross the centre line.
     pub places: Vec<Mat<f64>>,
-    /// Waves of displacement there, by rows, by waves of load on the flank, the foot held.
+    /// Waves of displacement there, by rows, by waves of load on the flank, with the foot clamped.
     pub clamped: Vec<Mat<f64>>,
 }
 
@@ -51,7 +51,7 @@ struct FootMode {
 }
 
 impl FootMode {
-    /// Where its waves begin among all modes.
+    /// Index of its first wave among all modes.
     fn first(self, axial: &Axial) -> usize {
         let waves = axial.numbers.len();
         match self.direction {
@@ -68,13 +68,13 @@ impl FootMode {
     }
 }
 
-/// How many modes a foot has.
+/// Number of modes of a foot.
 pub(super) fn modes(axial: &Axial) -> usize {
     FOOT * (2 * axial.numbers.len() + axial.axial_numbers.len())
 }
 
 impl SolidTooth {
-    /// The tooth of a Poisson's ratio, loaded at roll angles of its involute; none where the numbers are not
+    /// The tooth at a Poisson's ratio, loaded at roll angles of its involute. `None` if the numbers are not
     /// finite.
     pub fn new(tooth: &Tooth, poisson_ratio: f64, rolls: &[f64], axial: &Axial) -> Option<Self> {
         let basis = Basis::new(tooth, &SECTION);
@@ -97,9 +97,9 @@ impl SolidTooth {
         Some(solid)
     }
 
-    /// Adds what is odd or even about the centre line, as in the plane: with K the stiffness, B the work of
-    /// the foot's modes and `A = (K + Bᵀ B)⁻¹`, `C = B A Bᵀ`, the foot's stiffness is `C⁻¹ − 1` and
-    /// the forces of a load f on it `C⁻¹ B A f`.
+    /// Adds the part that is odd or even about the centre line, as in the plane. With K the stiffness, B the work of
+    /// the foot's modes, `A = (K + Bᵀ B)⁻¹` and `C = B A Bᵀ`, the foot's stiffness is `C⁻¹ − 1` and
+    /// the forces of a load f on it are `C⁻¹ B A f`.
     fn add(
         &mut self,
         part: &Part,
@@ -163,7 +163,7 @@ impl SolidTooth {
     }
 }
 
-/// Integrals of the foot's modes with the displacements on it, and which modes they are.
+/// Integrals of the foot's modes with the displacements on it, and the indices of these modes.
 fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
     let half_angle = tooth.root_half_angle;
     // The axial polynomials have the parity of the radial ones.
@@ -205,7 +205,7 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
         })
         .collect();
     let freedoms = in_section * axial.loads.nrows() + others * axial.axial_loads.nrows();
-    // Modes by columns, so that sections and waves are both in order.
+    // Modes by columns, so that both sections and waves are in order.
     let mut foot = Mat::zeros(freedoms, rows.len());
     let mut column = 0;
     for (mode, section) in modes.iter().zip(&sections) {

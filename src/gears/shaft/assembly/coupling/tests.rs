@@ -7,7 +7,7 @@ use crate::structure::Coupling;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// All modes of an assembly without rigid motions, and what couples them.
+/// All modes of an assembly without rigid motions, and their coupling.
 fn coupled(assembly: &Assembly) -> (Vec<f64>, Coupling) {
     let matrices = assembly.matrices().unwrap();
     let modes = matrices.mass.nrows();
@@ -18,7 +18,7 @@ fn coupled(assembly: &Assembly) -> (Vec<f64>, Coupling) {
     (solution.frequencies(), coupling)
 }
 
-/// Eigenvalues of the coupled modes at the pinion's speed Ω, the damping of the modes aside, in
+/// Eigenvalues of the coupled modes at the pinion's speed Ω, without modal damping, in
 /// the state `(ω q, q')`.
 fn rates(frequency: &[f64], coupling: &Coupling, speed: f64) -> Vec<Complex64> {
     let n = frequency.len();
@@ -54,7 +54,7 @@ fn fix(assembly: &mut Assembly, node: usize, freedoms: &[Freedom]) {
     }
 }
 
-/// A rigid rotor whose disc is in two halves and whose springs stand apart from its centre:
+/// A rigid rotor whose disc is in two halves and whose springs are at a distance from its centre:
 /// translation `√(2k/m)`, tilt `ω = ∓p/2 + √(p²/4 + 2 k a²/J_d)` with `p = J_p Ω/J_d`.
 #[test]
 fn a_rigid_rotor_whirls_as_the_closed_form() {
@@ -91,8 +91,8 @@ fn a_rigid_rotor_whirls_as_the_closed_form() {
     }
 }
 
-/// A disc that turns right-handed drives a tilt about y where it is tilted about x, by
-/// `J_d θx'' + J_p Ω θy' = M_x`, `J_d θy'' − J_p Ω θx' = M_y`; an inertia about the axis alone
+/// A right-handed rotating disc that is tilted about x drives a tilt about y, by
+/// `J_d θx'' + J_p Ω θy' = M_x`, `J_d θy'' − J_p Ω θx' = M_y`. An inertia about the axis alone
 /// does not.
 #[test]
 fn gyroscopic_moments_have_the_sign_of_the_spin() {
@@ -128,7 +128,7 @@ fn steel() -> Material {
     }
 }
 
-/// A turning shaft, simply supported at both ends.
+/// A rotating shaft, simply supported at both ends.
 fn supported_shaft(shear: f64, elements: usize) -> Assembly {
     let stations: Vec<f64> = (0..=elements)
         .map(|i| LENGTH * i as f64 / elements as f64)
@@ -148,7 +148,7 @@ fn supported_shaft(shear: f64, elements: usize) -> Assembly {
     assembly
 }
 
-/// First whirl frequency of the simply supported turning shaft, forward for positive `speed`,
+/// First whirl frequency of the simply supported rotating shaft, forward for positive `speed`,
 /// backward for negative. With `u = U sin κz`, `β = B cos κz`, κ = π/L:
 /// `(k_s κ² − ρ A ω²)(E I κ² + k_s − ρ I ω² + 2 ρ I Ω ω) = (k_s κ)²`, k_s = κ_s G A; without
 /// shear `(ρ A + ρ I κ²) ω² − 2 ρ I Ω κ² ω = E I κ⁴` (Zu & Han, J. Appl. Mech. 59, 1992).
@@ -178,8 +178,8 @@ fn exact_whirl(shear: f64, speed: f64) -> f64 {
     low
 }
 
-/// Both whirls of a turning shaft converge from above, with the order that bending frequencies at
-/// rest have: four without shear, two with.
+/// Both whirls of a rotating shaft converge from above, with the same order as bending frequencies at
+/// rest: four without shear, two with shear.
 #[test]
 fn a_turning_shaft_converges_to_its_whirl_frequencies() {
     let speed = 3e3;
@@ -201,8 +201,8 @@ fn a_turning_shaft_converges_to_its_whirl_frequencies() {
     }
 }
 
-/// Rigid-body rotation of an element tilts every section alike: the element has the
-/// gyroscopic moment of a rod, `J_p = ρ π d⁴/32 L`, whatever its shear.
+/// Rigid-body rotation of an element tilts all sections equally: the element has the
+/// gyroscopic moment of a rod, `J_p = ρ π d⁴/32 L`, with any shear.
 #[test]
 fn a_beam_that_tilts_as_a_whole_is_a_rod() {
     let section = Section::solid(DIAMETER).unwrap();
@@ -255,7 +255,7 @@ fn dampers_between_nodes_feel_their_difference() {
         }
     }
     assert_eq!(c[(11, 11)], 11.0);
-    // The power that the dampers take is what their own velocities take.
+    // The power of the damping matrix is that of the dampers at their velocities.
     let v = [0.3, -0.2, 0.0, 0.0, 0.0, 0.0, 1.1, 0.7, 0.0, 0.0, 0.0, -2.0];
     let power: f64 = (0..12)
         .flat_map(|i| (0..12).map(move |j| (i, j)))

@@ -1,4 +1,4 @@
-//! What couples the modes of a whole drive.
+//! How are the modes of a whole drive coupled?
 
 use super::*;
 use crate::numerics::linalg::symmetric_eigen;
@@ -12,7 +12,7 @@ fn structure(drive: &FlexibleDrive) -> ModalStructure {
     drive.modes(MODES, MODES, false).unwrap()
 }
 
-/// The structure without what couples its modes or loads them beside the rated load.
+/// The structure without coupling of its modes and without loads besides the rated load.
 fn bare(mut structure: ModalStructure) -> ModalStructure {
     for bearing in &mut structure.bearings {
         bearing.rate_gain.clear();
@@ -27,13 +27,13 @@ fn bare(mut structure: ModalStructure) -> ModalStructure {
     }
 }
 
-/// Whether damping is modal and all load is in proportion to the rated one.
+/// Whether damping is modal and all loads are proportional to the rated one.
 fn is_uncoupled(of: &ModalStructure) -> bool {
     of.coupling.is_none() && of.constant_load.is_empty() && of.load_by_speed.is_empty()
 }
 
-/// Nothing else of the structure changes in any bit, and nothing couples where nothing was
-/// asked for.
+/// Nothing else of the structure changes in any bit. Without requested coupling there is
+/// none.
 #[test]
 fn the_rest_of_the_structure_stays_in_every_bit() {
     let plain = structure(&drive());
@@ -53,7 +53,7 @@ fn form(rows: &[f64], velocity: &[f64]) -> f64 {
         .sum()
 }
 
-/// The power that the modal damping matrix takes is that of every bearing's dampers at the
+/// The power of the modal damping matrix is that of every bearing's dampers at the
 /// velocity of its node, known from its springs' forces, and of the drag at the shafts' ends.
 #[test]
 fn dampers_take_the_power_of_their_velocities() {
@@ -99,8 +99,8 @@ fn dampers_take_the_power_of_their_velocities() {
 }
 
 /// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs
-/// and dampers of its bearings, its inertia and the mesh force. Its mass m follows from `Σ φ² = 1/m`,
-/// φ the displacement of the modes.
+/// and dampers of its bearings, its inertia and the mesh force. Its mass m follows from `Σ φ² = 1/m`
+/// with the displacement φ of the modes.
 #[test]
 fn bearing_forces_balance_the_accelerations() {
     let mut drive = damped();
@@ -148,8 +148,8 @@ fn bearing_forces_balance_the_accelerations() {
     }
 }
 
-/// Gyroscopic moments do no work, in every bit, and leave the rigid rotations and all torsion
-/// alone; each shaft has its own.
+/// Gyroscopic moments do no work, in every bit, and do not affect the rigid rotations or
+/// torsion. They do not couple different shafts.
 #[test]
 fn the_gyroscopic_matrix_is_skew_and_sparse() {
     let gyroscopic = structure(&damped()).coupling.unwrap().gyroscopic;
@@ -168,8 +168,8 @@ fn the_gyroscopic_matrix_is_skew_and_sparse() {
     assert!(felt > 0 && felt <= MODES * MODES / 4, "{felt}");
 }
 
-/// Drag `T_d` of the wheel's shaft loads the mesh by `T_d/r_b2`: the torque of the motor grows
-/// by `T_d r_b1/r_b2`. The motor meets the pinion's own drag.
+/// Drag `T_d` of the wheel's shaft loads the mesh by `T_d/r_b2`: the torque of the motor increases
+/// by `T_d r_b1/r_b2`. The motor balances the drag of the pinion's shaft directly.
 #[test]
 fn drag_of_the_wheel_loads_the_mesh() {
     let mut drive = drive();
@@ -183,7 +183,7 @@ fn drag_of_the_wheel_loads_the_mesh() {
         let scale = ends[0][mode].abs() + ends[1][mode].abs();
         assert!((loaded.constant_load[mode] - torques).abs() < 1e-12 * scale);
     }
-    // The relative rotation rests where the mesh bears the drag; the neutral one is not driven.
+    // In equilibrium of the relative rotation the mesh carries the drag; the neutral rotation is not driven.
     let force = loaded.constant_load[1] / loaded.mesh[1];
     assert!((force * base_2 / 0.7 - 1.0).abs() < 1e-12);
     assert_eq!(loaded.constant_load[0], 0.0);
@@ -197,7 +197,7 @@ fn drag_of_the_wheel_loads_the_mesh() {
     let force = 1200.0 * viscous.load_by_speed[1] / viscous.mesh[1];
     let torque = 3e-3 * 1200.0 * 19.0 / 31.0;
     assert!((force * base_2 / torque - 1.0).abs() < 1e-12);
-    // What the drag does to a change of speed.
+    // Response of the drag to a change of speed.
     let coupling = viscous.coupling.unwrap();
     let end = viscous.wheel_torque.unwrap();
     for i in 0..MODES {
@@ -248,7 +248,7 @@ fn cross_coupled_springs_load_their_bearing() {
     );
 }
 
-/// Tiers that do not tilt feel nothing of it; the tilting tier has the moments of its bodies.
+/// Tiers that do not tilt have no gyroscopic moments; the tilting tier has those of its bodies.
 #[test]
 fn rigid_tiers_feel_what_they_release() {
     let drive = damped();
@@ -280,8 +280,8 @@ fn rigid_tiers_feel_what_they_release() {
     }
 }
 
-/// What a damper beside a spring bears is to its velocity what the spring bears to its
-/// displacement, mode by mode.
+/// The force of a damper at its velocity has the same modal pattern as that of a parallel spring at its
+/// displacement.
 #[test]
 fn dampers_of_a_bearing_bear_in_proportion_to_its_springs() {
     let mut drive = drive();
