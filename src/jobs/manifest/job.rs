@@ -66,8 +66,8 @@ impl Job {
         self.carried.as_ref().map_or(1, |carried| carried.length)
     }
 
-    /// A point like `point` with another value on the swept axis. `None` if no state is carried, if the manifest does
-    /// not request refinement, or if the key cannot have such a value (a whole number between two).
+    /// A point like `point` with another value on the swept axis. `None` without a carried state or requested
+    /// refinement, or if the key cannot have the value (a whole number between two).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
         let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();

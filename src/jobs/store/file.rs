@@ -87,7 +87,7 @@ pub(super) fn start_writer<W: Write + Send>(
 ) -> Result<ArrowWriter<Hashed<W>>, StoreError> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        // Statistics of pages, bounds and offsets would dominate the memory of a long run.
+        // Bounds and offsets of pages would take most of the memory in a long run.
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)
         .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))

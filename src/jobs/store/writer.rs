@@ -279,8 +279,8 @@ impl ResultWriter {
         })
     }
 
-    /// The record of an earlier run, which must never stand beside tables that it does not describe, and those of its
-    /// tables that this run does not write.
+    /// The record of an earlier run, and those of its tables that this run does not write. The record must never remain
+    /// with tables that it does not describe.
     fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
         let mut old = vec![run_path(folder, *shard)];

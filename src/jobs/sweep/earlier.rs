@@ -51,7 +51,7 @@ pub enum EarlierError {
     },
 }
 
-/// Inspects the folder. `fresh` allows to replace the results of the same shard (or of the whole job), never others: a
+/// Inspects the folder. `fresh` allows replacing the results of the same shard (or of the whole job), never others: a
 /// folder holds one job.
 ///
 /// # Errors

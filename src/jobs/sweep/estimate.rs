@@ -164,7 +164,7 @@ fn totals(sample: &[Sampled]) -> (f64, f64) {
     })
 }
 
-/// End of the last thread \[s\], if points with more work start first and points of equal work in order, as in a queue
+/// End of the last thread \[s\]. Points with more work start first, and points of equal work in order, as in a queue
 /// without known times.
 fn schedule(points: &[Sampled], threads: usize) -> f64 {
     let mut order = points.to_vec();

@@ -2,9 +2,9 @@
 //! starts when the others have finished.
 //!
 //! Before a point is computed, its motion is unknown (chaos takes five times as long as settled motion), but neighbours
-//! are a good guess. The expected time is the work that the manifest requests, times the mean time per work of the
-//! finished neighbours, or of all finished chains if no neighbour is finished. The order does not affect results: they
-//! depend on the chain alone.
+//! are a good guess. The expected time is the requested work times the mean time per work of the finished neighbours.
+//! Without finished neighbours, the mean is over all finished chains. The order does not affect results: they depend on
+//! the chain alone.
 //!
 //! On a machine with several NUMA nodes whose workers have separate kernel tables, chains with tables at hand come
 //! first. Then follow chains whose tables have this node as home, then others. The longest is chosen among the nearest.

@@ -1,10 +1,10 @@
 //! Which points does a refined plane need? It is divided where corners of its cells differ.
 //!
 //! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the same
-//! time. A cell is divided if two of its corners differ, or two of the points that smaller neighbours have in the
-//! middle of its edges. It is also divided if a neighbour has less than half its side. So a change that leaves a
-//! divided cell through an edge is followed into the next cell, whatever its size. The points of a round depend only on
-//! earlier results, not on the time of their computation: a journal is read first, and rounds omit its points.
+//! time. A cell is divided if two points differ among its corners and those middles of its edges that smaller
+//! neighbours have. It is also divided if a neighbour has less than half its side. So a change that leaves a divided
+//! cell through an edge is followed into the next cell, whatever its size. The points of a round depend only on earlier
+//! results, not on the time of their computation: a journal is read first, and rounds omit its points.
 //!
 //! Two motions without a verdict that repeats (chaotic, quasi-periodic or not settled) differ only if both are known.
 //! On a map, a long period counts as quasi-periodic. A point without motion, for instance a failed one, is compared

@@ -94,7 +94,7 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     found
 }
 
-/// Likely unit of a number without a unit.
+/// Likely meaning of a number without a unit.
 fn bare(node: &Node, key: &str) -> Option<String> {
     reader::meant(&node.value, schema::find(schema::MANIFEST, key)?)
 }

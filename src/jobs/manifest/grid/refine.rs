@@ -105,7 +105,7 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     Some(by)
 }
 
-/// The section for a key about the comparison of some criteria; empty if the section names none of these.
+/// The section for a key about the comparison of some criteria; without entries if `by` has none of these.
 fn felt<'t>(
     section: &Section<'t>,
     issues: &mut Issues,

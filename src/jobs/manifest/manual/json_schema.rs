@@ -29,7 +29,7 @@ pub fn json_schema() -> String {
     {
         add_axes(grid, &axes);
     }
-    // No single key of the grid is required.
+    // The grid is required, although none of its keys is.
     if let Some(required) = root.get_mut("required").and_then(Value::as_array_mut) {
         required.push(json!("grid"));
     }

@@ -2,7 +2,7 @@
 //!
 //! The queue and the worker's loop are those of a run. The test adds the surroundings of a run: a short channel, a
 //! writer that releases points in order, and a flag that interrupts the run. All threads belong to shuttle, which runs
-//! one at a time and draws the next one at every send, receive, wait or query of the writer's progress. No lock of the
+//! one at a time. It draws the next one at every send, receive, wait or query of the writer's progress. No lock of the
 //! queue is held across such a place, so using the standard library's lock loses no order.
 
 use super::tests::job;
