@@ -24,8 +24,8 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
     mesh.has(KEY)
 }
 
-/// The teeth; an inner `None` if all are alike, an outer one if there are faults, which have been reported. `laws` are
-/// the stiffness and the line of contact of the coast flanks.
+/// The teeth; an inner `None` if all are alike, an outer one if there are faults, which have been reported. They depend
+/// on the stiffness and on the line of contact of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
     issues: &mut Issues,
