@@ -1,17 +1,17 @@
-//! Packs files into an archive, the same bytes each time.
+//! Packs files into an archive with the same bytes each time.
 
 use super::FmuError;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// The archive of files, each with its path in it.
+/// Packs files into an archive, each with its path in it.
 ///
 /// # Errors
-/// [`FmuError::Archive`], for a file of more than 4 GB.
+/// [`FmuError::Archive`] if a file has more than 4 GB.
 pub fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, FmuError> {
     let fault = |error: &dyn std::error::Error| FmuError::Archive(error.to_string());
-    // The first date that there is: that of the day would be another each time.
+    // The earliest date: today's would give other bytes each day.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())

@@ -1,4 +1,4 @@
-//! Which variables an FMU has: one list for the description and for the library.
+//! The variables of an FMU, in one list for the description and the library.
 
 use super::FmuError;
 use super::inputs::{INPUTS, Input, at_start};
@@ -8,35 +8,35 @@ use crate::structure::ModalStructure;
 use crate::units::Dimension;
 use std::collections::BTreeSet;
 
-/// What a variable is.
+/// The meaning of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Time.
     Time,
-    /// A key of the manifest, by its place among [`Description::parameters`].
+    /// A key of the manifest, by index into [`Description::parameters`].
     Parameter(usize),
-    /// What drives it from outside.
+    /// An input.
     Input(Input),
-    /// Rotation of a shaft's end: 0 the pinion's, 1 the wheel's.
+    /// Rotation of a shaft's end: 0 for the pinion, 1 for the wheel.
     Angle(usize),
-    /// Its rate.
+    /// Speed of a shaft's end.
     Speed(usize),
-    /// Deflection of a mesh, by its number.
+    /// Deflection of a mesh, by index.
     Deflection(usize),
     /// Force of a mesh.
     Force(usize),
     /// Which flanks of a mesh touch.
     Contact(usize),
-    /// Force on a bearing, by its place among the structure's.
+    /// Force on a bearing, by index.
     Bearing(usize),
-    /// Torque in a shaft or coupling, by its place among the structure's.
+    /// Torque in a shaft or coupling, by index.
     Torque(usize),
-    /// Contacts that have opened or closed.
+    /// Number of openings and closings of contacts.
     Events,
 }
 
 impl Role {
-    /// Whether it counts in whole numbers.
+    /// Whether its values are whole numbers.
     pub fn is_whole(self) -> bool {
         matches!(self, Self::Contact(_) | Self::Events)
     }
@@ -47,37 +47,37 @@ impl Role {
     }
 }
 
-/// A variable. Its value reference is its place in the list.
+/// A variable. Its value reference is its index in the list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What it is, in a sentence.
+    /// One sentence for the importer.
     pub about: String,
-    /// What it measures.
+    /// Dimension.
     pub dimension: Dimension,
-    /// What it is.
+    /// Meaning.
     pub role: Role,
-    /// Its value before the importer sets one.
+    /// Value before the importer sets one.
     pub start: Option<f64>,
-    /// Whether an input changes it at once.
+    /// Whether an input changes it without delay.
     pub feeds_through: bool,
 }
 
 /// The variables of an FMU.
 #[derive(Debug, Clone)]
 pub struct Description {
-    /// What the model is called.
+    /// Name of the model.
     pub name: String,
     /// In the order of their value references.
     pub variables: Vec<Variable>,
-    /// Keys of the manifest that may have other values.
+    /// Keys of the manifest that the importer may change.
     pub parameters: Vec<Parameter>,
     /// Mesh period at the start \[s\].
     pub period: f64,
 }
 
-/// The list in the making.
+/// The unfinished list.
 struct Variables(Vec<Variable>);
 
 impl Variables {
@@ -100,7 +100,7 @@ impl Variables {
 const SHAFTS: [&str; 2] = ["pinion", "wheel"];
 
 impl Description {
-    /// Of a point of a job, whose structure this is.
+    /// The variables for a point of a job; `structure` is the structure of the point.
     ///
     /// # Errors
     /// No torque can act on one of its shafts, or two variables would have one name.

@@ -1,4 +1,4 @@
-//! The drive of an FMU: what its instances are made of.
+//! The drive of an FMU, from which its instances are made.
 
 use super::FmuError;
 use super::description::Description;
@@ -14,7 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A point of a job whose variables are known.
+/// A point of a job, with the variables of its FMU.
 #[derive(Debug)]
 pub struct Drive {
     job: Job,
@@ -24,7 +24,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// That of a point of a job; its tables are kept in a store.
+    /// The drive of a point of a job. `tables` stores its tables.
     ///
     /// # Errors
     /// The structure cannot be computed, or torques cannot act on it.
@@ -43,10 +43,10 @@ impl Drive {
         })
     }
 
-    /// That of a folder of resources; `token` is what their description says.
+    /// The drive of a folder of resources; `token` is the token in their description.
     ///
     /// # Errors
-    /// A file cannot be read or is faulty, or the token is that of others.
+    /// A file cannot be read or is faulty, or the token belongs to other resources.
     pub fn open(folder: &Path, token: &str) -> Result<Self, FmuError> {
         let resources = Resources::open(folder)?;
         let job = resources.job(folder)?;
@@ -60,25 +60,25 @@ impl Drive {
         Err(FmuError::Token { given, own })
     }
 
-    /// Its job.
+    /// The job.
     pub fn job(&self) -> &Job {
         &self.job
     }
 
-    /// Its point.
+    /// The point.
     pub fn point(&self) -> &PointSpec {
         &self.point
     }
 
-    /// Its variables.
+    /// The variables.
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// What is stepped where the parameters have these values.
+    /// The drive that an instance steps, for these values of the parameters.
     ///
     /// # Errors
-    /// They make no drive, or none that torques turn.
+    /// The values do not describe a drive, or torques cannot turn it.
     pub fn plant(&self, parameters: &[f64]) -> Result<Plant, FmuError> {
         let values: Vec<(&Parameter, f64)> = (self.description.parameters.iter())
             .zip(parameters.iter().copied())
@@ -98,8 +98,8 @@ impl Drive {
     }
 }
 
-/// Does something with threads of its own, all of which have ended when it is done: the importer may unload the library
-/// any time later, and a thread that waits for work, or is on its way out, would run in memory that is no more.
+/// Does `work` in a thread pool whose threads have all ended on return. The importer may unload the library at any
+/// time. A thread that is waiting or ending would then run in unloaded memory.
 fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     let mut threads = Vec::new();
     let pool = rayon::ThreadPoolBuilder::new()
@@ -110,11 +110,11 @@ fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         .build();
     let done = match pool {
         Ok(pool) => catch_unwind(AssertUnwindSafe(|| pool.install(work))),
-        // The system refuses threads: what needs none works on.
+        // The system refuses new threads: do the work on this one.
         Err(_) => Ok(work()),
     };
     for thread in threads {
-        // A panic in one of them is one of the work.
+        // A panic in a thread is reported by `work`.
         _ = thread.join();
     }
     done.unwrap_or_else(|panic| resume_unwind(panic))

@@ -1,4 +1,4 @@
-//! Why a drive is no FMU, or an FMU no drive.
+//! Why can a drive not become an FMU, or an FMU not become a drive?
 
 use crate::manifest::ManifestErrors;
 use crate::propagate::varying_speed::VaryingSpeedError;
@@ -18,7 +18,7 @@ pub enum FmuError {
     /// The drive cannot be stepped.
     #[error(transparent)]
     Kernel(#[from] VaryingSpeedError),
-    /// The drive has no shaft for a torque.
+    /// The structure has no participation of a torque on a shaft.
     #[error(
         "the structure does not say what a torque on the {shaft}'s shaft does; {}",
         if *modal {
@@ -39,10 +39,10 @@ pub enum FmuError {
          to the ground on its rotation"
     )]
     Held,
-    /// The values of the parameters make no drive.
+    /// The values of the parameters do not describe a drive.
     #[error("these parameters do not describe a drive: {0}")]
     Parameters(String),
-    /// Two variables would have one name.
+    /// Two variables would have the same name.
     #[error("two variables are called {name}; rename a mesh, a bearing or a shaft")]
     Twice {
         /// The name.
@@ -56,7 +56,7 @@ pub enum FmuError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         why: String,
     },
     /// The description was written for other resources or another library.
@@ -65,17 +65,17 @@ pub enum FmuError {
          one file that `atlas fmu` wrote"
     )]
     Token {
-        /// As the importer gives it.
+        /// The token from the importer.
         given: String,
-        /// Of the resources and this library.
+        /// The token of the resources and this library.
         own: String,
     },
-    /// The library is of another version than the program.
+    /// The library belongs to another version than the program.
     #[error(
         "it is not the library of this version of atlas ({mark}); build both from the same sources"
     )]
     OtherLibrary {
-        /// What the right one has in it.
+        /// The text that the right library contains.
         mark: &'static str,
     },
     /// The archive cannot be written.

@@ -7,10 +7,10 @@ use super::resources::Resources;
 use super::xml::{MODEL_IDENTIFIER, Version};
 use std::path::Path;
 
-/// Stands in the library, so that the program knows its own.
+/// A text in the library by which the program recognises its version.
 pub const MARK: &str = concat!("gearatlas-fmu ", env!("CARGO_PKG_VERSION"), " #");
 
-/// The machines that a library is for.
+/// A platform that a library can be built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Platform {
     two: &'static str,
@@ -18,7 +18,7 @@ pub struct Platform {
 }
 
 impl Platform {
-    /// This machine; none where FMI 2.0 has no name for it.
+    /// This machine; `None` if FMI 2.0 has no name for it.
     pub fn current(version: Version) -> Option<Self> {
         let (two, three) = match std::env::consts::ARCH {
             "x86_64" => ("linux64", "x86_64-linux"),
@@ -29,7 +29,7 @@ impl Platform {
         (!own.folder(version).is_empty()).then_some(own)
     }
 
-    /// Its folder in the archive.
+    /// The folder in the archive.
     fn folder(self, version: Version) -> &'static str {
         match version {
             Version::Two => self.two,
@@ -38,11 +38,11 @@ impl Platform {
     }
 }
 
-/// The bytes of the FMU of a drive. Relative paths in its manifest start at `base`; its tables were kept in the folder `tables`;
+/// The bytes of the FMU of a drive. Relative paths in its manifest start at `base`. The folder `tables` has its tables.
 /// `library` is the library of a platform.
 ///
 /// # Errors
-/// The drive cannot be stepped, a file cannot be read, or the library is of another version.
+/// The drive cannot be stepped, a file cannot be read, or the library belongs to another version.
 pub fn export(
     drive: &Drive,
     (base, tables): (&Path, &Path),
@@ -60,7 +60,7 @@ pub fn export(
         });
     }
     let description = drive.description();
-    // Also makes the tables that it needs.
+    // This also makes the tables.
     drive.plant(&description.parameters_at_start())?;
     let resources = Resources::gather(drive.job(), drive.point(), base, tables)?;
     let token = resources.token(description);

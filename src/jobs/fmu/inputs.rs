@@ -1,4 +1,4 @@
-//! What drives the FMU from outside, and where that stands before the importer says anything.
+//! The inputs of the FMU, and their values before the importer sets any.
 
 use super::FmuError;
 use crate::manifest::{PointSpec, StructureSource};
@@ -15,27 +15,27 @@ pub enum Input {
     Load,
 }
 
-/// How many there are.
+/// Number of inputs.
 pub const INPUTS: usize = 3;
 
-/// Part of the load by which torques on the two shafts may miss it.
+/// Largest part of the load that the torques on the two shafts may leave unexplained.
 const NOISE: f64 = 1e-9;
 
 impl Input {
-    /// All, in their order.
+    /// All inputs, in order.
     pub const ALL: [Self; INPUTS] = [Self::Pinion, Self::Wheel, Self::Load];
 
-    /// Its place among all.
+    /// Index in `ALL`.
     pub fn place(self) -> usize {
         self as usize
     }
 }
 
-/// Values of the inputs that keep a point as it is: the torques on the two shafts where these are all of the load, else the
-/// load.
+/// Values of the inputs that do not change a point: the torques on the two shafts if they make up the whole load,
+/// otherwise the load.
 ///
 /// # Errors
-/// The structure does not know what a torque on one of the shafts does.
+/// The structure has no participation of a torque on one of the shafts.
 pub fn at_start(structure: &ModalStructure, point: &PointSpec) -> Result<[f64; INPUTS], FmuError> {
     let modal = matches!(point.model.source, StructureSource::Modal(_));
     let missing = |shaft| FmuError::NoTorque { shaft, modal };
@@ -58,7 +58,7 @@ pub fn at_start(structure: &ModalStructure, point: &PointSpec) -> Result<[f64; I
     let rest = load.iter().zip(pinion.iter().zip(wheel));
     let rest: f64 = (rest.map(|(t, (p, w))| (t - first * p - second * w).powi(2))).sum();
     let scale = structure.rated_force * point.load;
-    // Written so that what is no number is not taken.
+    // NaN takes the other branch.
     if rest.sqrt() <= NOISE * dot(load, load).sqrt() {
         Ok([first * scale, second * scale, 0.0])
     } else {

@@ -1,4 +1,4 @@
-//! All that changes in an FMU, and its form in bytes.
+//! The variable state of an FMU, and its form in bytes.
 //!
 //! ```text
 //!   0  "atlasfmu"
@@ -15,16 +15,16 @@ const MAGIC: &[u8; 8] = b"atlasfmu";
 /// Changes whenever the format does.
 const VERSION: u32 = 1;
 
-/// Where an FMU is in its life.
+/// Stage in the life of an FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Made, and nothing more.
+    /// Made, but not initialised.
     Instantiated,
     /// Between the two calls of the initialization mode.
     Initialization,
-    /// To be stepped.
+    /// Ready to be stepped.
     Step,
-    /// At its end.
+    /// Ended.
     Terminated,
 }
 
@@ -36,7 +36,7 @@ impl Mode {
         Self::Terminated,
     ];
 
-    /// As messages call it.
+    /// Name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Instantiated => "before initialization",
@@ -47,35 +47,35 @@ impl Mode {
     }
 }
 
-/// All that changes.
+/// The variable state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Live {
-    /// Where the FMU is in its life.
+    /// Stage in its life.
     pub mode: Mode,
     /// Values of the parameters.
     pub parameters: Vec<f64>,
     /// Values of the inputs.
     pub inputs: [f64; INPUTS],
-    /// Their rates.
+    /// Rates of the inputs.
     pub rates: [f64; INPUTS],
     /// Time \[s\].
     pub time: f64,
     /// Mean speed of the pinion \[rad/s\].
     pub speed: f64,
-    /// Contacts that have opened or closed.
+    /// Number of openings and closings of contacts.
     pub events: u64,
-    /// The motion; none before it is asked for.
+    /// The motion; `None` before its first use.
     pub motion: Option<Motion>,
 }
 
-/// Takes a motion over without allocating where both are of one drive.
+/// Copies a motion, without allocation if both belong to one drive.
 pub fn copy(to: &mut Motion, from: &Motion) {
     let mut state = std::mem::take(&mut to.state);
     state.clone_from(&from.state);
     *to = Motion { state, ..*from };
 }
 
-/// Takes numbers off the front of some bytes.
+/// Reads numbers from the front of bytes.
 struct Reader<'b>(&'b [u8]);
 
 impl Reader<'_> {
@@ -99,7 +99,7 @@ impl Reader<'_> {
 
     fn list(&mut self) -> Option<Vec<f64>> {
         let length = usize::try_from(self.word()?).ok()?;
-        // What is not there is not made room for.
+        // Allocate nothing for numbers that are not there.
         (length <= self.0.len() / 8).then_some(())?;
         (0..length).map(|_| self.number()).collect()
     }
@@ -110,7 +110,7 @@ impl Reader<'_> {
 }
 
 impl Live {
-    /// Takes another state over, into the same memory where both are of one drive.
+    /// Copies another state, without allocation if both belong to one drive.
     pub fn copy(&mut self, from: &Self) {
         self.parameters.clone_from(&from.parameters);
         match (&mut self.motion, &from.motion) {
@@ -121,7 +121,7 @@ impl Live {
         (self.time, self.speed, self.events) = (from.time, from.speed, from.events);
     }
 
-    /// Its bytes.
+    /// The bytes of the state.
     pub fn bytes(&self) -> Vec<u8> {
         let mut words = Vec::new();
         let mut list = |numbers: &[f64]| {
@@ -153,10 +153,10 @@ impl Live {
         head.into_iter().chain(words).collect()
     }
 
-    /// The state of some bytes.
+    /// Reads a state from its bytes.
     ///
     /// # Errors
-    /// A sentence where they are not those of a state of this version.
+    /// A sentence if the bytes are not a state of this version.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, String> {
         let rest = bytes
             .strip_prefix(MAGIC)
@@ -254,7 +254,7 @@ mod tests {
         let mut other = live().bytes();
         other[8] = 2;
         assert!(Live::of_bytes(&other).unwrap_err().contains("version 2"));
-        // The number of parameters is beyond all bytes that there are.
+        // More parameters than any number of bytes could hold.
         let mut longer = live().bytes();
         longer[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
         assert_eq!(Live::of_bytes(&longer).unwrap_err(), "the state is damaged");

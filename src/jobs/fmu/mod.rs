@@ -6,8 +6,8 @@
 //! resources → Drive → Plant, which steps a Live state
 //! ```
 //!
-//! The program writes the file, and the library in it reads its resources again: both make the same list of variables of the
-//! same manifest ([`Description`]), so that a value reference is a place in this list.
+//! The program writes the file. The library in it reads the resources again. Both make the same list of variables from
+//! the same manifest ([`Description`]), so a value reference is an index in this list.
 
 mod archive;
 mod description;

@@ -1,4 +1,5 @@
-//! Names of variables by the structured convention of FMI: parts between dots, and what is no identifier in quotes.
+//! Names of variables by the structured convention of FMI: parts between dots. A part that is not an identifier has
+//! quotes.
 
 /// A part of a name.
 pub fn part(name: &str) -> String {
@@ -11,7 +12,7 @@ pub fn part(name: &str) -> String {
     }
 }
 
-/// The name of a key of the manifest; elements of lists count from 0, as there.
+/// The name of a key of the manifest; elements of lists count from 0 in both.
 pub fn of_key(key: &str) -> String {
     let mut name = String::new();
     for piece in key.split('.') {

@@ -1,7 +1,8 @@
 //! The drive that is stepped.
 //!
-//! The whole drive turns as a rigid body, on which no mesh force acts: `θ'' = α(t)` under the torques on its shafts. Torques that
-//! are constant or straight in time over a step make θ a cubic polynomial, known before the step; the mesh phase follows it.
+//! The whole drive turns as a rigid body, on which no mesh force acts: `θ'' = α(t)` under the torques on its shafts.
+//! Torques are constant or linear in time over a step. θ is then a cubic polynomial, known before the step, and the
+//! mesh phase follows it.
 
 use super::FmuError;
 use super::description::Role;
@@ -14,7 +15,7 @@ use crate::propagate::varying_speed::{Motion, Stretch, VaryingSpeed, Workspace};
 use crate::propagate::{Counters, InstructionSet, Stop};
 use crate::structure::ModalStructure;
 
-/// A drive with room to step it in.
+/// A drive with a workspace to step it in.
 #[derive(Debug)]
 pub struct Plant {
     kernel: VaryingSpeed,
@@ -23,15 +24,15 @@ pub struct Plant {
     start: Motion,
     /// Mean speed of the pinion at the start \[rad/s\].
     speed: f64,
-    /// Where a step that fails started.
+    /// The motion before the step, for a step that fails.
     before: Motion,
 }
 
 impl Plant {
-    /// That of a point, of which structure and model are known.
+    /// Prepares the drive of a point for steps, from its structure and model.
     ///
     /// # Errors
-    /// Torques do not turn it, or it cannot be integrated at a speed that varies.
+    /// Torques do not turn it, or it cannot be integrated at varying speed.
     pub(super) fn new(
         point: &PointSpec,
         structure: &ModalStructure,
@@ -51,14 +52,14 @@ impl Plant {
         })
     }
 
-    /// Puts a state at the start.
+    /// Puts a state at the start of the motion.
     pub fn begin(&self, live: &mut Live) {
         live.motion = Some(self.start.clone());
         live.speed = self.speed;
         live.events = 0;
     }
 
-    /// Whether a motion is one of this drive.
+    /// Whether a motion can belong to this drive.
     pub fn owns(&self, motion: &Motion) -> bool {
         let contacts = self.kernel.model().contacts.len();
         motion.state.len() == self.start.state.len()
@@ -67,7 +68,7 @@ impl Plant {
             && motion.contact.iter().all(|contact| contact < contacts)
     }
 
-    /// Steps a state; where that fails it stays as it was. Allocates nothing.
+    /// Steps a state without allocation. A failed step does not change the state.
     ///
     /// # Errors
     /// The drive comes to rest, its motion diverges, or more events fall in a mesh cycle than are allowed.
@@ -80,7 +81,7 @@ impl Plant {
             |input: Input, time: f64| live.inputs[input.place()] + time * live.rates[input.place()];
         let acceleration = |time: f64| {
             let torques = [Input::Pinion, Input::Wheel].map(|input| ahead(input, time));
-            // It turns freely, as was seen when it was made.
+            // `new` has checked that the drive turns freely.
             self.kernel.mean_acceleration(torques).unwrap_or_default()
         };
         let first = acceleration(0.0);
@@ -116,13 +117,13 @@ impl Plant {
         Ok(())
     }
 
-    /// The value of an output that is a number; none before there is a motion.
+    /// The value of an output that is a number; `None` if the state has no motion yet.
     pub fn value(&self, live: &Live, role: Role) -> Option<f64> {
         let motion = live.motion.as_ref()?;
         Some(self.sensors.value(self.kernel.model(), live, motion, role))
     }
 
-    /// The value of an output that counts; none before there is a motion.
+    /// The value of an output that counts; `None` if the state has no motion yet.
     pub fn count(&self, live: &Live, role: Role) -> Option<i64> {
         let motion = live.motion.as_ref()?;
         match role {
@@ -143,7 +144,7 @@ mod tests {
     use crate::store::TableStore;
     use std::path::Path;
 
-    /// Quickstart with modes left out, which bearings feel at rest, and a ripple.
+    /// Quickstart with a ripple and with omitted modes that add to the static forces on bearings.
     fn drive() -> Drive {
         let text = include_str!("../../../manifests/quickstart.toml");
         let changes = [
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    /// What is read off a state is what the kernel shows at the end of its window.
+    /// Outputs of a state equal the kernel's signals at the end of its window.
     #[test]
     fn outputs_are_those_of_the_kernel() {
         let drive = drive();
@@ -220,7 +221,7 @@ mod tests {
             let mut motion = live.motion.clone().unwrap();
             let before = (live.inputs, live.speed);
             plant.step(&mut live, length).unwrap();
-            // Twice the mean of both speeds, and the change that torques of third order make.
+            // The torque is linear in time, so the rotation is a cubic polynomial.
             let mut stretch = Stretch::steady(length, before.1, before.0[2]);
             let at = |inputs: [f64; 3]| kernel.mean_acceleration([inputs[0], inputs[1]]).unwrap();
             let [first, end] = [at(before.0), at(live.inputs)];
@@ -289,7 +290,7 @@ mod tests {
         );
     }
 
-    /// A gear pair takes its load as torques on both shafts; names are unique, and starts those of the manifest.
+    /// A gear pair takes its load as torques on both shafts. Names are unique, and start values come from the manifest.
     #[test]
     fn variables_are_those_of_the_manifest() {
         let drive = drive();
@@ -307,7 +308,7 @@ mod tests {
             Some(5e-6)
         );
         assert_eq!(start("mesh.force"), None);
-        // Modes are left out, and torques act on bearings through them at once.
+        // Torques act on bearings at once through the omitted modes.
         let feeds = |name: &str| {
             description
                 .variables

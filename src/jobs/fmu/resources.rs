@@ -1,5 +1,5 @@
-//! What an FMU carries beside its library: the manifest, the files that it names, the tables of its meshes, and which of its
-//! points is meant.
+//! The files of an FMU beside its library: the manifest, the files that it names, the tables of its meshes, and the
+//! choice of a point.
 
 use super::FmuError;
 use super::description::Description;
@@ -21,17 +21,17 @@ pub const TABLES: &str = "tables";
 /// Longest file \[bytes\].
 const LONGEST: u64 = 1 << 30;
 
-/// Which point of which job.
+/// The choice of a point of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
-    /// The point of the grid.
+    /// Number of the point in the grid.
     pub point: u64,
-    /// Its load, which the grid may not have.
+    /// Its load, which need not be in the grid.
     pub load: f64,
-    /// Its speed \[rad/s\], likewise.
+    /// Its speed \[rad/s\], which need not be in the grid.
     pub speed: f64,
-    /// Keys with other values than in the manifest, as typed.
+    /// Changed keys of the manifest, as typed.
     pub changes: Vec<String>,
     /// All other files.
     files: Vec<String>,
@@ -40,7 +40,7 @@ pub struct Choice {
 /// The resources, by their paths below their folder.
 #[derive(Debug, Clone)]
 pub struct Resources {
-    /// Which point is meant.
+    /// The chosen point.
     pub choice: Choice,
     files: BTreeMap<String, Vec<u8>>,
 }
@@ -56,7 +56,7 @@ fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
     }
 }
 
-/// Where a file that a key names lies.
+/// Path of a file that a key names.
 fn place(key: &str) -> String {
     match key {
         "model.file" => "files/modes.toml".to_owned(),
@@ -67,7 +67,8 @@ fn place(key: &str) -> String {
 }
 
 impl Resources {
-    /// Those of a point of a job whose relative paths start at `base`, and whose tables lie in a folder.
+    /// The resources of a point of a job. Relative paths in its manifest start at `base`; `tables` is the folder of its
+    /// tables.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -80,7 +81,7 @@ impl Resources {
         let mut files = BTreeMap::from([(MANIFEST.to_owned(), job.text.clone().into_bytes())]);
         let mut changes = job.changes.clone();
         for named in job.written().files() {
-            // One that is not there was not needed either, for the job was read.
+            // The job was read without the missing files, so it does not need them.
             if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
                 let place = place(&named.key);
                 changes.push(format!("{}={place:?}", named.key));
@@ -102,7 +103,7 @@ impl Resources {
         Ok(Self { choice, files })
     }
 
-    /// Those in a folder.
+    /// The resources in a folder.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -120,7 +121,7 @@ impl Resources {
     /// The job, read again from a folder that has the files.
     ///
     /// # Errors
-    /// The manifest is not there, or is faulty.
+    /// The manifest is missing or faulty.
     pub fn job(&self, folder: &Path) -> Result<Job, FmuError> {
         let path = folder.join(MANIFEST);
         let bytes = self
@@ -132,7 +133,7 @@ impl Resources {
         Ok(ManifestText { text, changes }.job(&path.display().to_string(), folder)?)
     }
 
-    /// The point of this job that is meant.
+    /// The chosen point of this job.
     ///
     /// # Errors
     /// The job has no such point.
@@ -150,11 +151,11 @@ impl Resources {
 
     /// The list of the files.
     fn list(&self) -> Vec<u8> {
-        // Texts and numbers, which always have a JSON.
+        // Texts and numbers always convert to JSON.
         serde_json::to_vec_pretty(&self.choice).unwrap_or_default()
     }
 
-    /// What tells these resources, this program and this list of variables from all others.
+    /// A hash that identifies these resources, this program and this list of variables.
     pub fn token(&self, description: &Description) -> String {
         let mut hash = blake3::Hasher::new();
         let mut add = |bytes: &[u8]| {

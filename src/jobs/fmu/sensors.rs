@@ -1,8 +1,8 @@
-//! What outputs read off a state.
+//! Computes the outputs of a state.
 //!
-//! Rotations, torques and bearing forces are sums over the state; of bearings the loads and contact forces add what the modes
-//! that are left out take of them. A contact bears `k (δ − s b) + c (δ' − s b')`, where rates of transmission errors and gaps go
-//! with the speed of the moment.
+//! Rotations, torques and bearing forces are sums over the state. Loads and contact forces add the bearing forces of
+//! the omitted modes. A contact has the force `k (δ − s b) + c (δ' − s b')`, with rates of transmission errors and gaps
+//! at the present speed.
 
 use super::description::Role;
 use super::inputs::Input;
@@ -12,12 +12,12 @@ use crate::propagate::varying_speed::Motion;
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 
-/// Of a shaft.
+/// A shaft.
 #[derive(Debug)]
 struct Shaft {
-    /// Its turns per mesh cycle.
+    /// Turns per mesh cycle.
     turns: f64,
-    /// Rotation and speed beside the mean ones, by both components of each block.
+    /// Additions to the mean rotation and speed, per component of each block.
     gains: [Vec<[f64; 2]>; 2],
 }
 
@@ -27,12 +27,12 @@ pub struct Sensors {
     shafts: [Shaft; 2],
     /// Mesh cycles per radian of the pinion.
     cycles_per_radian: f64,
-    /// Force on every bearing by what loads follow.
+    /// Force on every bearing per unit of each load term.
     on_bearings: Vec<[f64; LOAD_TERMS]>,
 }
 
 impl Sensors {
-    /// Those of a model of a structure.
+    /// The outputs of a model of a structure.
     pub fn new(model: &Model, structure: &ModalStructure) -> Self {
         let shaft = |turns: f64, torque: &Option<Vec<f64>>| Shaft {
             turns,
@@ -60,7 +60,7 @@ impl Sensors {
         match role {
             Role::Angle(shaft) => {
                 let Shaft { turns, gains } = &self.shafts[shaft];
-                // Whole turns apart, so that a long run loses no digits of the rest.
+                // Whole turns are separate, so that a long run keeps the digits of the rest.
                 let cycles = motion.cycle as f64 * turns;
                 TAU * (cycles + motion.phase * turns) + look.sum(&gains[0])
             }
@@ -101,7 +101,7 @@ impl Sensors {
     }
 }
 
-/// What a load term is.
+/// The value of a load term.
 fn load_term(live: &Live, term: usize) -> f64 {
     let input = |input: Input| live.inputs[input.place()];
     let is = |known: LoadTerm| known as usize == term;
@@ -137,7 +137,8 @@ pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
     }
 }
 
-/// Whether any spring of the first mesh's drive flank is closed, and of its coast flank: they take turns.
+/// Whether any spring of the first mesh's drive flank is closed, and any of its coast flank. The springs alternate
+/// between both.
 fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     if model.flank_springs == 2 {
         return closed.flanks().closed();
@@ -153,12 +154,12 @@ fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
 struct Look<'a> {
     model: &'a Model,
     motion: &'a Motion,
-    /// Speed in units of that of the model.
+    /// Speed, divided by the model's speed.
     pace: f64,
 }
 
 impl Look<'_> {
-    /// Time within the mesh cycle at the model's own speed \[s\].
+    /// Time within the mesh cycle at the model's speed \[s\].
     fn time(&self) -> f64 {
         self.motion.phase * self.model.period()
     }
@@ -191,7 +192,7 @@ impl Look<'_> {
         let (own, segment) = (&self.model.contacts[contact], self.segment(contact));
         let [deflection, rate] = self.deflection(contact);
         let [_, opening] = own.gap(segment, self.time());
-        // The contact takes the gap's rate at the model's own speed.
+        // The contact assumes the gap's rate at the model's speed.
         let rate = rate + own.side * (1.0 - self.pace) * opening;
         own.force(segment, self.time(), deflection, rate)
     }

@@ -19,7 +19,7 @@ pub enum Version {
     Three,
 }
 
-/// A text as the value of an attribute.
+/// A text as the value of an attribute, with escapes.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -28,7 +28,7 @@ fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // No XML has these, however they are written.
+            // XML has no form for control characters.
             c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
@@ -36,7 +36,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The unit of a dimension; none of numbers without one.
+/// The unit of a dimension; `None` for a ratio.
 fn unit(dimension: Dimension) -> Option<String> {
     (dimension != Dimension::Ratio).then(|| dimension.unit().replace('*', "."))
 }
@@ -51,7 +51,7 @@ impl Description {
             out,
             "<LogCategories><Category name=\"{CATEGORY}\" description=\"What was refused, and why\"/></LogCategories>"
         );
-        // A fifth of a mesh period shows a mesh cycle; 1000 periods are long enough to see it rattle.
+        // A fifth of a mesh period resolves a mesh cycle; 1000 periods are long enough to show rattle.
         _ = writeln!(
             out,
             "<DefaultExperiment startTime=\"0\" stopTime=\"{:?}\" stepSize=\"{:?}\"/>",
@@ -69,7 +69,7 @@ impl Description {
     }
 
     fn head(&self, version: Version, token: &str, out: &mut String) {
-        // The grammar of structured names has ASCII alone, in quotes too.
+        // Structured names may have ASCII characters only, even in quotes.
         let ascii = self.variables.iter().all(|own| own.name.is_ascii());
         let convention = if ascii { "structured" } else { "flat" };
         let (number, attribute, abilities) = match version {
@@ -129,7 +129,7 @@ impl Description {
         out.push_str("</UnitDefinitions>\n");
     }
 
-    /// Outputs, and what they depend on.
+    /// Outputs and their dependencies.
     fn structure(&self, version: Version, out: &mut String) {
         // FMI 2.0 counts variables from 1; FMI 3.0 names value references.
         let (first, attribute) = match version {

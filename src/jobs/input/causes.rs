@@ -1,8 +1,8 @@
-//! What an error says, and what caused it.
+//! The message of an error with its causes.
 
 use std::error::Error;
 
-/// An error with its causes, on one line.
+/// The messages of an error and its causes on one line.
 pub fn with_causes(error: &dyn Error) -> String {
     let mut message = error.to_string();
     let mut source = error.source();

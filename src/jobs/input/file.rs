@@ -1,14 +1,14 @@
-//! Opening what others name: a named pipe would wait for a writer for ever, a device has no end.
+//! Opens files that a user names. Only regular files: a named pipe could wait for ever, and a device has no end.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, ErrorKind, Read};
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
-/// Opens a regular file to be read, through symbolic links.
+/// Opens a regular file for reading, through symbolic links.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::InvalidInput`] where it is not a regular file.
+/// Errors of the system; [`ErrorKind::InvalidInput`] if it is not a regular file.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_file() {
@@ -24,7 +24,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// The bytes of a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`open`]; [`ErrorKind::FileTooLarge`] where there are more bytes.
+/// As [`open`]; [`ErrorKind::FileTooLarge`] if there are more bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     read_stream(&mut open(path)?, most)
 }
@@ -32,10 +32,10 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// The bytes of a stream that ends after at most `most` bytes.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::FileTooLarge`] where there are more bytes.
+/// Errors of the system; [`ErrorKind::FileTooLarge`] if there are more bytes.
 pub fn read_stream(stream: &mut dyn Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    // One more than accepted tells a longer text, whatever its metadata say.
+    // One byte more than accepted detects a longer stream, whatever its metadata claim.
     stream.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         Err(io::Error::new(

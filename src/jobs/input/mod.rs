@@ -1,5 +1,5 @@
-//! What others wrote: read only where it is a file and of a size that can be judged, and made fit
-//! for a terminal before it is repeated there; and what errors say of it.
+//! Input from outside: opens only regular files of limited size, makes texts printable for a terminal, and writes
+//! errors with their causes.
 
 mod causes;
 mod file;

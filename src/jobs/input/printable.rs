@@ -1,12 +1,12 @@
-//! Text of files and names of files as they may be shown: a terminal obeys control characters,
-//! and some characters turn the order of others about.
+//! Makes texts and names of files safe to show: a terminal obeys control characters, and some characters reverse the
+//! order of others.
 //!
-//! They are written as JSON and TOML write them, so that a document stays one.
+//! Escapes are those of JSON and TOML, so that a document stays valid.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a terminal shows the character, rather than obeying it.
+/// Whether a terminal shows the character instead of obeying it.
 fn shows(c: char) -> bool {
     let turns =
         matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -23,14 +23,14 @@ pub fn printable(text: &str) -> Cow<'_, str> {
         if shows(c) {
             out.push(c)
         } else {
-            // None of them lies beyond four digits.
+            // All of them have at most four hexadecimal digits.
             _ = write!(out, "\\u{:04x}", u32::from(c))
         }
     }
     Cow::Owned(out)
 }
 
-/// The same but for the colours of a text of our own, `ESC [ ... m`.
+/// As [`printable`], but keeps colours that the program wrote, `ESC [ ... m`.
 pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
     if !text.contains('\u{1b}') {
         return printable(text);
@@ -50,7 +50,7 @@ pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The text itself where it has at most `most` characters; else its beginning with `…`.
+/// The text if it has at most `most` characters, otherwise its beginning with `…`.
 pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => Cow::Borrowed(text),

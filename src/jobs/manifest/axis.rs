@@ -1,10 +1,10 @@
-//! The values of a grid axis, made when they are asked for: ten million of an even range take
-//! no more memory than its ends.
+//! The values of a grid axis, computed on demand: an even range of ten million values needs no more memory than its
+//! ends.
 
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
-/// What an axis varies.
+/// The quantity that an axis varies.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub enum AxisKey {
     /// A dotted key of the manifest (`mesh.half_gap`).
@@ -18,7 +18,7 @@ pub enum AxisKey {
 }
 
 impl AxisKey {
-    /// What an axis of this name varies.
+    /// The quantity of an axis with this name.
     pub(super) fn of(name: &str) -> Self {
         match name {
             "load" => Self::Load,
@@ -28,7 +28,7 @@ impl AxisKey {
         }
     }
 
-    /// Its name in manifests and result files.
+    /// Name in manifests and result files.
     pub fn name(&self) -> &str {
         match self {
             Self::Key(key) => key,
@@ -38,7 +38,7 @@ impl AxisKey {
         }
     }
 
-    /// What axes are in the order of: model keys by name, load or torque, speed.
+    /// Sort key of axes: model keys by name, load or torque, speed.
     pub(super) fn rank(&self) -> (u8, &str) {
         match self {
             Self::Key(key) => (0, key),
@@ -68,7 +68,7 @@ enum Form {
     },
 }
 
-/// As the values themselves, however they were given.
+/// Serialises the values, independent of their form in the manifest.
 impl Serialize for AxisValues {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.iter())
@@ -91,8 +91,8 @@ impl AxisValues {
         })
     }
 
-    /// The values of an even range with each interval halved so many times: those that were there
-    /// keep their bits. None of values given one by one, and of a single one.
+    /// The values of an even range with each interval halved `times` times: existing values keep their bits. `None` for
+    /// listed values and for a single one.
     pub(super) fn halved(&self, times: u32) -> Option<Self> {
         match &self.0 {
             Form::Even {
@@ -108,7 +108,7 @@ impl AxisValues {
         }
     }
 
-    /// How many there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match &self.0 {
             Form::Each(values) => values.len(),
@@ -116,7 +116,7 @@ impl AxisValues {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -124,7 +124,7 @@ impl AxisValues {
     /// The i-th value.
     ///
     /// # Panics
-    /// There is none: `i` is not below [`AxisValues::len`].
+    /// `i` is not below [`AxisValues::len`].
     pub fn get(&self, i: usize) -> f64 {
         let (from, to, count, logarithmic) = match &self.0 {
             Form::Each(values) => return values[i],
@@ -168,7 +168,7 @@ impl AxisValues {
         }
     }
 
-    /// The places of the values, from the smallest value to the largest.
+    /// The indices of the values, from the smallest value to the largest.
     pub(super) fn ascending(&self) -> Ascending {
         match &self.0 {
             Form::Each(values) => {
@@ -192,7 +192,7 @@ impl PartialEq for AxisValues {
     }
 }
 
-/// The places of an axis's values, smallest value first.
+/// The indices of an axis's values, smallest value first.
 #[derive(Debug, Clone)]
 pub(super) struct Ascending(Ranks);
 
@@ -210,7 +210,7 @@ impl Ascending {
         }
     }
 
-    /// The place of the value with so many smaller ones.
+    /// The index of the value with `rank` smaller ones.
     pub fn place(&self, rank: usize) -> usize {
         match &self.0 {
             Ranks::Listed(places) => places[rank],

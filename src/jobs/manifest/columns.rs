@@ -11,15 +11,15 @@ use std::path::Path;
 
 /// A column in the text.
 pub(super) struct Column {
-    /// Its name.
+    /// Name.
     pub name: Entry,
-    /// Unit of the values, where the head of a column has one.
+    /// Unit of the values, if the header of the column has one.
     pub unit: Option<(String, Span)>,
-    /// A value for each point.
+    /// One value per point.
     pub values: Vec<Node>,
 }
 
-/// The columns of a list; none where it has faults, reported.
+/// The columns of a list; `None` if it has faults, which are reported.
 pub(super) fn read(
     issues: &mut Issues,
     entry: &Entry,
@@ -40,15 +40,15 @@ pub(super) fn read(
 /// A column of quantities.
 #[derive(Debug)]
 pub(super) struct Quantities {
-    /// What is measured.
+    /// Name of the quantity.
     pub name: &'static str,
-    /// Where the column begins, and each value.
+    /// Place of the column's head and of each value.
     pub spans: (Span, Vec<Span>),
     /// Values in SI.
     pub values: Vec<f64>,
 }
 
-/// The columns as quantities that are known by name; none where one is faulty or unknown, reported.
+/// The columns as quantities with known names; `None` if one is faulty or unknown, which is reported.
 pub(super) fn quantities(
     issues: &mut Issues,
     columns: Vec<Column>,
@@ -95,7 +95,7 @@ pub(super) fn quantities(
     read.into_iter().collect()
 }
 
-/// Takes the one column with any of some names; reported where there is none or more than one.
+/// Takes the only column with one of some names; reports if there is none or more than one.
 pub(super) fn one_of(
     issues: &mut Issues,
     columns: &mut Vec<Quantities>,
@@ -135,7 +135,7 @@ pub(super) fn one_of(
     None
 }
 
-/// Whether the values of a column increase throughout and there are at least two; reported where not.
+/// Whether a column has at least two values and all increase; reports if not.
 pub(super) fn increases(issues: &mut Issues, column: &Quantities, list: &ListOf) -> bool {
     let pairs = column.values.windows(2);
     let fault = match pairs.clone().position(|pair| pair[1] <= pair[0]) {
@@ -165,7 +165,7 @@ pub(super) fn increases(issues: &mut Issues, column: &Quantities, list: &ListOf)
 }
 
 impl Column {
-    /// Whether its unit, if it has one, measures a quantity of some dimension, or of any; reported where it does not.
+    /// Whether its unit, if any, measures the dimension `wanted`, or a known dimension if `None`; reports if not.
     pub fn unit_fits(&self, issues: &mut Issues, path: &str, wanted: Option<Dimension>) -> bool {
         let Some((unit, span)) = &self.unit else {
             return true;
@@ -198,7 +198,7 @@ impl Column {
     }
 }
 
-/// The columns of rows that stand in the manifest.
+/// The columns of rows in the manifest.
 fn rows_of(issues: &mut Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option<Vec<Column>> {
     if rows.is_empty() {
         issues.push(
@@ -296,7 +296,7 @@ fn file(
     let path = base_dir.join(name);
     let key = (list.path, entry.node.span);
     let source = text::read_named(issues, &path, "the list of points", key)?;
-    // Taken out while its faults are recorded, and put back.
+    // Taken out while faults are recorded, and put back.
     let text = std::mem::take(&mut issues.sources[source].text);
     let sheet = csv::read(source, &text, list, issues);
     issues.sources[source].text = text;

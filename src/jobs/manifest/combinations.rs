@@ -1,35 +1,35 @@
-//! Combinations of values of the model keys of a grid, by number, the last key fastest. Rows of a list with the
-//! same values are one.
+//! Combinations of values of the model keys of a grid, by number, the last key fastest. Rows of a list with equal
+//! values count as one.
 
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use std::collections::{BTreeSet, HashMap};
 
-/// Axes whose ends are combined with each other; of more axes only their common ends are.
+/// Largest number of axes whose ends are all combined; with more axes, only their common ends are.
 const MOST_CORNERED: u32 = 8;
 
-/// Along which dimensions the model keys of a grid go.
+/// The dimensions of the model keys of a grid.
 #[derive(Debug)]
 pub(super) struct Combinations {
-    /// Values along each.
+    /// Number of values along each dimension.
     pub lengths: Vec<usize>,
     /// The dimension of each model key.
     of_keys: Vec<usize>,
-    /// Of each dimension along which values may come again.
+    /// Equal places of each dimension along which values may repeat.
     alike: Vec<Option<Alike>>,
 }
 
-/// Places along a dimension with the same values of all its model keys.
+/// Groups of places along a dimension with equal values of all model keys.
 #[derive(Debug)]
 struct Alike {
-    /// The first place with the values of each place.
+    /// For each place, the first place with the same values.
     first: Vec<u32>,
     /// These first places, ascending.
     distinct: Vec<u32>,
 }
 
 impl Alike {
-    /// Of a dimension along which several axes advance in step; none where no values come again.
+    /// For a dimension along which several axes advance in step; `None` if no values repeat.
     fn new(axes: &[GridAxis], dimension: &GridDimension) -> Option<Self> {
         if !dimension.is_tied() {
             return None;
@@ -69,18 +69,18 @@ impl Combinations {
         }
     }
 
-    /// The place on every model key of a combination.
+    /// The place on each model key of a combination.
     pub fn places(&self, number: usize) -> Vec<usize> {
         let places = GridDimension::places(&self.lengths, number);
         self.of_keys.iter().map(|&own| places[own]).collect()
     }
 
-    /// The combination at some places along the dimensions.
+    /// The combination at these places along the dimensions.
     fn number(&self, places: impl Iterator<Item = usize>) -> usize {
         (self.lengths.iter().zip(places)).fold(0, |number, (length, place)| number * length + place)
     }
 
-    /// The first combination with the values of this one.
+    /// The first combination with the same values.
     pub fn first_like(&self, number: usize) -> usize {
         if self.alike.iter().all(Option::is_none) {
             return number;
@@ -92,14 +92,14 @@ impl Combinations {
         self.number(first)
     }
 
-    /// How many different values there are along each dimension.
+    /// Number of different values along each dimension.
     pub fn distinct(&self) -> Vec<usize> {
         let each = self.lengths.iter().zip(&self.alike);
         each.map(|(&length, alike)| alike.as_ref().map_or(length, |alike| alike.distinct.len()))
             .collect()
     }
 
-    /// The first combination with each of the different values, `distinct` of them along each dimension.
+    /// The first combination of each set of different values; `distinct` has their number along each dimension.
     pub fn each(&self, distinct: Vec<usize>) -> impl Iterator<Item = usize> + use<'_> {
         (0..distinct.iter().product()).map(move |nth| {
             let places = GridDimension::places(&distinct, nth).into_iter();
@@ -110,7 +110,7 @@ impl Combinations {
     }
 }
 
-/// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
+/// The combinations that are judged, of `all`: the corners, and as many as fit evenly between.
 pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
     let cornered = lengths
         .len()
@@ -130,7 +130,7 @@ pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize>
 mod tests {
     use super::*;
 
-    /// Two dimensions, along the second of which values come again.
+    /// Two dimensions; values repeat along the second one.
     #[test]
     fn rows_that_are_alike_are_one_combination() {
         let combinations = Combinations {

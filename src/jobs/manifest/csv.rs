@@ -1,10 +1,10 @@
-//! A list of points as a spreadsheet writes it: a head line with names and units, `speed [rpm]`, then a line of
-//! numbers per point. Columns are parted by commas, semicolons or tabs; empty lines and lines that begin with `#`
-//! count for nothing.
+//! A list of points as a spreadsheet writes it: a header line with names and units, `speed [rpm]`, then a line of
+//! numbers per point. Commas, semicolons or tabs separate columns. Empty lines and lines that begin with `#` are
+//! ignored.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 
-/// A list of points, as messages speak of it.
+/// Words of messages about a list of points.
 #[derive(Debug)]
 pub(super) struct ListOf {
     /// The key that holds it or names its file.
@@ -21,7 +21,7 @@ pub(super) struct Sheet {
     pub columns: Vec<SheetColumn>,
 }
 
-/// A unit and where it stands, if there is one.
+/// A unit with its place, if any.
 type Unit = Option<(String, Span)>;
 
 /// A column of a sheet.
@@ -30,18 +30,18 @@ pub(super) struct SheetColumn {
     pub name: String,
     pub span: Span,
     pub unit: Unit,
-    /// Where each number stands, the number, and how it is written.
+    /// Place, value and text of each number.
     pub cells: Vec<(Span, f64, String)>,
 }
 
-/// A stretch of the text without blanks and quotes around it.
+/// Text without surrounding blanks and quotes.
 #[derive(Debug, Clone, Copy)]
 struct Cell<'t> {
     text: &'t str,
     start: usize,
 }
 
-/// The columns of a text; none where it has faults, reported.
+/// The columns of a text; `None` if it has faults, which are reported.
 pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &mut Issues) -> Option<Sheet> {
     let before = issues.count();
     let mut lines = lines(text);
@@ -141,7 +141,7 @@ impl<'i> Reader<'i> {
         Some(columns)
     }
 
-    /// Name of a column and its unit, in the last brackets: those before belong to the name, as in `harmonics[1] [um]`.
+    /// Name of a column and its unit, in the last brackets: earlier ones belong to the name, as in `harmonics[1] [um]`.
     fn name_and_unit<'t>(&mut self, cell: Cell<'t>) -> Option<(&'t str, Unit)> {
         let Some((name, rest)) = cell.text.rsplit_once('[') else {
             return Some((cell.text, None));
@@ -154,12 +154,12 @@ impl<'i> Reader<'i> {
         };
         let span = self.span(cell.start + name.len() + 1, unit.len());
         let unit = unit.trim();
-        // A ratio has no unit, or 1.
+        // A ratio has an empty unit, or 1.
         let has_unit = !["", "1", "-"].contains(&unit);
         Some((name.trim_end(), has_unit.then(|| (unit.to_owned(), span))))
     }
 
-    /// Adds the numbers of a line to their columns; tells whether it has one for each.
+    /// Adds the numbers of a line to their columns; returns whether it has one for each.
     fn line(&mut self, start: usize, line: &str, columns: &mut [SheetColumn]) -> bool {
         let found: Vec<Cell<'_>> = cells(line, start, self.parting).collect();
         let (given, asked) = (found.len(), columns.len());
@@ -214,21 +214,21 @@ impl<'i> Reader<'i> {
     }
 }
 
-/// The lines that count, each with the place where it starts.
+/// The lines that are not ignored, each with its start.
 fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut next = 0;
     text.split_inclusive('\n')
         .map(move |line| {
             let start = next;
             next += line.len();
-            // Some spreadsheets begin a file with a byte order mark.
+            // Some spreadsheets start a file with a byte order mark.
             let own = line.strip_prefix('\u{feff}').unwrap_or(line);
             (start + line.len() - own.len(), own.trim_end())
         })
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// The cells of a line; quotes about a cell are dropped.
+/// The cells of a line, without quotes around them.
 fn cells(line: &str, start: usize, parting: char) -> impl Iterator<Item = Cell<'_>> {
     let mut next = start;
     line.split(parting).map(move |cell| {

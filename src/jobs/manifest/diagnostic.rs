@@ -1,19 +1,19 @@
-//! What is wrong with a manifest, where, and what to do: one [`Diagnostic`] per fault, all
-//! faults of a job together in [`ManifestErrors`](super::ManifestErrors). Some faults are
-//! warnings: the job runs, and [`Warnings`](super::Warnings) has them.
+//! What is wrong with a manifest, where, and what is the remedy? There is one [`Diagnostic`] per fault;
+//! [`ManifestErrors`](super::ManifestErrors) has all faults of a job. Some faults are warnings: the job runs, and
+//! [`Warnings`](super::Warnings) has them.
 //!
-//! However bad a text is, what is kept and said of it stays small: so many faults are kept in
-//! full, the others counted, and whatever a fault repeats of the text is clipped.
+//! The size of the diagnostics is limited for any text: the first faults are kept completely, the others are counted,
+//! and quotations of the text are clipped.
 
 use crate::input::{clipped, printable};
 
-/// Faults kept in full; those beyond are counted.
+/// Number of faults that are kept; further ones are counted.
 const MOST_KEPT: usize = 100;
 
-/// Warnings kept; further ones are dropped, so that errors always find room.
+/// Number of warnings that are kept; further ones are dropped, so that there is always room for errors.
 const MOST_WARNED: usize = MOST_KEPT / 2;
 
-/// Characters of a sentence: more is text of the file, repeated.
+/// Characters of a sentence; longer ones quote too much of the file.
 const MOST_CHARACTERS: usize = 1000;
 
 /// A sentence, clipped.
@@ -25,10 +25,10 @@ fn fit(text: impl Into<String>) -> String {
     }
 }
 
-/// A stretch of bytes in one of the files of a job.
+/// A range of bytes in one of the files of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Span {
-    /// Which file: index into [`ManifestErrors::sources`](super::ManifestErrors::sources).
+    /// The file: index into [`ManifestErrors::sources`](super::ManifestErrors::sources).
     pub source: usize,
     /// First byte.
     pub start: usize,
@@ -36,12 +36,12 @@ pub struct Span {
     pub end: usize,
 }
 
-/// A file that was read: the manifest (first) or a modal file.
+/// A file that was read: the manifest (first) or another file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// Path or name, as shown to the user.
+    /// Path or name for messages.
     pub name: String,
-    /// Its text.
+    /// Text.
     pub text: String,
 }
 
@@ -52,7 +52,7 @@ pub enum DiagnosticKind {
     Unreadable,
     /// The text is not TOML.
     Syntax,
-    /// A key or table stands twice.
+    /// A key or table occurs twice.
     DuplicateKey,
     /// A key or table that does not exist.
     UnknownKey,
@@ -60,7 +60,7 @@ pub enum DiagnosticKind {
     MissingKey,
     /// A value of another type.
     WrongType,
-    /// Text that is no quantity of the wanted dimension.
+    /// Text that is not a quantity of the expected dimension.
     WrongUnit,
     /// A value outside its range, or not one of the choices.
     OutOfRange,
@@ -68,13 +68,13 @@ pub enum DiagnosticKind {
     Empty,
     /// A grid with more points than the program accepts.
     GridTooLarge,
-    /// A grid axis that names nothing that can vary.
+    /// A grid axis whose name is not a variable key.
     UnknownAxis,
-    /// Values that do not fit each other.
+    /// Inconsistent values.
     Inconsistent,
-    /// A key that another choice makes meaningless; a warning.
+    /// A key without effect because of another choice; a warning.
     NoEffect,
-    /// A drive that runs but is not what drives are; a warning.
+    /// A drive that runs but is unusual; a warning.
     Unusual,
     /// A feature that this version does not have.
     Unavailable,
@@ -102,7 +102,7 @@ impl DiagnosticKind {
         }
     }
 
-    /// Whether the job runs all the same.
+    /// Whether the job runs in spite of it.
     pub fn is_warning(self) -> bool {
         matches!(self, Self::NoEffect | Self::Unusual)
     }
@@ -111,32 +111,32 @@ impl DiagnosticKind {
 /// One fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// What kind of fault.
+    /// Kind of fault.
     pub kind: DiagnosticKind,
-    /// Where.
+    /// Place.
     pub span: Span,
-    /// Line of its first byte, from 1; 0 when a file could not be read.
+    /// Line of its first byte, from 1; 0 if a file could not be read.
     pub line: usize,
-    /// Column of its first byte in characters, from 1; 0 when a file could not be read.
+    /// Column of its first byte in characters, from 1; 0 if a file could not be read.
     pub column: usize,
-    /// The dotted key, `mesh.half_gap`; empty where no key is concerned.
+    /// The dotted key, `mesh.half_gap`; empty if the fault concerns no key.
     pub key: String,
-    /// What is wrong, one sentence.
+    /// Message, one sentence.
     pub message: String,
-    /// A few words under the spot.
+    /// A few words below the place.
     pub label: String,
-    /// What would be accepted.
+    /// Accepted values.
     pub accepted: Option<String>,
-    /// The nearest known key, or the place where such a key belongs.
+    /// The nearest known key, or the right table for the key.
     pub suggestion: Option<String>,
-    /// What to do.
+    /// Remedy.
     pub remedy: Option<String>,
-    /// The grid point at which it shows, where it is not a fault of every point.
+    /// The grid point at which it occurs; `None` if it occurs at every point.
     pub at_point: Option<String>,
 }
 
 impl Diagnostic {
-    /// A fault without any of the optional parts.
+    /// A fault without the optional parts.
     pub(super) fn new(kind: DiagnosticKind, span: Span, key: &str, message: String) -> Self {
         Self {
             kind,
@@ -195,15 +195,15 @@ impl Diagnostic {
     }
 }
 
-/// The faults found so far and the files they stand in.
+/// The faults found so far, and their files.
 #[derive(Debug, Default)]
 pub(super) struct Issues {
     pub sources: Vec<Source>,
     /// The first faults.
     pub found: Vec<Diagnostic>,
-    /// How many there are beyond those.
+    /// Number of further faults.
     pub more: usize,
-    /// From where on the text of the last file was not read, for the faults before.
+    /// Start of the unread text of the last file, because of earlier faults.
     pub unread: Option<usize>,
 }
 
@@ -221,7 +221,7 @@ impl Issues {
         }
     }
 
-    /// Records an error whose sentences are made only where they are kept.
+    /// Records an error; its sentences are made only if it is kept.
     pub fn push_with(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
         if self.found.len() < MOST_KEPT {
             self.found.push(diagnostic())
@@ -230,12 +230,12 @@ impl Issues {
         }
     }
 
-    /// The errors that are kept.
+    /// The errors that were kept.
     pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
         self.found.iter().filter(|d| !d.kind.is_warning())
     }
 
-    /// How many errors there are.
+    /// Number of errors.
     pub fn count(&self) -> usize {
         self.errors().count() + self.more
     }

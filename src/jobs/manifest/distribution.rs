@@ -5,12 +5,12 @@ use statrs::function::erf::{erfc, erfc_inv};
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
-/// How the values of an axis are distributed, in SI.
+/// The distribution of an axis's values, in SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distribution {
     /// The law before truncation.
     pub law: Law,
-    /// The smallest and the largest value that are kept, where there are such limits.
+    /// The smallest and the largest value, if there are limits.
     pub truncate: Option<[f64; 2]>,
 }
 
@@ -55,13 +55,13 @@ impl Distribution {
         }
     }
 
-    /// The part of the law that the truncation keeps.
+    /// The share of the law that the truncation keeps.
     pub fn kept(&self) -> f64 {
         let [below, up_to] = self.shares();
         up_to - below
     }
 
-    /// What lies below the truncation, and what up to its end.
+    /// The shares below the truncation and up to its end.
     fn shares(&self) -> [f64; 2] {
         self.truncate.map_or([0.0, 1.0], |[low, high]| {
             [self.law.below(low), self.law.up_to(high)]
@@ -70,7 +70,7 @@ impl Distribution {
 }
 
 impl Law {
-    /// Its name in manifests.
+    /// Name in manifests.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Normal { .. } => "normal",
@@ -179,7 +179,7 @@ mod tests {
             for k in 1..200 {
                 let share = f64::from(k) / 200.0;
                 let back = law.up_to(law.quantile(share));
-                // The error functions of statrs have 10 digits or more.
+                // The error functions of statrs have at least 10 digits.
                 assert!((back - share).abs() < 1e-10, "{law:?} {share} {back}");
             }
         }

@@ -1,4 +1,4 @@
-//! All errors of a manifest together, or all warnings: in the order of the text, and shown to people.
+//! All errors of a manifest, or all warnings, in the order of the text, as readable text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Source};
 use super::excerpt::Excerpt;
@@ -8,17 +8,17 @@ use codespan_reporting::term;
 use std::borrow::Cow;
 use std::fmt::{self, Write};
 
-/// Faults shown to people; programs get all that are kept.
+/// Number of faults in the readable text; programs get all that were kept.
 const MOST_SHOWN: usize = 20;
 
-/// All faults of a job; at least one is an error.
+/// All faults of a job, with at least one error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ManifestErrors {
-    /// The files they stand in; the manifest first.
+    /// Their files; the manifest first.
     pub sources: Vec<Source>,
-    /// The errors in the order of the text, then the warnings, no more of them than anybody reads.
+    /// The errors in the order of the text, then the warnings. Their number is limited.
     pub diagnostics: Vec<Diagnostic>,
-    /// How many errors there are beyond those.
+    /// Number of further errors.
     pub more: usize,
 }
 
@@ -31,17 +31,17 @@ impl ManifestErrors {
         }
     }
 
-    /// The errors that are kept.
+    /// The errors that were kept.
     pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|d| !d.kind.is_warning())
     }
 
-    /// How many errors there are.
+    /// Number of errors.
     pub fn count(&self) -> usize {
         self.errors().count() + self.more
     }
 
-    /// How many there are in which manifest, a line.
+    /// One line with their number and the manifest's name.
     pub fn summary(&self) -> String {
         let count = match self.count() {
             1 => "1 error".to_owned(),
@@ -51,7 +51,7 @@ impl ManifestErrors {
         format!("{name}: {count}; nothing was computed or written")
     }
 
-    /// The first faults as text for people, without colour, and how many there are beyond.
+    /// The first faults as readable text without colour, and the number of further ones.
     pub fn render(&self) -> String {
         self.render_by(plain)
     }
@@ -66,17 +66,17 @@ impl ManifestErrors {
     }
 }
 
-/// What a valid manifest is warned of; mostly nothing.
+/// The warnings of a valid manifest; usually empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Warnings {
-    /// The files that the warnings stand in, the manifest first; none where there is no warning.
+    /// The files of the warnings, the manifest first; empty without warnings.
     pub sources: Vec<Source>,
     /// The warnings in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Warnings {
-    /// Those among the faults of a job without errors.
+    /// The warnings among the faults of a job without errors.
     pub(super) fn of(issues: &mut Issues) -> Self {
         let diagnostics = placed(issues);
         if diagnostics.is_empty() {
@@ -89,12 +89,12 @@ impl Warnings {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no warnings.
     pub fn is_empty(&self) -> bool {
         self.diagnostics.is_empty()
     }
 
-    /// How many there are in which manifest, a line.
+    /// One line with their number and the manifest's name.
     pub fn summary(&self) -> String {
         let count = match self.diagnostics.len() {
             1 => "1 warning".to_owned(),
@@ -103,7 +103,7 @@ impl Warnings {
         format!("{}: {count}", name(&self.sources))
     }
 
-    /// The first warnings as text for people, without colour, and how many there are beyond.
+    /// The first warnings as readable text without colour, and the number of further ones.
     pub fn render(&self) -> String {
         render(&self.sources, &self.diagnostics, 0, plain)
     }
@@ -114,12 +114,12 @@ impl Warnings {
     }
 }
 
-/// What the manifest is called.
+/// Name of the manifest.
 fn name(sources: &[Source]) -> Cow<'_, str> {
     printable(sources.first().map_or("", |source| &source.name))
 }
 
-/// Takes the faults out: errors before warnings, each by place, without repetitions, with lines and columns.
+/// Takes the faults: errors before warnings, each sorted by place, without repetitions, with lines and columns.
 fn placed(issues: &mut Issues) -> Vec<Diagnostic> {
     let mut found = std::mem::take(&mut issues.found);
     found.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
@@ -158,7 +158,7 @@ fn coloured(
     term::emit_to_write_style(&mut writer, &term::Config::default(), excerpt, shown)
 }
 
-/// The first faults as text, and how many there are beyond, `more` of which are not kept.
+/// The first faults as text, and the number of further ones, `more` of which were not kept.
 fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emit) -> String {
     let mut text = Vec::new();
     for diagnostic in diagnostics.iter().take(MOST_SHOWN) {
@@ -179,7 +179,7 @@ fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emi
             ]);
         }
         if emit(&excerpt, &shown, &mut text).is_err() {
-            // The snippet could not be drawn; the sentence still must be shown.
+            // The excerpt could not be drawn; show the message anyway.
             text.extend_from_slice(printable(&diagnostic.message).as_bytes());
             text.push(b'\n');
         }

@@ -1,15 +1,15 @@
-//! The spot of a fault as it is shown: one line of the file, cut to a window about the spot,
-//! with everything that a terminal would obey written out.
+//! The place of a fault for display: one line of the file, cut to a window around the place, with terminal control
+//! characters escaped.
 
 use super::diagnostic::{Diagnostic, Source};
 use crate::input::printable;
 use codespan_reporting::files::{Error, Files};
 use std::ops::Range;
 
-/// Longest line shown whole \[characters\].
+/// Longest line that is shown completely \[characters\].
 const MOST_COLUMNS: usize = 160;
 
-/// Of a longer one, characters before the spot.
+/// Characters before the place in a longer line.
 const BEFORE: usize = 40;
 
 /// A line of a file.
@@ -19,7 +19,7 @@ pub(super) struct Excerpt {
     text: String,
     line: usize,
     column: usize,
-    /// Where the spot lies in it \[bytes\]; to its end where the spot goes on.
+    /// The place in the line \[bytes\]; up to its end if the place continues.
     pub spot: Range<usize>,
 }
 
@@ -117,7 +117,7 @@ mod tests {
     fn a_short_line_is_shown_whole() {
         let wanted = |text: &str, spot: &str| (text.to_owned(), spot.to_owned());
         assert_eq!(of("a\nbcd\ne", 3, 4), wanted("bcd", "c"));
-        // A spot over several lines ends with the first.
+        // A place over several lines ends with the first.
         assert_eq!(of("a\nbcd\ne", 3, 7), wanted("bcd", "cd"));
         assert_eq!(of("a\n", 2, 2), wanted("", ""));
         assert_eq!(

@@ -1,10 +1,10 @@
-//! What the points of a grid are made of: combinations of model-key values are put into the tree
-//! and resolved like text; load and speed vary inside, where nothing needs resolving again.
+//! How do the points of a grid follow from the manifest? Combinations of model-key values are put into the tree and
+//! resolved like text. Load and speed vary within a combination and need no resolution.
 //!
-//! Every combination is judged, as long as that takes a fraction of a second. Of more, some are:
-//! the corners of the grid and others evenly between. Rows of a list with the same values of the model
-//! keys are one combination. The range of each key by itself was checked
-//! for all values where they stand; what does not fit together shows when its point is asked for.
+//! Every combination is judged if that takes a fraction of a second. Otherwise some are judged: the corners of the grid
+//! and others evenly between. Rows of a list with equal values of the model keys are one combination. The range of each
+//! key was checked for all values at their place. Inconsistent values of other combinations are found when their point
+//! is requested.
 
 use super::axis::AxisKey;
 use super::combinations::{Combinations, chosen};
@@ -27,13 +27,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Combinations with faults after which no more are looked at.
+/// Number of combinations with faults after which the search ends.
 const MAX_FAULTY: usize = 1000;
 
-/// What is said of values that make no drive where no section says why.
+/// Message about inconsistent values if no section gives a reason.
 const NO_DRIVE: &str = "the values do not fit together";
 
-/// How often a fault was seen.
+/// Number of occurrences of a fault.
 #[derive(Debug)]
 struct Occurrence {
     index: usize,
@@ -42,26 +42,25 @@ struct Occurrence {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
-/// Nodes of the tree that may be resolved, over all combinations that are judged: a tenth of a
-/// second.
+/// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Combinations judged of a grid with more, by the size of its text.
+/// Number of judged combinations of a larger grid, by the size of its text.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
-/// Resolved combinations that are kept beside those that were judged: some megabytes.
+/// Number of resolved combinations that are kept beside the judged ones: some megabytes.
 const MOST_KEPT: usize = 4096;
 
-/// Combinations of values of the model keys, the last key fastest, that were judged.
+/// The judged combinations of values of the model keys, the last key fastest.
 #[derive(Debug)]
 pub(super) struct Judged {
     variants: Vec<Variant>,
-    /// Their numbers, where these do not count them all.
+    /// Their numbers; `None` if all combinations were judged.
     numbers: Option<Vec<usize>>,
 }
 
 impl Judged {
-    /// Those that have no fault.
+    /// The variants without faults.
     pub fn variants(&self) -> &[Variant] {
         &self.variants
     }
@@ -69,9 +68,8 @@ impl Judged {
 
 /// Resolves the grid, the last model key fastest.
 ///
-/// Every fault is recorded once, with the first combination at which it shows when it
-/// does not show at all of them. Unless `exhaustive` (the grid is too large) only the first
-/// combination is looked at.
+/// Every fault is recorded once, with the first combination that has it, unless all have it. Without `exhaustive` (the
+/// grid is too large), only the first combination is judged.
 pub(super) fn expand(
     tree: &mut Node,
     axes: &[GridAxis],
@@ -83,7 +81,7 @@ pub(super) fn expand(
 ) -> Judged {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
     let combinations = Combinations::new(axes, dimensions);
-    // A grid of an accepted size has countable combinations.
+    // A grid of an accepted size has a countable number of combinations.
     let all = if exhaustive { combinations.lengths.iter().product() } else { 1 };
     let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
     let in_part = all > budget;
@@ -95,7 +93,7 @@ pub(super) fn expand(
     let distinct = combinations.distinct();
     let others = (in_part && distinct.iter().product::<usize>() <= budget)
         .then(|| combinations.each(distinct));
-    // What is hashed does not depend on which rows are alike.
+    // The hash does not depend on equal rows.
     let numbers = (looked_at.into_iter().map(|number| (number, true)))
         .chain(others.into_iter().flatten().map(|number| (number, false)));
     let mut variants = BTreeMap::<usize, Variant>::new();
@@ -118,7 +116,7 @@ pub(super) fn expand(
             .flatten();
         tried += 1;
         if resolved.is_none() && issues.count() == 0 {
-            // What resolves to nothing is no job, even where no section says why.
+            // A combination that cannot be resolved is an error, even if no section gives a reason.
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::Inconsistent,
@@ -140,7 +138,7 @@ pub(super) fn expand(
             }
             variants.insert(number, resolved);
         }
-        // With more faults than are kept, those of further combinations tell nobody anything.
+        // If faults are no longer kept, those of further combinations do not help.
         if faulty >= MAX_FAULTY || issues.more > 0 {
             break;
         }
@@ -156,7 +154,7 @@ pub(super) fn expand(
             _ = sometimes.insert(occurrence.index)
         }
     }
-    // A key that has an effect at some points has an effect.
+    // A key with an effect at some points has an effect.
     let mut index = 0..;
     (issues.found).retain(|found| {
         let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
@@ -170,7 +168,7 @@ pub(super) fn expand(
     }
 }
 
-/// Puts one value of every key axis into the tree; false when one has no place there.
+/// Puts one value of every key axis into the tree; false if a value has no place there.
 fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
     let mut fits = true;
     for (key, &i) in keys.iter().zip(index) {
@@ -200,7 +198,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
     fits
 }
 
-/// Drops faults seen at an earlier combination and says of new ones where they were seen.
+/// Drops faults of earlier combinations, and adds the combination to new ones.
 fn sift(
     issues: &mut Issues,
     before: usize,
@@ -246,8 +244,7 @@ fn sift(
     }
 }
 
-/// The text of a job, kept to resolve combinations that were not judged, and points that the
-/// grid does not have.
+/// The text of a job, kept to resolve combinations that were not judged, and points outside the grid.
 #[derive(Debug, Clone)]
 pub struct PointResolver(Arc<Kept>);
 
@@ -256,28 +253,28 @@ struct Kept {
     tree: Node,
     keys: Vec<GridAxis>,
     combinations: Combinations,
-    /// Whether the points have a torque: then that is what is kept where the rated torque changes.
+    /// Whether the points have a torque, which then stays constant when the rated torque changes.
     torque: bool,
     base_dir: PathBuf,
     modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
-    /// The tree of the modal file with the values that commands give it.
+    /// The tree of the modal file with the values that commands set.
     modal_tree: Option<Node>,
     /// Whether axes or commands change that tree.
     modal_changed: bool,
-    /// Axes that others give, those that others need first.
+    /// Axes given by expressions, each after those that it needs.
     derived: Vec<(AxisKey, Dimension, Expression)>,
     housings: HashMap<PathBuf, Option<Arc<Housing>>>,
 }
 
 impl PointResolver {
-    /// `axes` has the model keys first, as [`expand`] wants them.
+    /// `axes` has the model keys first, as [`expand`] requires.
     pub(super) fn new(
         mut tree: Node,
         axes: Vec<GridAxis>,
         dimensions: &[GridDimension],
         context: Context,
     ) -> Self {
-        // The values of the axes stand there: of the grid a point needs the order only.
+        // The tree now has the values of the axes; a point only needs the order from the grid.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
         let changed = modal_keys::detach(&mut tree);
         let file = || context.modal_files.values().flatten().next();
@@ -295,7 +292,7 @@ impl PointResolver {
         }))
     }
 
-    /// The same with axes that expressions give.
+    /// The same, with axes given by expressions.
     pub(super) fn deriving(self, expressions: Vec<(String, Expression)>) -> Self {
         let own = |(name, expression): (String, Expression)| {
             let of_axis = |key: &&GridAxis| key.axis.name() == name;
@@ -311,7 +308,7 @@ impl PointResolver {
         Self(kept)
     }
 
-    /// Axes that others give, and what they measure; those that others need first.
+    /// Axes given by expressions, with their dimensions, each after those that it needs.
     pub(super) fn derived(&self) -> &[(AxisKey, Dimension, Expression)] {
         &self.0.derived
     }
@@ -321,8 +318,8 @@ impl PointResolver {
         self.0.derived.iter().any(|(own, ..)| own.name() == name)
     }
 
-    /// Gives a point the mesh and the excitation that its axis values stand for. None where
-    /// the manifest would be faulty with these values.
+    /// Gives a point the mesh and the excitation for its axis values. `None` if the manifest would be faulty with these
+    /// values.
     pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
         let resolved = self.combine(&point.axis_values, None).ok()?;
         if self.0.modal_changed {
@@ -333,8 +330,7 @@ impl PointResolver {
         Some(())
     }
 
-    /// What stands in the manifest at a dotted path,
-    /// or in the modal file under a name of its own.
+    /// The node at a dotted path of the manifest, or of the modal file if the name belongs to that.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
         if !modal_keys::is_name(path) {
             return self.0.tree.at(path);
@@ -343,7 +339,7 @@ impl PointResolver {
         file.at(&modal_keys::path(file, path).ok()?.join("."))
     }
 
-    /// Whether a key has a place in the manifest, or in the modal file where it names a number of that.
+    /// Whether a key has a place in the manifest, or in the modal file if it names a number there.
     pub(super) fn has_place(&self, name: &str) -> bool {
         let file = self.0.modal_tree.as_ref();
         !modal_keys::is_name(name) || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
@@ -354,13 +350,13 @@ impl PointResolver {
         self.0.torque
     }
 
-    /// The place of a model key among the axes.
+    /// The index of a model key among the axes.
     pub(super) fn axis(&self, name: &str) -> Option<usize> {
         self.0.keys.iter().position(|key| key.axis.name() == name)
     }
 
-    /// What a point's values of the model keys stand for with some more nodes in the tree; a
-    /// sentence where they make no drive.
+    /// Resolves a point's values of the model keys, with some more nodes in the tree; a sentence if they are
+    /// inconsistent.
     pub(super) fn resolved_with(
         &self,
         point: &PointSpec,
@@ -376,8 +372,7 @@ impl PointResolver {
         self.combined(&point.axis_values, nodes, Some(&like))
     }
 
-    /// What some values of the model keys stand for, sharing with `like` what is equal; a
-    /// sentence where they make no drive.
+    /// Resolves values of the model keys, sharing parts that are equal in `like`; a sentence if they are inconsistent.
     fn combine(&self, values: &[f64], like: Option<&Variant>) -> Result<Variant, String> {
         self.combined(values, Vec::new(), like)
     }
@@ -421,18 +416,18 @@ impl PointResolver {
     }
 }
 
-/// All combinations of values of the model keys, the last key fastest: those that were judged,
-/// and the others made when they are asked for.
+/// All combinations of values of the model keys, the last key fastest: the judged ones, and the others computed on
+/// demand.
 #[derive(Debug, Clone)]
 pub(super) struct Expansion {
     judged: Arc<Judged>,
     between: PointResolver,
-    /// Of the others, those made lately, by their number.
+    /// Recently computed ones of the others, by number.
     made: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
 impl Expansion {
-    /// At least one combination was judged, and none has a fault.
+    /// Requires at least one judged combination, and none with a fault.
     pub fn new(judged: Judged, between: PointResolver) -> Self {
         Self {
             judged: Arc::new(judged),
@@ -441,12 +436,12 @@ impl Expansion {
         }
     }
 
-    /// Those that were judged.
+    /// The judged ones.
     pub fn judged(&self) -> &[Variant] {
         &self.judged.variants
     }
 
-    /// Where a combination stands among those that were judged, or else the last one before it.
+    /// The index of a combination among the judged ones, or else of the last one before it.
     fn place(&self, number: usize) -> Result<usize, usize> {
         let judged = &*self.judged;
         let Some(numbers) = &judged.numbers else {
@@ -456,14 +451,14 @@ impl Expansion {
         place.map_err(|place| place.saturating_sub(1))
     }
 
-    /// A combination, or one beside it, without resolving anything.
+    /// A judged combination or a judged one near it, without resolution.
     pub fn near(&self, number: usize) -> &Variant {
         match self.place(number) {
             Ok(place) | Err(place) => &self.judged.variants[place],
         }
     }
 
-    /// A combination, and why its values make no drive, where they do not: then it is another.
+    /// A combination. If its values are inconsistent, another one with the reason.
     pub fn get(&self, number: usize) -> (Cow<'_, Variant>, Option<String>) {
         let near = match self.place(number) {
             Ok(place) => return (Cow::Borrowed(&self.judged.variants[place]), None),

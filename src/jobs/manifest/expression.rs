@@ -1,21 +1,21 @@
-//! Values of axes that other axes give: `"0.01 * speed^2"`.
+//! Expressions that give the values of an axis from other axes: `"0.01 * speed^2"`.
 //!
-//! Names are those of axes, their values are in SI, and so is the result. A name with other characters than letters,
-//! digits, `_`, `.` and indices in brackets stands in single quotes. The crate `exmex` reads what is left: numbers,
-//! `+ - * / ^`, parentheses, functions such as `sqrt`, `sin` and `exp`, and the constant `pi`.
+//! Names are those of axes. Their values and the result are in SI. A name needs single quotes if it has characters
+//! other than letters, digits, `_`, `.` and indices in brackets. The crate `exmex` reads the rest: numbers, `+ - * /
+//! ^`, parentheses, functions such as `sqrt`, `sin` and `exp`, and the constant `pi`.
 
 use super::axis::AxisKey;
 use crate::units;
 use exmex::{Express, FlatEx};
 
-/// What an expression may be, in words.
+/// The accepted expressions, in words.
 pub(super) const ACCEPTED: &str = "numbers, axes of the grid by name, pi, + - * / ^, parentheses, and functions such as sqrt(x), sin(x) or exp(x); for example \
      \"0.01 * speed^2\"";
 
-/// Signs between two values.
+/// Operators between two values.
 const OPERATORS: [char; 5] = ['*', '/', '+', '-', '^'];
 
-/// A value that other axes give.
+/// A value as a function of other axes.
 #[derive(Debug, Clone)]
 pub struct Expression {
     text: String,
@@ -23,13 +23,13 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Whether a text is an expression and no quantity, such as `10 um`, which may be misspelt.
+    /// Whether a text is an expression and not a quantity, such as `10 um`, which may be misspelt.
     pub(super) fn is_one(text: &str) -> bool {
         let text = text.trim();
         let number = text.trim_start_matches(['+', '-']);
         let digits = number_length(number);
         let behind = number[digits..].trim_start();
-        // A unit follows a number without an operator between.
+        // A unit follows a number without an operator.
         let quantity = digits > 0 && !behind.starts_with(OPERATORS);
         let joins = behind.contains(OPERATORS) || behind.contains(['(', '[', '.', '\'']);
         let axis = !AxisKey::of(text).is_model_key();
@@ -42,7 +42,7 @@ impl Expression {
     /// Reads a text.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, in words.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let marked = marked(text)?;
         let parsed = exmex::parse::<f64>(&marked).map_err(|error| error.to_string())?;
@@ -50,20 +50,20 @@ impl Expression {
         Ok(Self { text, parsed })
     }
 
-    /// As it is written.
+    /// The original text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The axes that it needs.
+    /// The axes that it depends on.
     pub fn names(&self) -> &[String] {
         self.parsed.var_names()
     }
 
-    /// Its value in SI where the axes that it needs have these.
+    /// Its value in SI for these values of the axes.
     ///
     /// # Errors
-    /// A sentence with the expression and the values where it is no finite number.
+    /// A sentence with the expression and the values if the result is not finite.
     pub fn value(&self, of: impl Fn(&str) -> f64) -> Result<f64, String> {
         let values: Vec<f64> = self.names().iter().map(|name| of(name)).collect();
         let found = self.parsed.eval(&values).unwrap_or(f64::NAN);
@@ -82,7 +82,7 @@ impl Expression {
     }
 }
 
-/// The text with names of axes in braces, where the parser takes any characters.
+/// The text with names of axes in braces, in which the parser accepts any characters.
 fn marked(text: &str) -> Result<String, String> {
     let mut out = String::with_capacity(text.len() + 8);
     let mut rest = text;
@@ -104,14 +104,14 @@ fn marked(text: &str) -> Result<String, String> {
                 }
                 length
             }
-            // The parser knows no exponents of ten.
+            // The parser does not know powers of ten.
             '0'..='9' | '.' => {
                 let length = number_length(rest);
                 let number = rest[..length].parse::<f64>();
                 out += &number.map_err(|error| error.to_string())?.to_string();
                 length
             }
-            // The parser takes a sign before a power; here it is the sign of the power.
+            // The parser applies a sign before a power; here the power comes first.
             '+' | '-' if out.trim_end().is_empty() || out.trim_end().ends_with('(') => {
                 out += if first == '-' { "0-" } else { "0+" };
                 1
@@ -131,7 +131,7 @@ fn marked(text: &str) -> Result<String, String> {
     Ok(out)
 }
 
-/// Length of the name that a text begins with, its indices in brackets included.
+/// Length of the name at the start of a text, including its indices in brackets.
 fn name_length(text: &str) -> usize {
     let mut inside = false;
     text.find(|c: char| {
@@ -146,7 +146,7 @@ fn name_length(text: &str) -> usize {
     .unwrap_or(text.len())
 }
 
-/// Length of the number that a text begins with.
+/// Length of the number at the start of a text.
 fn number_length(text: &str) -> usize {
     let digits = |text: &str, from: usize| {
         text[from..]

@@ -1,4 +1,4 @@
-//! Along which dimensions the points of a grid lie: axes that are tied advance in step along one.
+//! The dimensions of a grid: tied axes advance in step along one dimension.
 
 use super::spec::Axis;
 use serde::Serialize;
@@ -6,20 +6,20 @@ use serde::Serialize;
 /// A dimension of a grid.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct GridDimension {
-    /// The axes that go along it, as places in [`Job::axes`](super::Job::axes), ascending.
+    /// The axes along it, as indices into [`Job::axes`](super::Job::axes), ascending.
     pub axes: Vec<usize>,
-    /// Values of each of them.
+    /// Number of values of each of them.
     pub length: usize,
     /// Whether it varies a key of the model.
     pub model_keys: bool,
-    /// Whether its axes are distributions, and places along it rows of a design of samples.
+    /// Whether its axes are distributions; the places along it are then rows of a design of samples.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub sampled: bool,
 }
 
 impl GridDimension {
-    /// The dimensions of some axes, slowest first: those that vary model keys, then the others. `ties` has the places
-    /// of axes that advance in step, all equally long; every other axis has a dimension of its own.
+    /// The dimensions of some axes, slowest first: those that vary model keys, then the others. `ties` has the indices
+    /// of axes that advance in step, all equally long; every other axis has a separate dimension.
     pub(super) fn all(axes: &[&Axis], ties: &[Vec<usize>]) -> Vec<Self> {
         let tied = |axis: usize| ties.iter().find(|tie| tie.contains(&axis));
         let mut all: Vec<Self> = (0..axes.len())
@@ -38,19 +38,19 @@ impl GridDimension {
         all
     }
 
-    /// Whether its values may come again: several axes go along it, or those of samples.
+    /// Whether its values may repeat: it has several axes, or samples.
     pub fn is_tied(&self) -> bool {
         self.axes.len() > 1 || self.sampled
     }
 
-    /// The place of the dimension that an axis goes along.
+    /// The index of the dimension of an axis.
     pub(crate) fn of(all: &[Self], axis: usize) -> usize {
         (all.iter()
             .position(|dimension| dimension.axes.contains(&axis)))
         .unwrap_or_else(|| unreachable!("every axis goes along a dimension"))
     }
 
-    /// Points of a grid over some dimensions.
+    /// Number of points of a grid over these dimensions.
     pub(super) fn product(all: &[Self]) -> usize {
         all.iter().map(|dimension| dimension.length).product()
     }

@@ -1,6 +1,5 @@
-//! The content hash of a job: BLAKE3 over one serialisation of the resolved values, defaults
-//! included, so that comments, layout, key order, equal units and the job's name do not matter and
-//! everything that can change a result does.
+//! The content hash of a job: BLAKE3 over one serialisation of the resolved values, including defaults. Comments,
+//! layout, order of keys, equal units and the job's name do not matter; everything that can change a result does.
 
 use super::grid_dimension::GridDimension;
 use super::spec::{Axis, Carried, Refine, Variant};
@@ -8,15 +7,15 @@ use super::tree::{Entry, Node, Value};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Changes whenever the same values give other results.
+/// Changes when the same values give other results.
 const METHOD: u32 = 3;
 
-/// The hash of a job in the making.
+/// The unfinished hash of a job.
 #[derive(Debug)]
 pub(super) struct JobHash(blake3::Hasher);
 
 impl JobHash {
-    /// Begins with what is common to all points.
+    /// Starts with the data that all points share.
     pub fn new(seed: u64, axes: &[&Axis], carried: Option<&Carried>) -> Self {
         let mut hash = Self(blake3::Hasher::new());
         hash.add(&("atlas job", METHOD, env!("CARGO_PKG_VERSION")));
@@ -29,23 +28,23 @@ impl JobHash {
         self.0.finalize().to_hex().to_string()
     }
 
-    /// Which axes advance in step.
+    /// Adds the dimensions of the grid, which show the axes that advance in step.
     pub fn tied(&mut self, dimensions: &[GridDimension]) {
         self.add(&dimensions);
     }
 
-    /// How the grid is refined.
+    /// Adds the refinement of the grid.
     pub fn refined(&mut self, refine: &Refine) {
         self.add(refine);
     }
 
-    /// Everything about the points of one combination of model keys.
+    /// Adds all data of the points of one combination of model keys.
     pub fn resolved(&mut self, resolved: &Variant) {
         self.add(resolved);
     }
 
-    /// The text of a manifest whose combinations were judged in part, job and grid aside: equal
-    /// units differ, layout and the order of keys do not matter.
+    /// Adds the text of a manifest of which some combinations were not judged, except job and grid. Equal units differ
+    /// in this hash; layout and the order of keys do not matter.
     pub fn in_part(&mut self, root: &Node) {
         let Plain::Table(mut entries) = Plain::of(root) else {
             return;
@@ -57,7 +56,7 @@ impl JobHash {
     fn add(&mut self, values: &impl Serialize) {
         match postcard::to_stdvec(values) {
             Ok(bytes) => self.0.update(&bytes),
-            // Only sequences of unknown length and broken implementations get here.
+            // Only sequences of unknown length or faulty implementations cause this.
             Err(error) => unreachable!("values of a manifest are plain: {error}"),
         };
     }

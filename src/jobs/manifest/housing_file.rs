@@ -1,5 +1,5 @@
-//! Housing files: reduced matrices from any finite-element code over named freedoms. The same diagnostics as for the
-//! manifest, pointing into the housing file.
+//! Housing files: reduced matrices from any finite-element code over named freedoms. Diagnostics are those of the
+//! manifest, with places in the housing file.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::Section;
@@ -10,13 +10,13 @@ use super::{text, unknown};
 use crate::shaft::{Housing, HousingNode, HousingPoint};
 use std::sync::Arc;
 
-/// Most freedoms; a larger housing is reduced before.
+/// Largest number of freedoms; a larger housing must be reduced before.
 const MOST_FREEDOMS: usize = 400;
 
 /// The freedoms of a node, in order.
 const FREEDOMS: [&str; 6] = HousingNode::FREEDOMS;
 
-/// Reads the housing file named in the manifest at `span`, once a job.
+/// Reads the housing file that the manifest names at `span`, once per job.
 pub(super) fn load(
     issues: &mut Issues,
     context: &mut Context,
@@ -44,7 +44,7 @@ fn parse(issues: &mut Issues, source: usize) -> Option<Housing> {
     read(&Section::root(&tree, HOUSING_FILE), issues)
 }
 
-/// Records what is inconsistent in the value of a key.
+/// Records an inconsistent value of a key.
 fn refuse(section: &Section, issues: &mut Issues, key: &str, message: String, remedy: &str) {
     let path = section.path_of(key);
     let fault = Diagnostic::new(
@@ -164,7 +164,7 @@ fn node(table: &Section, issues: &mut Issues) -> Option<HousingNode> {
     })
 }
 
-/// A square matrix with a row a freedom, row by row.
+/// A square matrix with one row per freedom, row by row.
 fn matrix(root: &Section, issues: &mut Issues, name: &str, size: usize) -> Option<Vec<f64>> {
     let rows = root.rows(issues, name)?;
     let fault = if rows.len() != size {

@@ -1,4 +1,4 @@
-//! A whole job: what its name, grid and points are.
+//! A whole job: name, grid and points.
 
 use super::axis::{AxisKey, AxisValues};
 use super::expand::PointResolver;
@@ -16,37 +16,37 @@ pub struct Job {
     pub seed: u64,
     /// The manifest as the user wrote it.
     pub text: String,
-    /// Keys that were given other values than the text has, as typed: `KEY=VALUE`.
+    /// Keys with changed values, as typed: `KEY=VALUE`.
     pub changes: Vec<String>,
-    /// Keys without effect, and what else is worth a look although the job runs.
+    /// Keys without effect, and other warnings about the job.
     pub warnings: Warnings,
-    /// Hash over what matters to physics, as lower-case hexadecimal.
+    /// Hash of all that affects the physics, as lower-case hexadecimal.
     pub hash: String,
-    /// Axes of the grid: model keys first, by name, then `load` or `torque`, then `speed`; the order of
-    /// the text is of no effect.
+    /// Axes of the grid: model keys first, by name, then `load` or `torque`, then `speed`; the order of the text has no
+    /// effect.
     pub axes: Vec<Axis>,
-    /// Along which dimensions they go, slowest first: tied axes share one. `point_id` counts row-major over these,
-    /// unless the state is carried along one.
+    /// The dimensions of the axes, slowest first: tied axes share one. `point_id` counts row-major over these, unless
+    /// the state is carried along one.
     pub dimensions: Vec<GridDimension>,
-    /// How points follow from each other; none where each starts from `run.initial`.
+    /// How the state is carried; `None` if each point starts from `run.initial`.
     pub carried: Option<Carried>,
-    /// How the grid is refined: `axes` and `points` are then those of its finest grid, of which
-    /// only some are computed, and `point_id` counts level by level. None where all are computed.
+    /// How the grid is refined; `None` if all points are computed. `axes` and `points` are those of the finest grid, of
+    /// which only some are computed, and `point_id` counts level by level.
     pub refine: Option<Refine>,
-    /// How values of axes are drawn, where some are distributions: these share one of the dimensions.
+    /// How values of axes with distributions are drawn, if any; these axes share one dimension.
     pub samples: Option<Samples>,
     /// The grid's points, in `point_id` order.
     pub points: Points,
-    /// Resolves points between those of the grid, where they are asked for.
+    /// Resolves points between those of the grid.
     pub between: PointResolver,
-    /// What orbits are followed over, where that is asked for.
+    /// The parameters over which orbits are followed, if requested.
     pub continuation: Option<ContinuationSpec>,
-    /// The run-up, where one is asked for.
+    /// The run-up, if requested.
     pub run_up: Option<RunUpSpec>,
 }
 
 impl Job {
-    /// What it was read from.
+    /// The text and its changes.
     pub fn written(&self) -> ManifestText<'_> {
         ManifestText {
             text: &self.text,
@@ -54,21 +54,20 @@ impl Job {
         }
     }
 
-    /// Whether results are to have the same bits on every processor.
+    /// Whether results must have the same bits on every processor.
     pub fn portable(&self) -> bool {
         let mut variants = self.points.variants().iter();
         variants.any(|variant| variant.run.portable)
     }
 
-    /// Points of a chain: each starts where the one before it ended, and all chains are
-    /// equally long. 1 where points are independent.
+    /// Number of points in a chain: each starts at the end of the previous one, and all chains are equally long. 1 if
+    /// points are independent.
     pub fn chain_length(&self) -> usize {
         self.carried.as_ref().map_or(1, |carried| carried.length)
     }
 
-    /// The point like `point` with another value on the swept axis; none where no state is
-    /// carried, where the manifest does not ask for refinement, or where the key takes no
-    /// such value (a whole number between two).
+    /// A point like `point` with another value on the swept axis. `None` without a carried state or requested
+    /// refinement, or if the key cannot have the value (a whole number between two).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
         let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();
@@ -84,8 +83,7 @@ impl Job {
         Some(between)
     }
 
-    /// Gives axes that expressions give the values that follow from those of the others; not a number where there is
-    /// none.
+    /// Computes the values of axes given by expressions from the other axes; NaN if there is none.
     pub fn derive(&self, values: &mut [f64]) {
         let place = |name: &str| self.axes.iter().position(|axis| axis.name() == name);
         for (own, _, expression) in self.between.derived() {
@@ -96,12 +94,12 @@ impl Job {
         }
     }
 
-    /// The axes that go along the dimension of one, itself among them.
+    /// All axes along the dimension of `axis`.
     pub fn tied(&self, axis: usize) -> &[usize] {
         &self.dimensions[GridDimension::of(&self.dimensions, axis)].axes
     }
 
-    /// Gives a point what its values of some axes stand for; none where they make no drive.
+    /// Sets a point's values along some axes; `None` if they are inconsistent.
     fn apply(&self, point: &mut PointSpec, axes: &[usize]) -> Option<()> {
         let keys = || axes.iter().map(|&axis| (&self.axes[axis].key, axis));
         if keys().any(|(key, _)| key.is_model_key()) {
@@ -120,8 +118,7 @@ impl Job {
     }
 }
 
-/// The places of the values next to one, and the part of the way between them at which it lies; none for a single
-/// value.
+/// The indices of the two neighbours of a value, and its relative position between them; `None` for a single value.
 fn neighbours(values: &AxisValues, value: f64) -> Option<([usize; 2], f64)> {
     let ascending = values.ascending();
     let at = |rank: usize| values.get(ascending.place(rank));

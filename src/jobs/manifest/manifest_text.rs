@@ -1,5 +1,5 @@
-//! A manifest as it was written, with the keys that a command gave other values: what results keep of it, and what
-//! everything that reads a manifest again has to take up as a whole.
+//! A manifest as it was written, with the keys that a command changed. Results keep both, and every program that reads
+//! the manifest again must use both.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,13 +14,13 @@ use crate::units;
 pub struct ManifestText<'t> {
     /// The manifest as the user wrote it.
     pub text: &'t str,
-    /// Keys with other values, as typed: `KEY=VALUE`.
+    /// Keys with changed values, as typed: `KEY=VALUE`.
     pub changes: &'t [String],
 }
 
 impl ManifestText<'_> {
-    /// The unit of the first value with one of each axis of its grid, by the axis's name, as it is written; nothing
-    /// of a text that is no manifest.
+    /// The unit of each axis of its grid as written, from the first value with one, by the axis's name; empty if the
+    /// text is not a manifest.
     pub fn axis_units(self) -> BTreeMap<String, String> {
         let root = self.tree();
         let entries = root.entries("grid").iter();
@@ -29,7 +29,7 @@ impl ManifestText<'_> {
             .collect()
     }
 
-    /// Its values; faults are passed over. Those of the text are of source 0.
+    /// The tree of its values, without regard to faults. Values of the text have source 0.
     pub(super) fn tree(self) -> Node {
         let mut issues = Issues::default();
         let source = issues.add_source(String::new(), self.text.to_owned());
@@ -40,7 +40,7 @@ impl ManifestText<'_> {
 }
 
 impl fmt::Display for ManifestText<'_> {
-    /// The text, and below it the keys that have other values.
+    /// The text, followed by the changed keys.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.text)?;
         (self.changes.iter()).try_for_each(|change| write!(f, "\n--set {change}"))

@@ -1,4 +1,4 @@
-//! Measured points: a text file with a head line of names and units, read as the lists of points of a manifest are.
+//! Measured points: a text file with a header line of names and units, read like the lists of points of a manifest.
 
 use super::ManifestErrors;
 use super::csv::{self, ListOf, SheetColumn};
@@ -16,29 +16,29 @@ const POINTS: ListOf = ListOf {
 /// Measured points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Their file.
+    /// File.
     pub path: PathBuf,
     /// Values of the axis: the first column.
     pub axis: MeasuredColumn,
-    /// What was measured: the second column.
+    /// Measured quantity: the second column.
     pub value: MeasuredColumn,
-    /// Standard errors, none negative: the third column, where there is one. Its unit measures what that of the values does.
+    /// Standard errors, none negative: the third column, if any. Its unit has the dimension of the values.
     pub stderr: Option<MeasuredColumn>,
 }
 
 /// A column of measured points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredColumn {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its unit; none for numbers in SI.
+    /// Unit; `None` for numbers in SI.
     pub unit: Option<String>,
     /// One number per point.
     pub numbers: Vec<f64>,
 }
 
 impl MeasuredColumn {
-    /// The numbers in the SI unit `si`; none where their own unit measures something else.
+    /// The numbers in the SI unit `si`; `None` if their unit has another dimension.
     pub fn in_si(&self, si: &str) -> Option<Vec<f64>> {
         let factor = match self.unit.as_deref() {
             None => 1.0,
@@ -53,7 +53,7 @@ impl Measured {
     /// Reads a file of measured points.
     ///
     /// # Errors
-    /// The file cannot be read, is no list of two or three columns of numbers, has a unit that is not known, or a negative
+    /// The file cannot be read, does not have two or three columns of numbers, has an unknown unit, or a negative
     /// standard error. Every fault has its place in the file.
     pub fn read(path: &Path) -> Result<Self, ManifestErrors> {
         let mut issues = Issues::default();
@@ -102,7 +102,7 @@ fn sheet(issues: &mut Issues, path: &Path) -> Option<Vec<SheetColumn>> {
             return None;
         }
     };
-    // Taken out while its faults are recorded, and put back.
+    // Taken out while faults are recorded, and put back.
     let text = std::mem::take(&mut issues.sources[source].text);
     let sheet = csv::read(source, &text, &POINTS, issues);
     issues.sources[source].text = text;
@@ -111,7 +111,7 @@ fn sheet(issues: &mut Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     Some(columns)
 }
 
-/// Records what is wrong with the columns of a file.
+/// Records faults in the columns of a file.
 fn judge(issues: &mut Issues, columns: &[SheetColumn]) {
     let header = format!("begin with a header such as {}", POINTS.header);
     let mut refuse = |kind, span, message: String| {

@@ -5,9 +5,8 @@
 //!      → every combination of axis values put into the tree and resolved → Job
 //! ```
 //!
-//! Nothing is computed or written here. What the job does in spite of is a warning, and part of the
-//! job. A fault never stops the search for others; a
-//! syntax error does, for the text behind it.
+//! Nothing is computed or written here. Warnings do not stop the job and are part of it. A fault does not stop the
+//! search for others; only a syntax error does, for the text after it.
 
 mod advice;
 mod axis;
@@ -75,14 +74,13 @@ use tree::Node;
 ///
 /// # Errors
 ///
-/// Every fault of the manifest and of the modal file it names; an unreadable manifest is
-/// one fault of its own.
+/// Every fault of the manifest and of the files it names; an unreadable manifest is one fault.
 pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
     load_changed(path, &[])
 }
 
-/// Reads a manifest file in which some keys have other values, each given as `KEY=VALUE`: the value is TOML, or a
-/// text without quotes. The job's hash is that of the manifest with these values.
+/// Reads a manifest file and changes some keys, each given as `KEY=VALUE`: the value is TOML, or a text without quotes.
+/// The job's hash is that of the manifest with these values.
 ///
 /// # Errors
 ///
@@ -100,8 +98,8 @@ pub fn load_changed(path: &Path, changes: &[String]) -> Result<Job, ManifestErro
     )
 }
 
-/// Reads a manifest from a stream, which `name` stands for in messages; relative paths in it start at the current
-/// folder. Keys are changed as by [`load_changed`].
+/// Reads a manifest from a stream. Messages call it `name`, and relative paths in it start at the current folder. Keys
+/// are changed as by [`load_changed`].
 ///
 /// # Errors
 ///
@@ -143,23 +141,22 @@ fn judge_found(
     }
 }
 
-/// Reads the text of a manifest. `name` stands for it in messages; relative paths in it
-/// start at `base_dir`.
+/// Reads the text of a manifest. Messages call it `name`; relative paths in it start at `base_dir`.
 ///
 /// # Errors
 ///
-/// Every fault of the text and of the modal file it names.
+/// Every fault of the text and of the files it names.
 pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
     let changes = &[];
     ManifestText { text, changes }.job(name, base_dir)
 }
 
 impl ManifestText<'_> {
-    /// Its job. `name` stands for the text in messages; relative paths in it start at `base_dir`.
+    /// The job. Messages call the text `name`; relative paths in it start at `base_dir`.
     ///
     /// # Errors
     ///
-    /// Every fault of the text, of the changes and of the modal file it names.
+    /// Every fault of the text, of the changes and of the files it names.
     pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
         let mut issues = Issues::default();
         let source = issues.add_source(name.to_owned(), self.text.to_owned());
@@ -167,7 +164,7 @@ impl ManifestText<'_> {
     }
 }
 
-/// Judges a manifest that was read, with some keys changed, and resolves it.
+/// Checks and resolves a manifest that was read, with some keys changed.
 fn judge(
     mut issues: Issues,
     source: usize,
@@ -194,7 +191,7 @@ fn judge(
     let mut context = Context::new(base_dir);
     change_modal_file(&mut tree, &axes.valid, &changed, &mut issues, &mut context);
 
-    // The values of a grid that is too large are not looked at.
+    // Ignore the values of a grid that is too large.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
@@ -235,7 +232,7 @@ fn judge(
         keep_certain(&mut issues, source, start);
         issues.more = syntax_faults;
     }
-    // A key that only a faulty axis gives is not missing.
+    // A key is not missing if a faulty axis gives it.
     issues.found.retain(|d| {
         d.kind != DiagnosticKind::MissingKey || !(axes.unknown || axes.faulty.contains(&d.key))
     });
@@ -278,7 +275,7 @@ fn judge(
     }
 }
 
-/// Puts the modal file into the tree where axes or commands give its numbers other values, those of commands at once.
+/// Puts the modal file into the tree if axes or commands change its numbers, and applies those of commands.
 fn change_modal_file(
     tree: &mut Node,
     axes: &[GridAxis],
@@ -293,7 +290,7 @@ fn change_modal_file(
     }
 }
 
-/// A misspelt key is one fault, not an unknown and a missing one.
+/// Makes a misspelt key one fault instead of an unknown and a missing one.
 fn drop_echoes(issues: &mut Issues) {
     let meant: Vec<String> = issues
         .found
@@ -316,9 +313,8 @@ fn drop_echoes(issues: &mut Issues) {
         .retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
 }
 
-/// After a syntax error the tree is a guess. Syntax errors stay, and so do faults of
-/// values and names on the lines before the first of them; what seems to be missing may
-/// only not have been understood.
+/// After a syntax error the tree is uncertain. Keeps syntax errors, and faults of values and names on the lines before
+/// the first of them. Keys that seem to be missing may only be unreadable.
 fn keep_certain(issues: &mut Issues, source: usize, first: usize) {
     let text = &issues.sources[source].text;
     let line_start = text[..first.min(text.len())]

@@ -1,4 +1,4 @@
-//! A modal file that was read: its text as a tree, and what it says.
+//! A modal file that was read, as a tree and as a structure.
 
 use super::tree::Node;
 use crate::structure::ModalStructure;
@@ -7,8 +7,8 @@ use std::sync::Arc;
 /// A modal file that was read.
 #[derive(Debug)]
 pub(super) struct ModalFile {
-    /// Its text with the places of its values.
+    /// Its text as a tree, with the places of values.
     pub tree: Node,
-    /// What it says.
+    /// Its structure.
     pub structure: Arc<ModalStructure>,
 }

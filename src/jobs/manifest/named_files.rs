@@ -1,4 +1,4 @@
-//! The files that a manifest names beside itself: of modes, of a housing, of lists of points, of measured values of axes.
+//! Which files does a manifest name? Files of modes, of a housing, of lists of points, of measured values of axes.
 
 use super::ManifestText;
 use super::tree::{Node, Value};
@@ -16,14 +16,14 @@ const KEYS: [&str; 6] = [
 /// A file that a manifest names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedFile {
-    /// The key that names it, dotted, with quotes where a part has dots.
+    /// The key that names it, dotted, with quotes around a part that has dots.
     pub key: String,
-    /// Its path, as it is written.
+    /// Its path, as written.
     pub path: String,
 }
 
 impl ManifestText<'_> {
-    /// The files that it names, whether or not they are read.
+    /// The files that the manifest names, even if they are not used.
     pub fn files(self) -> Vec<NamedFile> {
         let root = self.tree();
         let named = |key: &str, node: &Node| match &node.value {
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!(named(&changes), ["model.file=a.toml", "grid.points=b.csv"]);
     }
 
-    /// A key that is called `file`, or takes a list of points, is known to name one.
+    /// The list above has every key with the name `file` and every key with a list of points.
     #[test]
     fn every_key_that_names_a_file_is_known() {
         let names = |key: &&schema::Key| key.path.ends_with(".file") || key.kind == Kind::Points;

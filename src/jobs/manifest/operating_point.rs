@@ -1,4 +1,4 @@
-//! Whether the loads and torques of the grid are ones that its drives can bear.
+//! Can the drives carry the loads and torques of the grid?
 
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -6,8 +6,7 @@ use super::grid::GridAxis;
 use super::spec::{StiffnessSpec, Variant};
 use crate::gear::CycleDivision;
 
-/// Records a torque on a drive without a rated one, and a load of 0 on a mesh that stands for the flanks under the mean
-/// load.
+/// Records a torque on a drive without a rated torque, and a load of 0 on a mesh whose flanks depend on the mean load.
 pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues) {
     let load = |axis: &&GridAxis| matches!(axis.axis.key, AxisKey::Load | AxisKey::Torque);
     let Some(axis) = axes.iter().find(load) else {

@@ -1,5 +1,5 @@
-//! Parameters of a job: what its drives depend on continuously, and the points where they have other
-//! values than the grid's.
+//! Parameters of a job: quantities that its drives depend on continuously, and points with other values of them than
+//! the grid's.
 
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
@@ -22,10 +22,10 @@ pub struct Parameter {
     dimension: Dimension,
 }
 
-/// Why a name is no parameter.
+/// Why is a name not a parameter?
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ParameterError {
-    /// There is no such key.
+    /// The key does not exist.
     #[error(
         "`{name}` is not a parameter of the drive{}; name load, torque, speed, or a quantity of model, \
          gear, shafts, train, mesh or excitation, such as mesh.half_gap, or a number of the modal file, such as \
@@ -33,9 +33,9 @@ pub enum ParameterError {
         near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?"))
     )]
     Unknown {
-        /// What was asked for.
+        /// The name.
         name: String,
-        /// The nearest that there is.
+        /// The nearest parameter.
         near: Option<String>,
     },
     /// The key takes no number, or whole numbers only.
@@ -43,10 +43,10 @@ pub enum ParameterError {
     NotContinuous {
         /// The key.
         name: String,
-        /// What it takes.
+        /// The accepted values.
         takes: String,
     },
-    /// The manifest does not say what the value is.
+    /// The manifest does not set the value.
     #[error("`{name}` has no value in the manifest to change; write it there first")]
     NoValue {
         /// The key.
@@ -55,22 +55,22 @@ pub enum ParameterError {
 }
 
 impl Parameter {
-    /// What an axis varies.
+    /// The parameter of an axis.
     fn new(key: AxisKey, dimension: Dimension) -> Self {
         Self { key, dimension }
     }
 
-    /// Its name in manifests and result files.
+    /// Name in manifests and result files.
     pub fn name(&self) -> &str {
         self.key.name()
     }
 
-    /// What it measures.
+    /// Dimension.
     pub fn dimension(&self) -> Dimension {
         self.dimension
     }
 
-    /// Its SI unit, `1` when dimensionless.
+    /// SI unit, `1` if dimensionless.
     pub fn unit(&self) -> &'static str {
         self.dimension.unit()
     }
@@ -90,10 +90,10 @@ impl Parameter {
         Ok(Self { key, dimension })
     }
 
-    /// A value of it as typed, in SI.
+    /// Reads a typed value, in SI.
     ///
     /// # Errors
-    /// A sentence.
+    /// A sentence about the fault.
     pub fn parse(&self, text: &str) -> Result<f64, String> {
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
@@ -113,7 +113,7 @@ fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
         }),
         Some(key) => match key.kind {
             Kind::Quantity(dimension) => Ok(dimension),
-            // A bare number is a ratio; with a unit the manifest says so, and the value is read there.
+            // A bare number is a ratio; `parameter` handles a value with a unit.
             Kind::ContactDamping => Ok(Dimension::Ratio),
             _ => Err(ParameterError::NotContinuous {
                 name: name.to_owned(),
@@ -140,7 +140,7 @@ fn nearest(name: &str) -> Option<String> {
 }
 
 impl PointResolver {
-    /// A parameter of the job, with its unit there.
+    /// A parameter of the job, with its unit in the manifest.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -163,8 +163,7 @@ impl PointResolver {
         }
     }
 
-    /// Load or torque, speed, and the keys of mesh and excitation that the manifest sets and a drive depends on
-    /// continuously.
+    /// Load or torque, speed, and the continuous keys of mesh and excitation that the manifest sets.
     pub fn continuous_keys(&self) -> Vec<String> {
         let load = if self.has_torque() { "torque" } else { "load" };
         let mut names = vec![load.to_owned(), "speed".to_owned()];
@@ -176,7 +175,7 @@ impl PointResolver {
         names
     }
 
-    /// The value of a parameter at a point, in SI; none where neither the manifest nor a default says.
+    /// The value of a parameter at a point, in SI; `None` if neither the manifest nor a default sets it.
     pub fn value(&self, point: &PointSpec, parameter: &Parameter) -> Option<f64> {
         let name = match &parameter.key {
             AxisKey::Load => return Some(point.load),
@@ -202,14 +201,13 @@ impl PointResolver {
         }
     }
 
-    /// The torque \[N m\] of a point of a grid that has torques.
+    /// The torque \[N m\] of a point, if the grid has torques.
     fn value_of_torque(&self, point: &PointSpec) -> Option<f64> {
         let rated = point.model.source.rated_torque()?;
         self.has_torque().then_some(point.load * rated)
     }
 
-    /// The values of axes that expressions give where some parameters have other values; those that do not change are
-    /// left out.
+    /// The values of axes given by expressions when some parameters change; unchanged ones are omitted.
     fn derived_of(
         &self,
         point: &PointSpec,
@@ -237,10 +235,10 @@ impl PointResolver {
         Ok(found)
     }
 
-    /// The point like another where some parameters have other values.
+    /// The point with other values of some parameters.
     ///
     /// # Errors
-    /// A sentence where the manifest would be faulty with these values.
+    /// A sentence if the manifest would be faulty with these values.
     pub fn changed(
         &self,
         point: &PointSpec,
@@ -289,7 +287,7 @@ impl PointResolver {
             run,
             analyses,
         } = self.resolved_with(point, nodes)?;
-        // The rated torque may be another.
+        // The rated torque may have changed.
         if let Some(torque) = torque {
             out.load = model.load_of_torque(torque);
         }

@@ -1,5 +1,5 @@
-//! The points of a job, made when they are asked for: a grid of ten million points takes no more
-//! memory than its axes and the combinations that were judged.
+//! The points of a job, computed on demand: a grid of ten million points needs no more memory than its axes and the
+//! judged combinations.
 
 use super::axis::{Ascending, AxisKey, AxisValues};
 use super::expand::Expansion;
@@ -15,31 +15,31 @@ pub struct Points {
     variants: Expansion,
     /// Values of every axis: model keys, load or torque, speed.
     values: Vec<AxisValues>,
-    /// What the axes go along, those that vary model keys first.
+    /// The dimensions of the axes, those that vary model keys first.
     dimensions: Vec<GridDimension>,
-    /// What the last but one axis is.
+    /// The quantity of the last but one axis.
     load: AxisKey,
     /// Root of the random streams of points, unless an axis gives it.
     seed: u64,
     seed_axis: Option<usize>,
     chains: Option<Chains>,
-    /// Numbers the points of a refined grid.
+    /// Numbering of the points of a refined grid.
     nested: Option<NestedGrid>,
 }
 
-/// How points follow from each other along an axis.
+/// The chains of points along an axis.
 #[derive(Debug, Clone)]
 struct Chains {
     directions: Vec<Direction>,
-    /// Places along the swept dimension, from the smallest value of the swept axis to its largest.
+    /// Places along the swept dimension, ordered by the values of the swept axis.
     ascending: Ascending,
-    /// Points of the row-major grid between neighbours along it.
+    /// Distance in the row-major grid between neighbours along it.
     stride: usize,
 }
 
 impl Points {
-    /// The grid of `axes` (model keys, then load or torque, then speed) along `dimensions`, a variant for each
-    /// combination of values of the model keys; `nested` numbers its points where it is refined.
+    /// The grid of `axes` (model keys, then load or torque, then speed) along `dimensions`, with one variant per
+    /// combination of values of the model keys; `nested` numbers the points of a refined grid.
     pub(super) fn new(
         variants: Expansion,
         seed: u64,
@@ -73,24 +73,24 @@ impl Points {
         }
     }
 
-    /// How many there are.
+    /// Number of points.
     pub fn len(&self) -> usize {
         let directions = self.chains.as_ref().map_or(1, |c| c.directions.len());
         GridDimension::product(&self.dimensions) * directions
     }
 
-    /// Whether there are none.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// What points differ in besides load and speed: all of it, or of a grid with very many
-    /// combinations of model keys those that were judged, the ends of all axes among them.
+    /// The variants of points, which differ by model keys. If a grid has very many combinations, only the judged ones,
+    /// which include the ends of all axes.
     pub fn variants(&self) -> &[Variant] {
         self.variants.judged()
     }
 
-    /// Where a point stands in the row-major grid, and which way its chain runs.
+    /// The place of a point in the row-major grid, and the direction of its chain.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         assert!(id < self.len(), "point {id} of {}", self.len());
         match (&self.chains, &self.nested) {
@@ -109,16 +109,16 @@ impl Points {
         place / inside.map(|own| own.length).product::<usize>()
     }
 
-    /// Axes that are model keys.
+    /// Number of axes that are model keys.
     fn keys(&self) -> usize {
         self.values.len() - 2
     }
 
-    /// A variant that asks for about as much work as that of this point: its own, or of a grid with very many
-    /// combinations of model keys that of a judged one beside it. Nothing is resolved.
+    /// A variant with about as much work as that of this point: the same variant, or, if a grid has very many
+    /// combinations of model keys, a judged one near it. Resolves nothing.
     ///
     /// # Panics
-    /// There is no such point: `id` is not below [`Points::len`].
+    /// `id` is not below [`Points::len`].
     pub fn variant_near(&self, id: usize) -> &Variant {
         self.variants.near(self.combination(self.place(id).0))
     }
@@ -126,7 +126,7 @@ impl Points {
     /// The point with this `point_id`.
     ///
     /// # Panics
-    /// There is none: `id` is not below [`Points::len`].
+    /// `id` is not below [`Points::len`].
     pub fn at(&self, id: usize) -> PointSpec {
         let (place, direction) = self.place(id);
         let mut axis_values = vec![0.0; self.values.len()];
@@ -170,18 +170,17 @@ impl Points {
         (!self.is_empty()).then(|| self.at(0))
     }
 
-    /// All points, one after the other.
+    /// All points, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = PointSpec> {
         (0..self.len()).map(|id| self.at(id))
     }
 }
 
 impl Chains {
-    /// Where a point stands in the row-major grid, and which way its chain runs.
+    /// The place of a point in the row-major grid, and the direction of its chain.
     ///
-    /// A *chain* is the points along the swept axis in sweep order, all other axes and the
-    /// direction held. Other axes vary slowest, then the direction (up before down), then the
-    /// swept axis.
+    /// A *chain* has all points along the swept axis in sweep order, with the same values of other axes and the same
+    /// direction. Other axes vary slowest, then the direction (up before down), then the swept axis.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         let length = self.ascending.len();
         let (chain, along) = (id / length, id % length);

@@ -1,8 +1,8 @@
-//! Keys that a command gives other values than the manifest has: `mesh.half_gap=20 um`.
+//! Keys whose values a command changes: `mesh.half_gap=20 um`.
 //!
-//! Each is a source of its own, so that a fault in it is shown there. The key may be dotted and count the entries
-//! of lists from 0; the value is TOML, or a text without quotes where it is none. Without a value the key, or the
-//! element of a list, is taken out.
+//! Each change is a separate source, so that its faults are shown there. The key may be dotted; indices of list entries
+//! start at 0. The value is TOML, or a text without quotes if it is not TOML. Without a value, the key or the element
+//! of a list is removed.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::Axes;
@@ -12,12 +12,12 @@ use super::syntax;
 use super::tree::{self, NoPlace, Node, Value};
 use toml::de::DeTable;
 
-/// A key with another value.
+/// A key with a changed value.
 #[derive(Debug)]
 pub(super) struct Changed {
     path: Vec<String>,
     key_span: Span,
-    /// The value of a number of the modal file; none takes it out.
+    /// The new value of a number of the modal file; `None` removes it.
     of_file: Option<Node>,
 }
 
@@ -32,7 +32,7 @@ impl Changed {
     }
 }
 
-/// Puts every change into the tree; those with faults are left out, reported.
+/// Puts every change into the tree; faulty ones are omitted and reported.
 pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) -> Vec<Changed> {
     let mut applied = Vec::new();
     for change in changes {
@@ -67,7 +67,7 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
     applied
 }
 
-/// Puts the changes of numbers of the modal file into its tree, which stands in that of the manifest.
+/// Puts the changes of numbers of the modal file into its tree, which is part of the manifest's.
 pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: &mut Issues) {
     for changed in changes.iter().filter(|own| own.is_of_modal_file()) {
         let name = changed.name();
@@ -112,7 +112,7 @@ fn no_element(changed: &Changed, end: NoPlace) -> Diagnostic {
     .suggestion(end.near.map(|near| format!("`{near}`")))
 }
 
-/// Records changes of keys that an axis of the grid gives its own values.
+/// Records changes of keys that an axis of the grid varies.
 pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: &mut Issues) {
     for changed in changes {
         let name = changed.name();
@@ -148,7 +148,7 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
     }
 }
 
-/// The key and the value, if any, of a text `KEY=VALUE`; none where it is no such text, reported.
+/// The key and the value, if any, of a text `KEY=VALUE`; `None` if it is not such a text, which is reported.
 fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Option<Node>)> {
     let span = |start: usize, end: usize| Span { source, start, end };
     let Some((key, value)) = text.split_once('=') else {

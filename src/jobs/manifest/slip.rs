@@ -1,4 +1,4 @@
-//! In which unit was a length meant that no machine part has?
+//! Which unit was meant for a length that no machine part has?
 
 /// Diameters of shafts of gear drives \[m\].
 pub(super) const DIAMETERS: [f64; 2] = [1e-3, 2.0];
@@ -6,10 +6,10 @@ pub(super) const DIAMETERS: [f64; 2] = [1e-3, 2.0];
 /// Lengths of shafts of gear drives, and of their sections \[m\].
 pub(super) const LENGTHS: [f64; 2] = [1e-4, 20.0];
 
-/// Factors that a slip between m, mm and um leaves, the likeliest first.
+/// Factors between m, mm and um, the likeliest first.
 const FACTORS: [f64; 4] = [1e3, 1e-3, 1e6, 1e-6];
 
-/// What is wrong with a length \[m\] beyond what such parts have, and which one was probably meant; none of one within.
+/// A message about a length \[m\] outside the range of such parts, with the likely one; `None` inside the range.
 pub(super) fn of_length(metres: f64, what: &str, [least, most]: [f64; 2]) -> Option<String> {
     let fits = |length: &f64| (least..=most).contains(length);
     if fits(&metres) {

@@ -1,5 +1,5 @@
-//! The resolved specification of a job: what the program uses, after the text has been
-//! validated. Everything is SI; nothing here knows how it was typed.
+//! The resolved specification of a job: the data that the program uses after the text has been validated. Everything is
+//! SI and independent of the text's form.
 
 mod continuation;
 mod mesh;
@@ -23,21 +23,21 @@ use crate::structure::ModalStructure;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// Points that follow from each other: the state is carried along one axis.
+/// The order of points if the state is carried along one axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Carried {
     /// The swept axis, an index into [`Job::axes`](super::Job::axes).
     pub axis: usize,
-    /// How many values it has: points of a chain.
+    /// Number of its values, which is the number of points in a chain.
     pub length: usize,
-    /// The directions in which it is swept. `point_id` counts over the other axes, slowest
-    /// first, then over these, then over the values in sweep order: a chain is a range.
+    /// The directions in which it is swept. `point_id` counts over the other axes, slowest first, then over these, then
+    /// over the values in sweep order: a chain is a range.
     pub directions: Vec<Direction>,
-    /// By how much the state is displaced before it is taken over, in half gaps.
+    /// Displacement of the state before the next point, in half gaps.
     pub displacement: f64,
 }
 
-/// Which way a sweep runs along its axis.
+/// Direction of a sweep along its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum Direction {
     /// Towards larger values.
@@ -47,7 +47,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The word used in manifests, result files and on the command line.
+    /// Name in manifests, result files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Up => "up",
@@ -59,28 +59,27 @@ impl Direction {
 /// One axis of the grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
-    /// What it varies.
+    /// The quantity that it varies.
     pub key: AxisKey,
-    /// SI unit as text, `1` when dimensionless.
+    /// SI unit as text, `1` if dimensionless.
     pub unit: String,
     /// Values in SI.
     pub values: AxisValues,
 }
 
 impl Axis {
-    /// Its name in manifests and result files.
+    /// Name in manifests and result files.
     pub fn name(&self) -> &str {
         self.key.name()
     }
 }
 
-/// One operating point: a complete description of one simulation. Points share what they
-/// have in common.
+/// One operating point: a complete description of one simulation. Points share equal parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSpec {
-    /// Its number, from 0.
+    /// Number, from 0.
     pub point_id: u64,
-    /// Which way its sweep runs; none where points are independent.
+    /// Direction of its sweep; `None` if points are independent.
     pub direction: Option<Direction>,
     /// Root of its random streams.
     pub seed: u64,
@@ -96,16 +95,16 @@ pub struct PointSpec {
     pub mesh: MeshSpec,
     /// Transmission error and torque ripple.
     pub excitation: Arc<ExcitationSpec>,
-    /// How to integrate.
+    /// Settings of the integration.
     pub run: Arc<RunSpec>,
-    /// What to compute.
+    /// Requested analyses.
     pub analyses: Arc<Analyses>,
-    /// Why the values of its axes make no drive, where a grid was too large for every
-    /// combination to be judged; everything else is then another point's.
+    /// Why the values of its axes are inconsistent, in a grid too large for judging every combination; all other fields
+    /// are then those of another point.
     pub fault: Option<String>,
 }
 
-/// Everything about a point but its load and speed.
+/// Everything about a point except its load and speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Variant {
     /// The structure.
@@ -114,32 +113,32 @@ pub struct Variant {
     pub mesh: MeshSpec,
     /// Transmission error and torque ripple.
     pub excitation: Arc<ExcitationSpec>,
-    /// How to integrate.
+    /// Settings of the integration.
     pub run: Arc<RunSpec>,
-    /// What to compute.
+    /// Requested analyses.
     pub analyses: Arc<Analyses>,
 }
 
 /// The structure and its reduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSpec {
-    /// Where the structure comes from.
+    /// Source of the structure.
     pub source: StructureSource,
-    /// Modes computed; the file's own count for `modal`.
+    /// Number of computed modes; for `modal` those of the file.
     pub modes: usize,
-    /// Modes kept, at most `modes`.
+    /// Number of retained modes, at most `modes`.
     pub retained: usize,
-    /// Whether the modes left out return as residual flexibility.
+    /// Whether the omitted modes return as residual flexibility.
     pub mta: bool,
 }
 
 impl ModelSpec {
-    /// The load of a torque on the pinion \[N m\]; not a number where no rated torque is known.
+    /// The load of a torque on the pinion \[N m\]; NaN if the rated torque is unknown.
     pub fn load_of_torque(&self, torque: f64) -> f64 {
         (self.source.rated_torque()).map_or(f64::NAN, |rated| torque / rated)
     }
 
-    /// Rotations of the whole drive, which no contact feels.
+    /// Number of rotations of the whole drive, which do not move contacts.
     pub fn neutral(&self) -> usize {
         match &self.source {
             StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
@@ -148,25 +147,25 @@ impl ModelSpec {
         }
     }
 
-    /// Number of Lyapunov exponents of these rotations: one of each that drag damps.
+    /// Number of Lyapunov exponents of these rotations: one for each that drag damps.
     pub fn neutral_exponents(&self) -> usize {
         let dragged = |drag: [Drag; 2]| usize::from(drag.iter().any(|drag| drag.viscous > 0.0));
         match &self.source {
             StructureSource::Rigid(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
             StructureSource::Flexible(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
-            // Why a train cannot be laid out is said elsewhere.
+            // Another function reports why a train has no layout.
             StructureSource::Train(train) => train.dragged_rotations().unwrap_or(0),
             StructureSource::Modal(structure) => structure.felt_of_neutral(),
         }
     }
 
-    /// Number of Lyapunov exponents: two of each mode that is kept, but for neutral rotations, and one of each dry slider.
+    /// Number of Lyapunov exponents: two per retained mode, except neutral rotations, and one per dry slider.
     pub fn exponents(&self) -> usize {
         2 * (self.retained - self.neutral()) + self.neutral_exponents() + self.source.sliders()
     }
 }
 
-/// Where the structure comes from; points with equal structure share one.
+/// Source of the structure; points with equal structure share one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StructureSource {
     /// Assembled from rigid bodies: one of the four tiers.
@@ -180,8 +179,7 @@ pub enum StructureSource {
 }
 
 impl StructureSource {
-    /// The drawing of the gears, their bores the shafts' diameters; none of a modal file and of bevel
-    /// gears.
+    /// The drawing of the gears, with the shafts' diameters as bores; `None` for a modal file or bevel gears.
     pub fn gears(&self) -> Option<GearPair> {
         let (gears, shafts) = match self {
             Self::Rigid(drive) => (&drive.gears, &drive.shafts),
@@ -209,7 +207,7 @@ impl StructureSource {
         }
     }
 
-    /// Torque on the pinion at load 1 \[N m\]; a modal file knows none.
+    /// Torque on the pinion at load 1 \[N m\]; `None` for a modal file.
     pub fn rated_torque(&self) -> Option<f64> {
         match self {
             Self::Rigid(drive) => Some(drive.gears.rated_torque),
@@ -219,7 +217,7 @@ impl StructureSource {
         }
     }
 
-    /// Mesh force at load 1 \[N\], where it is known without the drawing.
+    /// Mesh force at load 1 \[N\], if it is known without the drawing.
     pub fn rated_force(&self) -> Option<f64> {
         match self {
             Self::Modal(structure) => Some(structure.rated_force),
@@ -242,39 +240,37 @@ impl StructureSource {
 /// Transmission error and torque ripple.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct ExcitationSpec {
-    /// What is imposed.
+    /// Imposed error.
     pub transmission_error: Vec<MeshHarmonic>,
-    /// What is imposed on the coast flanks; none: the same.
+    /// Imposed error of the coast flanks; `None`: the same.
     pub coast_transmission_error: Option<Vec<MeshHarmonic>>,
-    /// So many harmonics stand for the error that a mesh table finds of its flanks under load;
-    /// none: the error belongs to the law, as it is.
+    /// Number of harmonics that represent the error of loaded flanks from a mesh table; `None`: the law has the exact
+    /// error.
     pub table_harmonics: Option<u32>,
-    /// On either shaft.
+    /// Ripple on either shaft.
     pub torque_ripple: Vec<TorqueRipple>,
-    /// Uneven rotation that is imposed.
+    /// Imposed uneven rotation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub imposed_motion: Vec<ImposedMotion>,
 }
 
-/// How to integrate.
+/// Settings of the integration.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSpec {
-    /// Mesh cycles discarded before anything is measured.
+    /// Mesh cycles before the measurement.
     pub transient: u64,
-    /// Most mesh cycles measured; a point stops earlier once its answers are settled.
+    /// Largest number of measured mesh cycles; a point stops earlier when its results are settled.
     pub cycles: u64,
     /// The kernel, or how it is chosen.
     pub kernel: KernelSetting,
-    /// Where the state starts.
+    /// Initial state.
     pub initial: InitialState,
-    /// Whether attracting periodic orbits are sought by Newton's method instead of integrated
-    /// out.
+    /// Whether attracting periodic orbits are found by Newton's method instead of by long integration.
     pub settle: bool,
     /// Cycles over which the energy balance is audited.
     pub audit_cycles: u64,
-    /// Most events in one mesh cycle before the point ends as `event_storm`.
+    /// Largest number of events in one mesh cycle before the point ends as `event_storm`.
     pub event_limit: u32,
-    /// Whether only instructions are used that every processor has, so that results have the
-    /// same bits everywhere.
+    /// Whether only instructions of every processor are used, so that results have the same bits everywhere.
     pub portable: bool,
 }

@@ -1,5 +1,5 @@
-//! Syntax errors in words. The parser goes on after an error and so reports echoes of it;
-//! only the first of a line is kept, and none behind a bracket left open.
+//! Readable syntax errors. The parser continues after an error and so reports echoes of it. Only the first error of a
+//! line is kept, and none after an unclosed bracket.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use toml::de::Error;
@@ -52,7 +52,7 @@ fn duplicate(span: Span, key: &str) -> Diagnostic {
     .remedy("keep one of the two")
 }
 
-/// What is wrong and what to do, in the words of a user rather than of the grammar.
+/// The fault and the remedy, in the words of a user rather than of the grammar.
 fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
     let (message, remedy) = if unclosed {
         (

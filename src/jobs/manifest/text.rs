@@ -1,29 +1,28 @@
-//! The text of a manifest or of a file that it names: of a regular file, in UTF-8, and not endless.
+//! Reads the text of a manifest or of a file that it names: a regular file of limited size, in UTF-8.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::input;
 use std::io;
 use std::path::Path;
 
-/// Largest file read \[bytes\]: hundreds of times the longest list that anybody has typed, and
-/// judged in seconds.
+/// Largest file that is read \[bytes\]: hundreds of times the longest list typed by hand, and checked in seconds.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// Why a text cannot be had.
+/// Why could a text not be read?
 pub(super) enum NoText {
     /// Its file cannot be read.
     Unreadable(io::Error),
-    /// It is not UTF-8; reported at the spot.
+    /// It is not UTF-8; reported at the place.
     Reported,
 }
 
-/// Reads a text and adds it to the sources. `what` names it in a sentence, `the manifest`.
+/// Reads a text and adds it to the sources. Messages call it `what`, such as `the manifest`.
 pub(super) fn read(issues: &mut Issues, path: &Path, what: &str) -> Result<usize, NoText> {
     let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
     add(issues, path.display().to_string(), bytes, what)
 }
 
-/// Reads the file that a key names, and adds it to the sources; reported where it cannot be read.
+/// Reads the file that a key names, and adds it to the sources; reports failures.
 pub(super) fn read_named(
     issues: &mut Issues,
     path: &Path,
@@ -59,14 +58,14 @@ pub(super) fn read_stream(
     add(issues, name.to_owned(), bytes, what)
 }
 
-/// Adds a text to the sources where it is one.
+/// Adds bytes to the sources if they are a text.
 fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, NoText> {
     match String::from_utf8(bytes) {
         Ok(text) => Ok(issues.add_source(name, text)),
         Err(error) => {
             let start = error.utf8_error().valid_up_to();
             let byte = error.as_bytes()[start];
-            // Up to the spot it is the text of the file; the spot is where the mark stands.
+            // The text is correct up to the fault, which the replacement character marks.
             let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
             let end = start + char::REPLACEMENT_CHARACTER.len_utf8();
             let source = issues.add_source(name, text);

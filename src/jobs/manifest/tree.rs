@@ -1,5 +1,5 @@
-//! A TOML document as a tree of values that know where they stand. Grid axes put their
-//! values into it, so that a point is resolved by the same code as the text.
+//! A TOML document as a tree of values with their places. Values of grid axes are put into it, so that the same code
+//! resolves points and text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::syntax;
@@ -19,11 +19,10 @@ pub(super) enum Value {
     Text(String),
     Integer(i64),
     Float(f64),
-    /// A value of a grid axis in SI, with what it measures; stands for an integer too when
-    /// it is whole.
+    /// A value of a grid axis in SI, with its dimension; a whole value also counts as an integer.
     Sample(f64, Dimension),
     Boolean(bool),
-    /// A date or time; nothing takes one.
+    /// A date or time; no key accepts one.
     Datetime,
     Array(Vec<Node>),
     Table(Vec<Entry>),
@@ -69,7 +68,7 @@ impl Node {
         }
     }
 
-    /// The entries of a table in this one; none where there is no such table.
+    /// The entries of a subtable; empty if there is no such table.
     pub fn entries(&self, key: &str) -> &[Entry] {
         match self.entry(key).map(|entry| &entry.node.value) {
             Some(Value::Table(entries)) => entries,
@@ -77,7 +76,7 @@ impl Node {
         }
     }
 
-    /// What stands at a dotted path of keys and array indices.
+    /// The node at a dotted path of keys and array indices.
     pub fn at(&self, path: &str) -> Option<&Self> {
         path.split('.')
             .try_fold(self, |node, part| match &node.value {
@@ -86,7 +85,7 @@ impl Node {
             })
     }
 
-    /// How many values it holds, itself among them.
+    /// Number of values in it, including itself.
     pub fn size(&self) -> usize {
         1 + match &self.value {
             Value::Array(items) => items.iter().map(Self::size).sum(),
@@ -107,7 +106,7 @@ impl Node {
         }
     }
 
-    /// Takes the key at a path out of its table, or an element out of its list; whether it was there.
+    /// Removes the key at a path from its table, or an element from its list; returns whether it existed.
     pub fn take_out(&mut self, path: &[&str]) -> bool {
         let Some((first, rest)) = path.split_first() else {
             return false;
@@ -138,9 +137,9 @@ impl Node {
         }
     }
 
-    /// Puts `node` at a path of keys and array indices, making tables on the way.
+    /// Puts `node` at a path of keys and array indices, creating tables on the way.
     ///
-    /// Returns where the path ends, when it names an element that is not there.
+    /// Returns the end of the path if it names a missing element.
     pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), NoPlace> {
         let is_index = |part: &str| part.parse::<usize>().is_ok();
         let mut place = self;
@@ -162,7 +161,7 @@ impl Node {
                     if index.is_none() && depth > 0 && is_index(part) {
                         return Err(ends(format!("is {kind}"), depth));
                     }
-                    // Where a list belongs no table is made.
+                    // Do not create a table in place of a list.
                     let below = path.get(depth + 1);
                     if index.is_none() && below.is_some_and(|below| is_index(below)) {
                         return Err(ends("is not given".to_owned(), depth + 1));
@@ -188,25 +187,24 @@ impl Node {
     }
 }
 
-/// Where a path ends that names an element that is not there.
+/// The end of a path that names a missing element.
 #[derive(Debug)]
 pub(super) struct NoPlace {
-    /// The path up to what has no such element.
+    /// The path up to the node without such an element.
     pub holder: String,
-    /// What that is instead: `has 1 entry`, `is a text`, `is not given`.
+    /// What that node is: `has 1 entry`, `is a text`, `is not given`.
     pub why: String,
-    /// The nearest path that there is, where it can be told.
+    /// The nearest existing path, if known.
     pub near: Option<String>,
 }
 
-/// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds
-/// what could be understood.
+/// Parses a file already added to `issues`. Every syntax error is recorded; the tree has the readable part.
 pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
-    // Taken out while its faults are recorded, and put back.
+    // Taken out while faults are recorded, and put back.
     let text = std::mem::take(&mut issues.sources[source].text);
     let (table, errors) = match DeTable::parse(&text) {
         Ok(table) => (table, Vec::new()),
-        // Read on as far as one looks: every echo of a fault is kept in hundreds of bytes.
+        // Read only a limited part: every echo of a fault takes hundreds of bytes.
         Err(error) => {
             let read = looked_at(&text, &error);
             issues.unread = (read.len() < text.len()).then_some(read.len());
@@ -226,17 +224,17 @@ pub(super) fn of_table(source: usize, table: Spanned<DeTable<'_>>, issues: &mut 
     Node { span, value }
 }
 
-/// Bytes behind the first syntax error that are searched for others.
+/// Bytes after the first syntax error that are searched for others.
 const BEHIND: usize = 16_384;
 
-/// The text up to a line somewhat behind its first syntax error.
+/// The text up to a line some way after its first syntax error.
 fn looked_at<'t>(text: &'t str, first: &toml::de::Error) -> &'t str {
     let start = first.span().map_or(0, |span| span.end);
     let far = text.floor_char_boundary(start.saturating_add(BEHIND));
     let end = text[far..]
         .find('\n')
         .map_or(text.len(), |line| far + line + 1);
-    // A line of its own that does not end soon is cut.
+    // A very long line is cut.
     &text[..text.floor_char_boundary(end.min(far + BEHIND))]
 }
 
@@ -277,7 +275,7 @@ fn convert(source: usize, value: Spanned<DeValue<'_>>, issues: &mut Issues) -> N
                 Value::Integer(0)
             }
         },
-        // Text that is no number has been reported as a syntax error.
+        // Text that is not a number has been reported as a syntax error.
         DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
         DeValue::Boolean(boolean) => Value::Boolean(boolean),
         DeValue::Datetime(_) => Value::Datetime,

@@ -1,12 +1,11 @@
-//! Keys that do not exist, and keys that this version does not have.
+//! Finds keys that do not exist, and keys that this version does not have.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 
 use super::schema::{self, Kind, Schema};
 use super::tree::{Entry, Node, Value};
 
-/// Records every unknown and unavailable key below `node`. The axes of the grid are left
-/// to the grid's own reader.
+/// Records every unknown and unavailable key below `node`. The grid's reader checks the grid's axes.
 pub(super) fn check(issues: &mut Issues, node: &Node, schema: Schema) {
     check_table(issues, node, "", schema);
 }
@@ -21,7 +20,7 @@ fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
         } else {
             format!("{path}.{}", entry.key)
         };
-        // A quoted key may contain dots; it is never the path it looks like.
+        // A quoted key may contain dots, but it is not that path.
         let known = (!entry.key.contains('.'))
             .then(|| schema::find(schema, &child))
             .flatten();
@@ -50,7 +49,7 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
         _ => format!("there is no key `{child}`"),
     };
     let in_train = path == "train" || path.starts_with("train.");
-    // Beside a train the tables of other kinds of drive have no effect.
+    // With a train, the tables of other kinds of drive have no effect.
     let homes: Vec<&str> = (schema::homes(schema, &entry.key).into_iter())
         .filter(|home| !in_train || !["gear", "shafts"].iter().any(|own| home.starts_with(own)))
         .collect();

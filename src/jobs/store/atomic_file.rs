@@ -1,4 +1,4 @@
-//! Files that have their name when they are whole, and not before.
+//! Files that get their final name only when they are complete.
 
 use super::StoreError;
 use super::file::{publish, temporary_file};
@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// A file on its way to its name. Dropped without [`WholeFile::publish`], it leaves nothing.
+/// An unfinished file. Dropped without [`WholeFile::publish`], it leaves nothing.
 pub struct WholeFile {
     file: File,
     temporary: TempPath,
@@ -15,7 +15,7 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Starts a file beside the place where it is to have its name, in a folder that exists.
+    /// Starts a file in the folder of its final name, which must exist.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -31,13 +31,12 @@ impl WholeFile {
         })
     }
 
-    /// What its bytes go to.
+    /// The file for the bytes.
     pub fn file(&self) -> &File {
         &self.file
     }
 
-    /// Gives the file its name. What has it already, a symbolic link among them, is replaced and
-    /// not written through.
+    /// Gives the file its name. An existing file or symbolic link of this name is replaced, not written through.
     ///
     /// # Errors
     /// Its bytes cannot be written to the disk.
@@ -46,7 +45,7 @@ impl WholeFile {
     }
 }
 
-/// Writes a file whole or not at all, as [`WholeFile`] does.
+/// Writes a file completely or not at all, as [`WholeFile`] does.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,8 +1,7 @@
 //! The columns of `attractors.parquet`.
 //!
-//! There is no column that follows an attractor from point to point: which branch it belongs
-//! to depends on the neighbouring points, which a shard does not have. `report::branches` tells
-//! it from the whole table.
+//! No column follows an attractor from point to point. Its branch depends on the neighbouring points, which a shard
+//! does not have. `report::branches` finds the branches from the whole table.
 
 use super::table::{Table, columns};
 use crate::analysis::AttractorOutcome;
@@ -18,7 +17,7 @@ pub struct AttractorRow {
 }
 
 impl AttractorRow {
-    /// The row of a point's attractor.
+    /// The row of an attractor of a point.
     pub fn new(point_id: u64, attractor_id: u32, attractor: AttractorOutcome) -> Self {
         let places = [0, 1].map(|axis| attractor.strobe.iter().map(|at| at[axis]).collect());
         Self {
@@ -29,7 +28,7 @@ impl AttractorRow {
         }
     }
 
-    /// One coordinate of its places on the slice, where there is one.
+    /// One coordinate of its strobe states on the slice; `None` without a slice.
     fn place(&self, axis: usize) -> Option<&[f64]> {
         self.attractor.cells.map(|_| &*self.places[axis])
     }

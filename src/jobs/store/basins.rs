@@ -8,7 +8,7 @@ use crate::analysis::{CellOutcome, Class};
 pub struct CellRow {
     /// The point.
     pub point_id: u64,
-    /// A cell of its slice.
+    /// A cell of the point's slice.
     pub cell: CellOutcome,
 }
 

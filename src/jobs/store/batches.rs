@@ -1,4 +1,4 @@
-//! A table in memory as other programs take it: Arrow record batches, with the metadata of its files.
+//! A table in memory for other programs: Arrow record batches, with the metadata of its files.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use arrow_select::interleave::interleave_record_batch;
 use super::{ResultTable, StoreError};
 
 impl ResultTable {
-    /// What was read, as it lies in memory: batches of one schema, of the columns that were read, which has the
-    /// metadata of the files. Rows are copied only where shards have to be brought into the order of their points.
+    /// The columns that were read, as batches of one schema with the metadata of the files. Rows are copied only if
+    /// rows of shards must be sorted by point.
     ///
     /// # Errors
     /// The files of the shards do not fit together.
@@ -41,7 +41,7 @@ impl ResultTable {
         Ok((schema, vec![sorted]))
     }
 
-    /// Rows that have no value in a column that was read.
+    /// Number of rows without a value in a column that was read.
     pub fn absent(&self, name: &str) -> usize {
         let of = |batch: &RecordBatch| match batch.column_by_name(name) {
             Some(column) => column.null_count(),

@@ -1,5 +1,5 @@
-//! `follow.json` and `trace.json`: what vouches for the tables of `atlas follow` and `atlas trace`, as `run.json`
-//! does for those of `atlas run`.
+//! `follow.json` and `trace.json`: the records of the tables of `atlas follow` and `atlas trace`, as `run.json` is for
+//! those of `atlas run`.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -11,21 +11,21 @@ use super::atomic_file::write_whole;
 use super::checksum::{TableRecord, sealed};
 use super::{ProgramRecord, StoreError};
 
-/// What a command wrote beside a run, or alone.
+/// Record of the tables that a command wrote outside a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TablesRecord {
     /// Name of the job.
     pub job: String,
-    /// Hash of its manifest, hexadecimal.
+    /// Hash of the job's manifest, hexadecimal.
     pub manifest_hash: String,
-    /// The program that wrote them.
+    /// The program that wrote the tables.
     pub program: ProgramRecord,
-    /// The tables, as they were written; a file of another size or hash is damaged.
+    /// The tables as written; a file of another size or hash is damaged.
     pub tables: Vec<TableRecord>,
 }
 
 impl TablesRecord {
-    /// Of tables that this program wrote, with the metadata that they have.
+    /// A record of tables that this program wrote, with their metadata.
     pub(super) fn new(metadata: &[(&str, String)], tables: Vec<TableRecord>) -> Self {
         let said = |key: &str| {
             let pair = metadata.iter().find(|(name, _)| *name == key);
@@ -39,8 +39,7 @@ impl TablesRecord {
         }
     }
 
-    /// Writes the record under its name, whole or not at all; its last key, `blake3`, is the hash of the text
-    /// before it.
+    /// Writes the record completely or not at all. Its last key, `blake3`, is the hash of the text before it.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -52,7 +51,7 @@ impl TablesRecord {
     }
 }
 
-/// Removes a file where there is one. A record goes before the tables that it names are replaced.
+/// Removes a file if it exists. A record is removed before its tables are replaced.
 pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => {

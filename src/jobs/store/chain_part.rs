@@ -1,4 +1,4 @@
-//! What is a point of a chain, along which the state is carried, to its neighbours?
+//! What does a point of a chain pass to its neighbours? The state is carried along a chain.
 
 use crate::analysis::Class;
 use serde::{Deserialize, Serialize};
@@ -8,26 +8,26 @@ use serde::{Deserialize, Serialize};
 pub struct ChainPart {
     /// Whether the sweep runs towards larger values.
     pub upwards: bool,
-    /// Where the integration ended, for the next point; none where it diverged or failed.
+    /// State at the end of the integration, for the next point; `None` if it diverged or failed.
     pub end: Option<ChainEnd>,
-    /// The change of motion since the last point that has a verdict, where there is one and
-    /// it was to be refined.
+    /// The change of motion since the last point with a verdict; `None` without a change, or if changes are not
+    /// refined.
     pub transition: Option<Transition>,
-    /// What the next point is held against, where changes are to be refined.
+    /// Deflection that the next point is compared with; `None` if changes are not refined.
     pub level: Option<Level>,
 }
 
-/// Mean and RMS of the deflection: what tells two motions of one class and period apart.
+/// Mean and RMS of the deflection, which distinguish two motions of one class and period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
-    /// Mean deflection and its standard error, 0 where the motion repeats \[m\].
+    /// Mean deflection and its standard error, 0 if the motion repeats \[m\].
     pub mean: [f64; 2],
     /// RMS about the mean, and its standard error \[m\].
     pub rms: [f64; 2],
 }
 
-/// The state that a point leaves to the next of its chain. The journal keeps every bit, so
-/// that an interrupted chain goes on as if it had not been.
+/// The state that a point passes to the next of its chain. The journal keeps every bit, so that an interruption does
+/// not change a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChainEnd {
     /// First components of all blocks, then second components, at mesh phase 0.
@@ -40,15 +40,15 @@ pub struct ChainEnd {
 /// chain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Transition {
-    /// Motion before it, in sweep order.
+    /// Motion before the change, in sweep order.
     pub from: Class,
-    /// Motion behind it.
+    /// Motion after the change.
     pub to: Class,
-    /// The swept parameter on either side of it, in sweep order.
+    /// The swept parameter on either side of the change, in sweep order.
     pub bracket: [f64; 2],
-    /// Points computed to narrow it.
+    /// Number of points computed to narrow the bracket.
     pub trials: u32,
-    /// Where class and period stay: the deflection before and behind it.
+    /// The deflection before and after the change if class and period stay the same.
     pub jump: Option<[Level; 2]>,
 }
 

@@ -1,18 +1,17 @@
-//! What a point adds to its row when it is one of a chain, along which the state is carried:
-//! the direction of the sweep, the state it leaves, and `transitions.parquet`, the
-//! changes of motion between neighbours.
+//! The additions of a chain's point to its row: the direction of the sweep, the state for the next point, and the
+//! changes of motion between neighbours in `transitions.parquet`.
 
 use super::chain_part::Transition;
 use super::file::Row;
 use super::point_row::{AxisColumn, PointRow};
 use super::table::{Column, Table, columns};
 
-/// The word for a direction in result files.
+/// Name of a direction in result files.
 pub(super) fn direction(upwards: bool) -> &'static str {
     if upwards { "up" } else { "down" }
 }
 
-/// The column of `points.parquet` that tells the two sweeps along one axis apart.
+/// The column of `points.parquet` that distinguishes the two sweeps along one axis.
 pub(super) fn direction_columns(axis: &AxisColumn) -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         text "direction", "", row.chain.as_ref().map(|chain| direction(chain.upwards)),
@@ -23,7 +22,7 @@ pub(super) fn direction_columns(axis: &AxisColumn) -> Vec<Column<PointRow>> {
 /// A row of `transitions.parquet`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransitionRow {
-    /// The first point behind the change.
+    /// The first point after the change.
     pub point_id: u64,
     /// Name of the swept axis.
     pub axis: String,

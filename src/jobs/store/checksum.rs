@@ -1,8 +1,8 @@
 //! Are the bytes of a result file those that were written?
 //!
-//! A table is hashed on its way to the disk; `run.json` keeps the hash beside name and size, and
-//! ends in one of its own text. Whoever reads results holds them against these first: decoding
-//! finds few of the bits that a disk, a copy or an editor changes.
+//! A table is hashed while it is written. `run.json` keeps the hash beside name and size, and ends in a hash of its
+//! text. Readers compare files with these first: decoding finds few of the bits that a disk, a copy or an editor
+//! changes.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::StoreError;
 use super::error::Damage;
 
-/// A table's file, as it was written.
+/// A table's file as written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableRecord {
     /// Path in the results folder, such as `points.parquet`.
@@ -26,7 +26,7 @@ pub struct TableRecord {
     pub blake3: String,
 }
 
-/// A sink that hashes what passes through.
+/// A sink that hashes the bytes written to it.
 pub(super) struct Hashed<W> {
     pub(super) sink: W,
     hasher: blake3::Hasher,
@@ -38,7 +38,7 @@ impl<W> Hashed<W> {
         Self { sink, hasher }
     }
 
-    /// What has passed so far, as the file `path` in `folder` with so many rows.
+    /// The record of the bytes so far, as the file `path` in `folder` with `rows` rows.
     pub(super) fn record(&self, folder: &Path, path: &Path, rows: u64) -> TableRecord {
         TableRecord {
             name: name_in(folder, path),
@@ -61,8 +61,8 @@ impl<W: Write> Write for Hashed<W> {
     }
 }
 
-/// What the records of some results say of their tables. While `--retry` puts new tables in the
-/// place of old ones a name stands twice, and the file may be either.
+/// The records of the tables of some results. While `--retry` replaces tables, a name occurs twice, and the file may be
+/// either.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seals<'a> {
     pub folder: &'a Path,
@@ -80,7 +80,7 @@ impl Seals<'_> {
         (self.tables.iter()).filter(move |table| table.name == name)
     }
 
-    /// All files named, sorted.
+    /// All files in the records, sorted.
     pub(super) fn paths(&self) -> Vec<PathBuf> {
         let mut paths: Vec<PathBuf> = (self.tables.iter())
             .map(|table| self.folder.join(&table.name))
@@ -90,10 +90,10 @@ impl Seals<'_> {
         paths
     }
 
-    /// Opens a table that was recorded, once all of it was held against its record.
+    /// Opens a table after comparing all of it with its record.
     ///
     /// # Errors
-    /// [`StoreError::Damaged`] where it is not what was written; or it cannot be read.
+    /// [`StoreError::Damaged`] if it differs from its record; or it cannot be read.
     pub(super) fn open(&self, path: &Path) -> Result<File, StoreError> {
         let damaged = |damage| StoreError::Damaged {
             path: path.to_path_buf(),
@@ -129,7 +129,7 @@ impl Seals<'_> {
     }
 }
 
-/// A path as its results folder names it.
+/// A file's path relative to its results folder.
 fn name_in(folder: &Path, path: &Path) -> String {
     let name = path.strip_prefix(folder).unwrap_or(path);
     name.to_string_lossy().into_owned()
@@ -151,17 +151,17 @@ fn hash(mut file: &File) -> io::Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// What stands between a text and its hash, and behind it.
+/// The text before the hash and after it.
 const SEAL: [&str; 2] = [",\n  \"blake3\": \"", "\"\n}\n"];
 
-/// A JSON object, indented, with a last key that is the hash of all text before it.
+/// An indented JSON object with the hash of all text before it as its last key.
 pub(super) fn sealed(json: &str) -> String {
     let text = json.trim_end().trim_end_matches('}').trim_end();
     let hash = blake3::hash(text.as_bytes()).to_hex();
     format!("{text}{}{hash}{}", SEAL[0], SEAL[1])
 }
 
-/// Whether a text ends in its own hash.
+/// Whether a text ends in the hash of the text before it.
 pub(super) fn is_sealed(text: &[u8]) -> bool {
     let body = text.strip_suffix(SEAL[1].as_bytes());
     let parts = body.and_then(|body| body.split_last_chunk::<64>());

@@ -3,12 +3,12 @@
 use jiff::Timestamp;
 use std::time::{Duration, Instant, SystemTime};
 
-/// `2026-03-01T12:00:00Z`; a time behind the year 9999 is shown as 1970.
+/// `2026-03-01T12:00:00Z`; a time after the year 9999 is shown as 1970.
 pub fn timestamp(time: SystemTime) -> String {
     format!("{:.0}", Timestamp::try_from(time).unwrap_or_default())
 }
 
-/// When something began, and how long ago that is.
+/// The start of an activity, and the time since then.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch {
     began: SystemTime,
@@ -16,7 +16,7 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Begins now.
+    /// Starts now.
     pub fn start() -> Self {
         Self {
             began: SystemTime::now(),
@@ -24,17 +24,17 @@ impl Stopwatch {
         }
     }
 
-    /// The time since then, whatever is done to the wall clock.
+    /// The time since the start, independent of changes of the wall clock.
     pub fn elapsed(&self) -> Duration {
         self.clock.elapsed()
     }
 
-    /// When it began, as text.
+    /// The start as text.
     pub fn started(&self) -> String {
         timestamp(self.began)
     }
 
-    /// Now as text: a wall clock that was set back is not believed.
+    /// The present time as text; ignores a wall clock that was set back.
     pub fn now(&self) -> String {
         timestamp(SystemTime::now().max(self.began + self.elapsed()))
     }

@@ -1,5 +1,4 @@
-//! The columns of every result table: names, units, descriptions and where each value
-//! comes from.
+//! The columns of every result table: names, units, descriptions and the source of each value.
 
 use super::StoreError;
 use super::chains::direction_columns;
@@ -21,7 +20,7 @@ use std::sync::Arc;
 pub struct PoincareRow {
     /// The point.
     pub point_id: u64,
-    /// Its sample.
+    /// A sample of the point.
     pub sample: PoincareSample,
 }
 
@@ -30,22 +29,22 @@ pub struct PoincareRow {
 pub struct SpectrumRow {
     /// The point.
     pub point_id: u64,
-    /// `deflection`, `force`, or a quantity with its place; one text for all lines.
+    /// `deflection`, `force`, or a quantity with its location; one text for all lines.
     pub signal: Arc<str>,
-    /// Its unit; one text for all lines.
+    /// Unit of the signal; one text for all lines.
     pub unit: Arc<str>,
-    /// How the spectrum was found.
+    /// Method that computed the spectrum.
     pub method: SpectrumMethod,
-    /// Noise bandwidth of a line \[Hz\]; none of exact lines.
+    /// Noise bandwidth of a line \[Hz\]; `None` for exact lines.
     pub bandwidth: Option<f64>,
     /// The line.
     pub line: SpectrumLine,
 }
 
-/// Columns of `points.parquet`, by axes, the swept one and refinement of the grid.
+/// Columns of `points.parquet`, which depend on the axes, the swept axis and the refinement of the grid.
 ///
 /// # Errors
-/// An axis that has the name of another column.
+/// An axis has the name of another column.
 pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError> {
     let ResultLayout {
         axes,

@@ -1,4 +1,4 @@
-//! What does a folder hold, where it is not the results of a run?
+//! What does a folder contain if it does not contain the results of a run?
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,20 +8,20 @@ use super::file::table_path;
 use super::table_cache::EXTENSION;
 use super::table_kind::TableKind;
 
-/// What is found at a path that holds no `points.parquet`.
+/// The contents of a path without `points.parquet`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Contents {
-    /// There is nothing at the path.
+    /// The path does not exist.
     NotThere,
     /// A file.
     File,
-    /// What `atlas trace` wrote.
+    /// Results of `atlas trace`.
     Trace,
-    /// What `atlas runup` wrote.
+    /// Results of `atlas runup`.
     RunUp,
-    /// What `atlas machine` wrote.
+    /// Results of `atlas machine`.
     Machine,
-    /// Computed tables.
+    /// Cached tables.
     Tables,
     /// Folders with results, by name.
     Folders(Vec<String>),
@@ -30,7 +30,7 @@ pub enum Contents {
 }
 
 impl Contents {
-    /// Looks at names only; nothing is read.
+    /// Inspects names only, without reading files.
     pub fn of(path: &Path) -> Self {
         if !path.exists() {
             return Self::NotThere;

@@ -1,5 +1,5 @@
-//! The files of followed orbits: `branches.parquet`, a row an orbit; `bifurcations.parquet`, a row a
-//! bifurcation; `curves.parquet`, a row a point of a curve in two parameters.
+//! The files of followed orbits: `branches.parquet` has one row per orbit, `bifurcations.parquet` one row per
+//! bifurcation, and `curves.parquet` one row per point of a curve in two parameters.
 
 use super::StoreError;
 use super::beside::{TablesRecord, remove};
@@ -22,15 +22,15 @@ pub struct BranchRow {
     pub axis_values: Vec<f64>,
     /// The branch, counted over the whole job.
     pub branch: u32,
-    /// Its place on the branch.
+    /// Index on the branch.
     pub index: u32,
-    /// Length of branch up to there.
+    /// Length of the branch up to the orbit.
     pub length: f64,
-    /// What is told of the orbit.
+    /// Columns of the orbit.
     pub told: OrbitColumns,
 }
 
-/// What is told of an orbit.
+/// The columns of an orbit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrbitColumns {
     period: u32,
@@ -50,7 +50,7 @@ pub struct OrbitColumns {
 }
 
 impl OrbitColumns {
-    /// Of an orbit.
+    /// The columns of `orbit`.
     pub fn of(orbit: &Orbit) -> Self {
         let leading = orbit.multipliers.first().copied().unwrap_or_default();
         let (touches, motion) = (&orbit.details.touches, &orbit.details.motion);
@@ -84,17 +84,17 @@ pub struct BifurcationRow {
     pub axis_values: Vec<f64>,
     /// The branch.
     pub branch: u32,
-    /// The orbit of the branch that comes before.
+    /// The last orbit of the branch before it.
     pub after: u32,
-    /// The word for it; `end` for an end of the branch.
+    /// Name of the bifurcation; `end` for an end of the branch.
     pub kind: String,
-    /// Interval of the parameter in which it lies.
+    /// Interval of the parameter that contains it.
     pub bracket: [f64; 2],
     /// The multiplier on the unit circle.
     pub critical: Option<[f64; 2]>,
-    /// What else there is to say.
+    /// Further details.
     pub detail: String,
-    /// What is told of the orbit.
+    /// Columns of the orbit.
     pub told: OrbitColumns,
 }
 
@@ -105,13 +105,13 @@ pub struct CurveRow {
     pub axis_values: Vec<f64>,
     /// The curve.
     pub curve: u32,
-    /// Its place on the curve.
+    /// Index on the curve.
     pub index: u32,
-    /// What happens on it.
+    /// Kind of bifurcation.
     pub kind: String,
-    /// What of codimension two lies before it, or why the curve ends there.
+    /// The codimension-two point before it, or the reason for the curve's end.
     pub note: Option<String>,
-    /// What is told of the orbit; of an onset in closed form nothing.
+    /// Columns of the orbit; `None` for an onset in closed form.
     pub told: Option<OrbitColumns>,
 }
 
@@ -151,7 +151,7 @@ pub fn branch_rows<'a>(
     })
 }
 
-/// The rows of its bifurcations and its two ends.
+/// The rows of a branch's bifurcations and two ends.
 pub fn bifurcation_rows(
     number: u32,
     branch: &Branch,
@@ -341,19 +341,19 @@ pub fn curves_table(axes: &[AxisColumn]) -> Table<CurveRow> {
 /// All rows of a job's orbits.
 #[derive(Debug, Default)]
 pub struct FollowedRows {
-    /// Of `branches.parquet`.
+    /// Rows of `branches.parquet`.
     pub branches: Vec<BranchRow>,
-    /// Of `bifurcations.parquet`.
+    /// Rows of `bifurcations.parquet`.
     pub bifurcations: Vec<BifurcationRow>,
-    /// Of `curves.parquet`; none without a second axis.
+    /// Rows of `curves.parquet`; `None` without a second axis.
     pub curves: Option<Vec<CurveRow>>,
 }
 
-/// Writes the tables into a results folder, each whole or not at all, then `follow.json`. Curves of an earlier time, which
-/// were not asked for now, go: they would be taken for those of these branches.
+/// Writes the tables into a results folder, each completely or not at all, then `follow.json`. If no curves were
+/// requested, removes old ones: they do not belong to these branches.
 ///
 /// # Errors
-/// The folder cannot be created, or a file not be written.
+/// The folder cannot be created, or a file cannot be written.
 pub fn write_followed(
     folder: &Path,
     axes: &[AxisColumn],
@@ -362,7 +362,7 @@ pub fn write_followed(
 ) -> Result<Vec<TableRecord>, StoreError> {
     create_folder(folder)?;
     remove_stale(folder)?;
-    // While old tables and new ones lie there, no record vouches for either.
+    // No record exists while old and new tables are mixed.
     remove(&folder.join(FOLLOW_RECORD))?;
     let mut written = Vec::new();
     match rows.curves {

@@ -33,7 +33,7 @@ pub(super) fn covariant_columns() -> Vec<Column<PointRow>> {
     ]
 }
 
-/// Numbers in the lists of a row.
+/// Number of entries in the lists of a row.
 pub(super) fn list_length(found: &CovariantOutcome) -> usize {
     let quantiles = found.angle.as_ref().map_or(0, |a| a.quantiles.len());
     3 * found.exponents.len() + quantiles

@@ -1,4 +1,4 @@
-//! What can go wrong with a result file, said with the path and what to do about it.
+//! What can go wrong with a result file? Each error gives the path and the remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,49 +9,49 @@ use thiserror::Error;
 use super::io_fault::{IoFault, Purpose, Refusal};
 use super::table_kind::{FOLLOW_RECORD, RUNUP_RECORD, TRACE_RECORD, TableKind};
 
-/// How a file differs from what was written.
+/// How a file differs from its record.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
     /// There is no such file.
     #[error("it is missing, but the record of the run lists it")]
     Gone,
-    /// Something else stands in its place.
+    /// Something other than a file has its name.
     #[error("it is not a file")]
     NoFile,
-    /// No record names it.
+    /// No record lists it.
     #[error("no record lists it, so the run that wrote it has not ended or was killed")]
     Unrecorded,
-    /// It was cut, or something was added.
+    /// It was cut off or extended.
     #[error("it has {found} bytes, but {written} were written")]
     Size {
-        /// Bytes that it has.
+        /// Actual size.
         found: u64,
-        /// Bytes that were written.
+        /// Recorded size.
         written: u64,
     },
-    /// It has other bytes.
+    /// Its bytes differ.
     #[error(
         "its bytes differ from the written bytes (BLAKE3 {}… instead of {}…)",
         .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
     )]
     Changed {
-        /// Their hash, hexadecimal.
+        /// Hash of the actual bytes, hexadecimal.
         found: String,
-        /// That of what was written.
+        /// Hash in the record.
         written: String,
     },
-    /// A record whose text does not end in its own hash.
+    /// A record whose text does not match its hash.
     #[error("its text does not match the checksum at its end")]
     Unsealed,
-    /// It cannot be decoded, though nothing says that it was changed.
+    /// It cannot be decoded, and there is no evidence of a change.
     #[error("the Parquet library cannot read it ({reason})")]
     Undecodable {
-        /// What the library says.
+        /// Message of the library.
         reason: String,
     },
 }
 
-/// What `atlas machine` writes of all measurements together.
+/// The file with all measurements of `atlas machine`.
 pub(super) const MACHINE: &str = "machine.json";
 
 /// The command that writes a file.
@@ -68,10 +68,10 @@ fn writer(path: &Path) -> &'static str {
     }
 }
 
-/// How a damaged file is computed anew.
+/// The command that computes a damaged file again.
 fn anew(path: &Path) -> &'static str {
     match writer(path) {
-        // It always writes its tables anew.
+        // It always replaces its tables.
         "atlas follow" => "`atlas follow`",
         _ => "--overwrite",
     }
@@ -83,7 +83,7 @@ pub enum StoreError {
     /// The operating system refused.
     #[error(transparent)]
     Io(#[from] IoFault),
-    /// A folder of shards stands where a single file is to be written, or the reverse.
+    /// A folder of shards has the name of a file to be written, or the reverse.
     #[error(
         "`{}` already holds results of {found} run: move them away, or choose another folder with --out", path.display()
     )]
@@ -101,10 +101,10 @@ pub enum StoreError {
     Missing {
         /// The folder given.
         folder: PathBuf,
-        /// The file looked for in it.
+        /// The missing file.
         missing: PathBuf,
     },
-    /// The file is not what it should be.
+    /// The file has another format.
     #[error("`{}` is not a result file of this program ({detail}); write it again with `{}`", path.display(), writer(path))]
     Foreign {
         /// The file.
@@ -112,7 +112,7 @@ pub enum StoreError {
         /// What is wrong with it.
         detail: String,
     },
-    /// The file is not what was written, or is no longer there.
+    /// The file differs from its record or is missing.
     #[error(
         "`{}` is damaged: {damage}; restore it from a copy, or compute it again with {}",
         path.display(), anew(path)
@@ -151,16 +151,16 @@ pub enum StoreError {
         /// Points of the job.
         points: u64,
     },
-    /// Another process is at work in the folder.
+    /// Another process is working in the folder.
     #[error(
         "another `atlas run` is writing here (it locks `{}`): wait for it, or choose another folder with \
          --out", path.display()
     )]
     Busy {
-        /// The journal that it has locked.
+        /// The journal, which it has locked.
         path: PathBuf,
     },
-    /// The journal is not one.
+    /// The file is not a journal.
     #[error(
         "`{}` is not a journal of this program: discard it with --overwrite, or choose another folder with \
          --out", path.display()
@@ -169,7 +169,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// The journal is of a run of another manifest.
+    /// The journal belongs to a run of another manifest.
     #[error(
         "`{}` keeps the points of an interrupted run of another manifest (hash {}…; this one is {}…): \
          choose another folder with --out, or discard them with --overwrite",
@@ -180,7 +180,7 @@ pub enum StoreError {
         path: PathBuf,
         /// The hash in it.
         found: String,
-        /// The hash of the job that is to run.
+        /// The hash of the present job.
         wanted: String,
     },
     /// The journal was written by another build of this program, whose numbers may differ.
@@ -191,24 +191,24 @@ pub enum StoreError {
     OtherProgram {
         /// The journal.
         path: PathBuf,
-        /// Program that began the run.
+        /// Program that started the run.
         found: String,
-        /// Program that is running.
+        /// Present program.
         running: String,
     },
-    /// Two columns would have one name.
+    /// Two columns would have the same name.
     #[error("the grid axis `{name}` has the same name as a result column")]
     AxisNameTaken {
         /// The axis.
         name: String,
     },
-    /// A point was handed over twice, or does not belong to this job or shard.
+    /// A point was received twice, or does not belong to this job or shard.
     #[error("point {point_id} is not expected (received twice, or it belongs to another shard)")]
     UnexpectedPoint {
         /// The point.
         point_id: u64,
     },
-    /// Two files of one table both have rows of a point.
+    /// Two files of a table have rows of the same point.
     #[error(
         "point {point_id} is in `{}` and in `{}`", paths[0].display(), paths[1].display()
     )]
@@ -225,14 +225,13 @@ pub enum StoreError {
         path: PathBuf,
         /// `read` or `write`.
         action: &'static str,
-        /// Its own words.
+        /// The library's error.
         source: ParquetError,
     },
 }
 
 impl StoreError {
-    /// Whether what is in the folder forbids the run (nothing was touched), rather than the
-    /// system.
+    /// Whether the contents of the folder forbid the run (nothing was changed), rather than the system.
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
@@ -257,7 +256,7 @@ impl StoreError {
         IoFault::new(path, action, Purpose::Results, source).into()
     }
 
-    /// The same for an error of the Parquet library, which wraps those of the system.
+    /// The same for an error of the Parquet library, which may wrap an error of the system.
     pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
         match source {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {

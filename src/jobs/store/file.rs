@@ -1,8 +1,8 @@
 //! One Parquet file, from the first row to its final name.
 //!
-//! Rows are encoded some at a time and written a row group at a time, so memory is bounded by
-//! one encoded group. The file lives under a hidden temporary name beside its destination and
-//! is renamed when whole; one that is dropped before leaves nothing behind.
+//! Rows are encoded in pieces and written in row groups, so one encoded group bounds the memory. The file has a hidden
+//! temporary name in the folder of its destination and is renamed when complete. A file that is dropped before leaves
+//! nothing.
 
 use std::fmt;
 use std::fs::{self, File, Permissions};
@@ -27,20 +27,20 @@ use super::table_kind::TableKind;
 
 /// Version of the column layout, stored as metadata `format`.
 pub(super) const FORMAT: &str = "atlas-results-1";
-/// Rows of a row group. Groups follow from the rows alone, never from timing.
+/// Rows of a row group. Groups depend on the rows only, never on timing.
 pub const GROUP_ROWS: usize = 16_384;
-/// Rows that are encoded together: they take more memory as they are than encoded.
+/// Rows that are encoded together: encoded rows take less memory.
 const PIECE_ROWS: usize = 1024;
-/// List data of a row group \[bytes\], where rows are long.
+/// List data of a row group \[bytes\], for long rows.
 pub const GROUP_BYTES: usize = 16 << 20;
 
-/// How the name of an unfinished file ends.
+/// Suffix of an unfinished file.
 const PARTIAL: &str = ".partial";
 
 /// One part of a split job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// From 1.
+    /// Index from 1.
     pub index: u32,
     /// Number of shards.
     pub count: u32,
@@ -61,8 +61,7 @@ impl Shard {
     }
 }
 
-/// Where a table lies in a results folder: `DIR/points.parquet`, or
-/// `DIR/points.parquet/shard-i-of-n.parquet`.
+/// Path of a table in a results folder: `DIR/points.parquet`, or `DIR/points.parquet/shard-i-of-n.parquet`.
 pub fn table_path(folder: &Path, kind: TableKind, shard: Option<Shard>) -> PathBuf {
     let table = folder.join(kind.file_name());
     match shard {
@@ -71,7 +70,7 @@ pub fn table_path(folder: &Path, kind: TableKind, shard: Option<Shard>) -> PathB
     }
 }
 
-/// A row that says how much list data it holds.
+/// A row with the size of its list data.
 pub(super) trait Row {
     /// Bytes beyond the fixed columns.
     fn list_bytes(&self) -> usize {
@@ -79,7 +78,7 @@ pub(super) trait Row {
     }
 }
 
-/// Starts a Parquet file with the fields of a schema; `path` is what errors name.
+/// Starts a Parquet file with the fields of a schema; errors name `path`.
 pub(super) fn start_writer<W: Write + Send>(
     sink: W,
     path: &Path,
@@ -88,12 +87,12 @@ pub(super) fn start_writer<W: Write + Send>(
 ) -> Result<ArrowWriter<Hashed<W>>, StoreError> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        // For pages, bounds and places would take more memory than anything else in a long run.
+        // Bounds and offsets of pages would take most of the memory in a long run.
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)
         .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
         .build();
-    // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
+    // Written twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
     let schema = Schema::new(schema.fields().clone())
         .with_metadata(metadata.iter().cloned().collect::<Metadata>());
     let mut writer = ArrowWriter::try_new(Hashed::new(sink), Arc::new(schema), Some(properties))
@@ -104,24 +103,23 @@ pub(super) fn start_writer<W: Write + Send>(
     Ok(writer)
 }
 
-/// Encodes rows into any sink, a piece at a time, and writes them a row group at a time.
+/// Encodes rows piece by piece into any sink, and writes them in row groups.
 pub(super) struct TableWriter<R, W: Write + Send> {
     table: Table<R>,
     path: PathBuf,
     writer: ArrowWriter<Hashed<W>>,
-    /// Rows that are not encoded yet.
+    /// Rows not yet encoded.
     buffer: Vec<R>,
-    /// Rows of the group that is not written yet.
+    /// Rows of the unfinished group.
     group_rows: usize,
-    /// List data of that group \[bytes\].
+    /// List data of the unfinished group \[bytes\].
     group_bytes: usize,
     rows: u64,
     largest_buffer: usize,
 }
 
 impl<R: Row, W: Write + Send> TableWriter<R, W> {
-    /// Starts a file; `path` is what errors name, `metadata` is stored beside units and
-    /// descriptions.
+    /// Starts a file. Errors name `path`. `metadata` is stored beside units and descriptions.
     pub(super) fn new(
         sink: W,
         path: PathBuf,
@@ -159,7 +157,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
         &self.table
     }
 
-    /// Adds a row; writes a row group when one is full.
+    /// Adds a row; writes a row group if it is full.
     pub(super) fn push(&mut self, row: R) -> Result<(), StoreError> {
         self.group_bytes += row.list_bytes();
         self.group_rows += 1;
@@ -196,8 +194,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
         Ok(())
     }
 
-    /// Writes what is left and the footer; returns the number of rows. Nothing may be
-    /// pushed afterwards.
+    /// Writes the remaining rows and the footer; returns the number of rows. No row may be pushed afterwards.
     fn finish(&mut self) -> Result<u64, StoreError> {
         self.flush()?;
         let refused = |source| StoreError::parquet(&self.path, "write", source);
@@ -210,7 +207,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
     }
 }
 
-/// A table on its way to its final name.
+/// A table before it has its final name.
 pub(super) struct TableFile<R> {
     folder: PathBuf,
     writer: TableWriter<R, File>,
@@ -228,8 +225,7 @@ impl<R: Row> TableFile<R> {
     ) -> Result<Self, StoreError> {
         let path = table_path(folder, kind, shard);
         check_layout(folder, kind, shard)?;
-        // In the results folder even for a shard: a stray file inside the folder of shards
-        // would keep polars from reading it.
+        // In the results folder even for a shard: polars cannot read a folder of shards with a stray file in it.
         let stem = shard.map_or_else(String::new, |shard| format!("{}.", shard.stem()));
         let (file, temporary) =
             temporary_file(folder, &format!(".{}.{stem}", kind.file_name()))?.into_parts();
@@ -240,7 +236,7 @@ impl<R: Row> TableFile<R> {
         })
     }
 
-    /// Starts a file that is no table of a job.
+    /// Starts a file that is not a table of a job.
     pub(super) fn create_alone(
         folder: &Path,
         name: &str,
@@ -268,7 +264,7 @@ impl<R: Row> TableFile<R> {
         self.close()?.publish()
     }
 
-    /// Writes what is left of the table, under its temporary name still.
+    /// Writes the remaining rows of the table, still under its temporary name.
     pub(super) fn close(mut self) -> Result<ClosedTable, StoreError> {
         let rows = self.writer.finish()?;
         let path = self.writer.path.clone();
@@ -282,7 +278,7 @@ impl<R: Row> TableFile<R> {
     }
 }
 
-/// A whole table without its final name.
+/// A complete table without its final name.
 pub(super) struct ClosedTable {
     record: TableRecord,
     temporary: TempPath,
@@ -290,7 +286,7 @@ pub(super) struct ClosedTable {
 }
 
 impl ClosedTable {
-    /// Gives the table its name.
+    /// Gives the table its final name.
     pub(super) fn publish(self) -> Result<TableRecord, StoreError> {
         if let Some(parent) = self.path.parent() {
             create_folder(parent)?;
@@ -301,7 +297,7 @@ impl ClosedTable {
     }
 }
 
-/// Writes a table that is at hand, whole or not at all.
+/// Writes a table from memory, completely or not at all.
 pub(super) fn write_table<R: Row>(
     folder: &Path,
     kind: TableKind,
@@ -329,22 +325,22 @@ pub(super) fn temporary_file(folder: &Path, prefix: &str) -> Result<NamedTempFil
     partial_file(folder, prefix).map_err(|source| StoreError::io(folder, "write", source))
 }
 
-/// The same, with the system's own error.
+/// The same, with the system's error.
 pub(super) fn partial_file(folder: &Path, prefix: &str) -> io::Result<NamedTempFile> {
     let file = tempfile::Builder::new()
         .prefix(prefix)
         .suffix(PARTIAL)
-        // What the user's umask lets through, as for any other file.
+        // The permissions that the user's umask allows, as for any other file.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder)?;
-    // The lock only tells the living from the dead; a file system without locks does too,
-    // by keeping both.
+    // The lock only distinguishes files in use from stale ones. A file system without locks keeps both, which is
+    // harmless.
     _ = file.as_file().lock_shared();
     Ok(file)
 }
 
-/// Removes unfinished files that a killed process left in `folder`: those that nobody holds
-/// a lock on. What cannot be removed is harmless and stays.
+/// Removes unfinished files that a killed process left in `folder`: those that no process has locked. Files that cannot
+/// be removed are harmless and stay.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -354,7 +350,7 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
         let (path, name) = (entry.path(), entry.file_name());
         let own =
             (name.to_str()).is_some_and(|name| name.starts_with('.') && name.ends_with(PARTIAL));
-        // Opening anything but a file may wait for ever.
+        // Opening anything other than a file may wait for ever.
         if !own || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
             continue;
         }
@@ -365,7 +361,7 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Makes a whole file durable and visible under its final name.
+/// Makes a complete file durable and visible under its final name.
 pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(), StoreError> {
     fsync::publish(file, temporary, path).map_err(|source| StoreError::io(path, "write", source))
 }
@@ -375,8 +371,7 @@ fn sync(file: &File, path: &Path) -> Result<(), StoreError> {
         .map_err(|source| StoreError::io(path, "write", source))
 }
 
-/// A single file and a folder of shards of the same name exclude each other; better said
-/// before the work than after it.
+/// A file and a folder of shards of the same name exclude each other. Check this before the work, not after it.
 fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<(), StoreError> {
     let path = folder.join(kind.file_name());
     let found = match (shard, path.metadata()) {

@@ -1,5 +1,5 @@
-//! What has its name after a power cut: a file is on the disk before it is renamed, and its folder
-//! after; a name that is only in memory is lost with it.
+//! Which names survive a power cut? A file is synced before it is renamed, and its folder afterwards: a name that is
+//! only in memory would be lost.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -7,20 +7,19 @@ use std::path::Path;
 
 use tempfile::TempPath;
 
-/// Gives a whole file its name: after a power cut there is all of it under that name, or what had
-/// the name before.
+/// Gives a complete file its name. After a power cut, the name has either the complete file or the previous one.
 pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> io::Result<()> {
     file.sync_all()?;
     rename(temporary, path)
 }
 
-/// The same for a file whose bytes are on the disk already.
+/// The same for a file whose bytes are already on the disk.
 pub(super) fn rename(temporary: TempPath, path: &Path) -> io::Result<()> {
     temporary.persist(path).map_err(|refused| refused.error)?;
     sync_folder_of(path)
 }
 
-/// Makes the names of a folder durable: that of `path`, and what was removed beside it.
+/// Makes the names in the folder of `path` durable, including removals.
 pub(super) fn sync_folder_of(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
@@ -30,12 +29,12 @@ pub(super) fn sync_folder_of(path: &Path) -> io::Result<()> {
     };
     let synced = match File::open(folder) {
         Ok(folder) => folder.sync_all(),
-        // Whoever may write in a folder may not always read it.
+        // A user may be allowed to write a folder but not to read it.
         Err(error) if error.kind() == ErrorKind::PermissionDenied => return Ok(()),
         Err(error) => Err(error),
     };
     match synced {
-        // Some file systems of networks keep names otherwise, and say that there is nothing to do.
+        // Some network file systems store names in another way and report that syncing is unsupported.
         Err(error)
             if matches!(
                 error.kind(),
@@ -48,7 +47,7 @@ pub(super) fn sync_folder_of(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Creates a folder and those it lies in, durably.
+/// Creates a folder and its parents, durably.
 pub(super) fn create_folder(folder: &Path) -> io::Result<()> {
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(missing).collect();
@@ -75,7 +74,7 @@ mod tests {
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
-        // What is there already is no error.
+        // An existing folder is not an error.
         create_folder(path.parent().unwrap()).unwrap();
     }
 

@@ -1,4 +1,4 @@
-//! The columns of `horizon.parquet`, and those that predictability adds to `points.parquet`.
+//! The columns of `horizon.parquet`, and the columns of predictability in `points.parquet`.
 
 use super::PointRow;
 use super::table::{Column, Table, columns};

@@ -1,8 +1,7 @@
-//! Rows of several files of one table brought into one file, in ascending `point_id`, every
-//! value as it was.
+//! Merges the rows of several files of one table into one file, in ascending `point_id`, without changing values.
 //!
-//! Each file holds its rows in ascending `point_id` and each point lies in one file, so a
-//! merge of sorted sequences does; memory holds one batch a file and one row group.
+//! Each file has its rows in ascending `point_id`, and the rows of a point are in one file. So a merge of sorted
+//! sequences suffices; memory holds one batch per file and one row group.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -25,18 +24,18 @@ use super::file::{
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
-/// A file to take rows from.
+/// A file whose rows are merged.
 #[derive(Debug)]
 pub(super) struct Source<'a> {
     /// The file.
     pub path: PathBuf,
-    /// What the record of its run says of it.
+    /// The records of its run.
     pub seals: Seals<'a>,
-    /// Points whose rows stay behind.
+    /// Points whose rows are left out.
     pub without: &'a BTreeSet<u64>,
 }
 
-/// A table brought together, on its way to its final name.
+/// A merged table before it has its final name.
 pub(super) struct Interleaved {
     folder: PathBuf,
     writer: ArrowWriter<Hashed<File>>,
@@ -45,7 +44,7 @@ pub(super) struct Interleaved {
     rows: u64,
 }
 
-/// The same, whole.
+/// The same, complete.
 pub(super) struct Finished {
     table: Interleaved,
     pub record: TableRecord,
@@ -82,14 +81,12 @@ impl Finished {
     }
 }
 
-/// Brings the rows of `sources`, of which there is at least one, together in a table of
-/// `folder` (of its `shard`). `met` is told of every point once, in ascending order, with the
-/// number of the source it lies in and of its rows.
+/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `met` once for every point,
+/// in ascending order, with the index of its source and the number of its rows.
 ///
 /// # Errors
-/// A file cannot be read or written, is not such a table, has other columns than the first, is
-/// not in ascending order, or has rows of a point that another one has as well; or what `met`
-/// says.
+/// A file cannot be read or written, is not such a table, has other columns than the first file, is not in ascending
+/// order, or has rows of a point that another file also has; or an error of `met`.
 pub(super) fn interleave(
     sources: &[Source<'_>],
     folder: &Path,
@@ -172,8 +169,7 @@ pub(super) fn interleave(
     Ok(output.table)
 }
 
-/// The point of a source's next row. What was picked of a batch is written before the next
-/// batch takes its place.
+/// The point of a source's next row. Rows picked from a batch are written before the next batch replaces it.
 fn next_point(
     readers: &mut [SourceReader<'_>],
     index: usize,
@@ -190,7 +186,7 @@ fn next_point(
     }
 }
 
-/// A source being read, a batch at a time.
+/// A source that is read batch by batch.
 struct SourceReader<'a> {
     source: &'a Source<'a>,
     reader: TableReader,
@@ -208,12 +204,12 @@ impl<'a> SourceReader<'a> {
             reader,
             row: 0,
         };
-        // A small file is read to its end, and closed, before the next one is opened.
+        // A small file is read to its end and closed before the next one is opened.
         opened.load()?;
         Ok(opened)
     }
 
-    /// The point of the batch's next row that is taken; none behind its end.
+    /// The point of the batch's next row that is not left out; `None` after the last row.
     fn point_here(&mut self) -> Result<Option<u64>, StoreError> {
         let ids = self
             .batch
@@ -230,7 +226,7 @@ impl<'a> SourceReader<'a> {
         Ok(ahead.get(skipped).copied())
     }
 
-    /// Goes on to the next batch; false when there is none.
+    /// Loads the next batch; false if there is none.
     fn load(&mut self) -> Result<bool, StoreError> {
         let Some(batch) = self.reader.next()? else {
             return Ok(false);
@@ -248,10 +244,10 @@ impl<'a> SourceReader<'a> {
     }
 }
 
-/// What is being written.
+/// The output of a merge.
 struct Interleaver {
     table: Interleaved,
-    /// Source and row in its present batch of what comes next.
+    /// Source and row in its present batch of each row to be written next.
     picks: Vec<(usize, usize)>,
     rows_in_group: usize,
 }

@@ -1,11 +1,10 @@
-//! What the operating system says to a file or a folder, sorted into the cases that a user can
-//! act on.
+//! Errors of the operating system for a file or folder, as cases that a user can act on.
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a folder is for, and so which option chooses another one.
+/// The purpose of a folder, which determines the option that chooses another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// Results of a run.
@@ -19,9 +18,9 @@ pub enum Purpose {
 pub enum Refusal {
     /// No space left on the device, or the quota is used up.
     DiskFull,
-    /// Space is left on the device, and no file can be added to it.
+    /// The device has space left, but no file can be added to it.
     NoInodes,
-    /// A symbolic link stands where a file of the program's own is wanted.
+    /// A symbolic link has the name of a file of the program.
     SymbolicLink,
     /// The file system or a resource limit forbids a file this large.
     FileTooLarge,
@@ -31,20 +30,20 @@ pub enum Refusal {
     ReadOnly,
     /// A part of the path is a file where a folder is needed.
     NotADirectory,
-    /// Anything else, in the system's own words.
+    /// Anything else, with the system's error.
     Other(io::Error),
 }
 
-/// A failure of the operating system, with the path and what to do about it.
+/// A failure of the operating system, with the path and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub struct IoFault {
     /// The file or folder.
     pub path: PathBuf,
     /// `read`, `write`, `create` or `remove`.
     pub action: &'static str,
-    /// What the folder is for.
+    /// The purpose of the folder.
     pub purpose: Purpose,
-    /// Why it was refused.
+    /// The reason.
     pub refusal: Refusal,
 }
 
@@ -127,16 +126,16 @@ impl Display for IoFault {
     }
 }
 
-/// What the system says of a link that is not to be followed.
+/// The system's error for a link that is not to be followed.
 const LOOP: i32 = rustix::io::Errno::LOOP.raw_os_error();
 
-/// Whether the file system that holds a path, or would, has space but no inodes left.
+/// Whether the file system of a path has space but no inodes left. The path need not exist.
 fn lacks_inodes(path: &Path) -> bool {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let found = absolute
         .ancestors()
         .find_map(|at| rustix::fs::statvfs(at).ok());
-    // Some file systems count no inodes, and give none as all of them.
+    // Some file systems do not count inodes and report a total of 0.
     found.is_some_and(|system| system.f_files > 0 && system.f_favail == 0 && system.f_bavail > 0)
 }
 

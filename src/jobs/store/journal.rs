@@ -1,14 +1,14 @@
-//! What is finished of a run that has not ended: an append-only file beside the results,
-//! from which the same command goes on after an interruption, a crash or a power cut.
+//! Which points of an unfinished run are finished? An append-only file beside the results, from which the same command
+//! continues after an interruption, a crash or a power cut.
 //!
 //! ```text
 //! magic │ record: header (hash of the job, shard, program) │ record: point │ record: point …
 //! record = length (u64, little endian) │ first 8 bytes of BLAKE3 of the payload │ payload
 //! ```
 //!
-//! Payloads are in postcard's encoding, which keeps every bit of a number. A record that is
-//! cut off or damaged ends the journal: it and what follows is dropped and computed again.
-//! The file is locked while a run uses it, so that two runs cannot share a folder.
+//! Payloads have postcard's encoding, which keeps every bit of a number. A record that is cut off or damaged ends the
+//! journal: this record and all later ones are dropped and computed again. A run locks the file, so that two runs
+//! cannot share a folder.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -26,22 +26,22 @@ use super::fsync;
 use super::{PointRow, ProgramRecord, StoreError};
 use crate::propagate::instructions;
 
-/// Says what the file is and which version of the encoding it has.
+/// Identifies the file and the version of its encoding.
 const MAGIC: &[u8; 8] = b"atlas-j4";
 
 /// Length and checksum in front of a payload.
 const FRAME: usize = 16;
 
-/// Longest time that finished points may be lost by a power cut.
+/// Longest time between syncs: a power cut loses only the points since the last one.
 pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What a journal belongs to.
+/// The run that a journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Header {
     job_hash: String,
     shard: Option<Shard>,
     program: ProgramRecord,
-    /// Instructions that its first points were computed with.
+    /// Vector instructions that computed the first points.
     instructions: String,
 }
 
@@ -50,9 +50,9 @@ struct Header {
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// Where the first point lies.
+    /// Offset of the first point.
     points: u64,
-    /// Where the next record goes; before [`Journal::replay`], where the file ends.
+    /// Offset of the next record; before [`Journal::replay`], the end of the file.
     end: u64,
     last_sync: Instant,
     unsynced: bool,
@@ -60,12 +60,12 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal of a job (of a shard of it) in a results folder, or begins one;
-    /// `fresh` drops what an earlier run left.
+    /// Opens the journal of a job (of a shard of it) in a results folder, or starts one; `fresh` drops an earlier run's
+    /// records.
     ///
     /// # Errors
-    /// The folder or the file cannot be written, another process is at work on it, or the
-    /// journal there is of another job or of another build of this program.
+    /// The folder or the file cannot be written, another process uses the journal, or it belongs to another job or
+    /// another build of this program.
     pub fn open(
         folder: &Path,
         job_hash: &str,
@@ -131,8 +131,7 @@ impl Journal {
         }
     }
 
-    /// Instructions that the points in it were computed with, and those of this process where
-    /// they are others.
+    /// Vector instructions that computed the points in the journal, and those of this process if they differ.
     pub fn instructions(&self) -> Vec<String> {
         let here = instructions().to_owned();
         if self.end > self.points && self.instructions != here {
@@ -142,7 +141,7 @@ impl Journal {
         }
     }
 
-    /// Writes the header into an empty file; one that cannot be written does not stay.
+    /// Writes the header into an empty file; removes the file on failure.
     fn begin(mut self, header: &Header) -> Result<Self, StoreError> {
         let mut bytes = MAGIC.to_vec();
         bytes.extend(record(header, &self.path)?);
@@ -177,8 +176,8 @@ impl Journal {
         Ok(reader)
     }
 
-    /// Hands over the points already there, in the order in which they were finished, and
-    /// cuts off what is damaged. To be called once, before anything is appended.
+    /// Passes the existing points to `take`, in the order in which they were finished, and cuts off damaged records.
+    /// Call this once, before anything is appended.
     ///
     /// # Errors
     /// The file cannot be read, or `take` refuses a point.
@@ -197,7 +196,7 @@ impl Journal {
         self.cut(end)
     }
 
-    /// Hands over every point there once, by ascending number, one at a time in memory.
+    /// Passes every existing point once to `take`, by ascending number, one at a time in memory.
     ///
     /// # Errors
     /// The file cannot be read, or `take` refuses a point.
@@ -210,7 +209,7 @@ impl Journal {
             let mut at = self.points;
             let mut reader = self.reader(at)?;
             while let Some((row, length)) = next_record::<PointRow>(&mut reader, &self.path)? {
-                // Twice the same point, twice the same numbers.
+                // Repeated records of a point have the same numbers.
                 places.entry(row.point_id).or_insert((at, length));
                 at += length;
             }
@@ -226,8 +225,8 @@ impl Journal {
         self.cut(self.end)
     }
 
-    /// Adds a finished point. It is safe from a crash of the program at once, from a power
-    /// cut after the next [`Journal::sync_if_due`].
+    /// Adds a finished point. It is safe from a crash of the program immediately, and from a power cut after the next
+    /// [`Journal::sync_if_due`].
     ///
     /// # Errors
     /// The file cannot be written.
@@ -262,7 +261,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Removes the file: everything in it has reached the result files.
+    /// Removes the file after all its points have reached the result files.
     ///
     /// # Errors
     /// It cannot be removed.
@@ -270,10 +269,10 @@ impl Journal {
         fs::remove_file(&self.path).map_err(|source| StoreError::io(&self.path, "remove", source))
     }
 
-    /// Gives up a run that could not go on: a journal without points is of no use.
+    /// Gives up a run that cannot continue: a journal without points is useless.
     pub fn abandon(self) {
         if self.end <= self.points {
-            // What cannot be removed does no harm.
+            // A file that cannot be removed does no harm.
             _ = fs::remove_file(&self.path);
         }
     }
@@ -296,7 +295,7 @@ impl Journal {
     }
 }
 
-/// Where the journal of a run lies. Hidden: readers of the results have no use for it.
+/// Path of a run's journal. It is hidden because readers of the results do not need it.
 pub fn journal_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
         None => ".journal".to_owned(),
@@ -304,13 +303,13 @@ pub fn journal_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     })
 }
 
-/// What a point takes up in a journal \[bytes\].
+/// Size of a point in a journal \[bytes\].
 pub fn journal_bytes(row: &PointRow) -> u64 {
-    // A row is plain data; it always has an encoding.
+    // A row is plain data, which always has an encoding.
     postcard::to_allocvec(row).map_or(0, |payload| (FRAME + payload.len()) as u64)
 }
 
-/// Opens the file, creating it where needed, and locks it.
+/// Opens and locks the file, creating it if necessary.
 fn open_locked(path: &Path) -> Result<File, StoreError> {
     let refused = |source| StoreError::io(path, "write", source);
     loop {
@@ -319,7 +318,7 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
             .write(true)
             .create(true)
             .truncate(false)
-            // A run writes in its folder, not wherever a link there leads.
+            // A run writes in its folder, not to the target of a link there.
             .custom_flags(OFlags::NOFOLLOW.bits() as i32)
             .open(path)
             .map_err(refused)?;
@@ -329,10 +328,10 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
                     path: path.to_path_buf(),
                 });
             }
-            // A file system without locks: nothing tells two runs apart there.
+            // On a file system without locks, two runs cannot be distinguished.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
-        // Another run may have ended, and removed the file, between opening and locking.
+        // Another run may have ended and removed the file between opening and locking.
         let own = file.metadata().map_err(refused)?;
         match fs::symlink_metadata(path) {
             Ok(there) if (there.dev(), there.ino()) == (own.dev(), own.ino()) => return Ok(file),
@@ -359,7 +358,7 @@ fn checksum(payload: &[u8]) -> [u8; 8] {
     sum
 }
 
-/// The next record and its length in the file; nothing where it is cut off or damaged.
+/// The next record and its length in the file; `None` if it is cut off or damaged.
 fn next_record<T: DeserializeOwned>(
     reader: &mut impl Read,
     path: &Path,
@@ -376,7 +375,7 @@ fn next_record<T: DeserializeOwned>(
         .iter()
         .rev()
         .fold(0, |length, byte| length << 8 | u64::from(*byte));
-    // Grows as bytes come: a damaged length does not ask for memory.
+    // Grows with the bytes read: a damaged length does not allocate memory.
     let mut payload = Vec::new();
     reader
         .take(length)

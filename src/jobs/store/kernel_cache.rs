@@ -1,10 +1,10 @@
-//! Tables of the kernel `closed_modes` in the cache: the one place where a kernel's arrays meet a file.
+//! Tables of the kernel `closed_modes` in the cache: only this file stores a kernel's arrays.
 //!
-//! Load and half gap are coordinates of the state these tables act on, and so are the phases of
-//! all excitation: none of them is part of a key. Points of one structure and mesh share one table.
+//! A table does not depend on load, half gap or the phases of excitation: these are coordinates of the state that it
+//! acts on, so the key omits them. Points of one structure and mesh share one table.
 //!
-//! A table is read into memory, not mapped. A file that another program cuts short while it is mapped
-//! would end the process (SIGBUS). Every byte is hashed before it is used, so reading costs one copy more.
+//! A table is read into memory, not mapped: if another program truncates a mapped file, the process ends (SIGBUS).
+//! Every byte is hashed before use, so reading costs only one additional copy.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ const METHOD: &str = "atlas kernel tables 3";
 #[derive(Debug, Serialize, Deserialize)]
 pub struct KernelArrays {
     arrays: Vec<KernelArray>,
-    /// What kernels make of them when they need it.
+    /// Data that kernels derive from the arrays on demand.
     #[serde(skip)]
     beside: Beside,
 }
@@ -29,16 +29,16 @@ pub struct KernelArrays {
 /// One array.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KernelArray {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its unit, SI; `mixed` where entries differ in theirs.
+    /// SI unit; `mixed` if the units of entries differ.
     pub unit: String,
-    /// Its numbers.
+    /// Numbers.
     #[serde(with = "aligned")]
     pub values: Aligned,
 }
 
-/// Numbers in a file as in any list.
+/// Serialises the numbers as a plain list.
 mod aligned {
     use super::Aligned;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -72,7 +72,7 @@ impl KernelArrays {
         &self.arrays
     }
 
-    /// Equal arrays in memory that the calling thread writes first, which lies on its node.
+    /// Equal arrays in memory that the calling thread writes first, which places them on its node.
     pub fn copied(&self) -> Self {
         Self {
             arrays: self.arrays.clone(),
@@ -80,7 +80,7 @@ impl KernelArrays {
         }
     }
 
-    /// Bytes of all numbers.
+    /// Size of all numbers in bytes.
     pub fn bytes(&self) -> usize {
         (self.arrays.iter())
             .map(|array| size_of_val(&array.values[..]))
@@ -105,13 +105,13 @@ impl KeptTables for KernelArrays {
     }
 }
 
-// A kernel compares the lengths of its arrays with the model.
+// Kernels compare the lengths of the arrays with the model, so no check is needed here.
 impl CacheContent for KernelArrays {
     const KIND: CacheKind = CacheKind::Systems;
 }
 
 impl TableStore {
-    /// The table of closed modes for a model: the one on disk, or a new one, which is kept.
+    /// The table of closed modes for a model: from disk, or computed and stored.
     ///
     /// # Errors
     /// The kernel cannot be built for the model. A cache that cannot be read or written gives a warning.
@@ -125,7 +125,7 @@ impl TableStore {
     }
 }
 
-/// Everything that decides the numbers of a table.
+/// All inputs that determine the numbers of a table.
 fn inputs(model: &Model) -> Value {
     json!({
         "method": METHOD,
@@ -135,12 +135,12 @@ fn inputs(model: &Model) -> Value {
     })
 }
 
-/// Hash of the numbers of a model that its table depends on, hexadecimal. What depends on the speed in a
-/// structure, as gyroscopic terms do, is in its numbers.
+/// Hash of the numbers of a model that its table depends on, hexadecimal. They include terms that depend on the speed,
+/// such as gyroscopic ones.
 fn fingerprint(model: &Model) -> String {
     let mut hash = blake3::Hasher::new();
     let mut put = |numbers: &[f64]| {
-        // The length keeps one list from running into the next.
+        // The length separates one list from the next.
         hash.update(&(numbers.len() as u64).to_le_bytes());
         for number in numbers {
             hash.update(&number.to_le_bytes());
@@ -162,7 +162,7 @@ fn fingerprint(model: &Model) -> String {
                 let direction = segment.direction as f64;
                 put(&[segment.stiffness.mean(), segment.damping, direction]);
             }
-            // One cycle must not run into the next.
+            // Separates one cycle from the next.
             put(&[]);
         }
     }

@@ -6,7 +6,7 @@ use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
 use super::samples::SampleColumns;
 
-/// What a job writes.
+/// The tables and columns of a job.
 #[derive(Debug, Clone, Default)]
 pub struct ResultLayout {
     /// The grid's axes, slowest first.
@@ -25,16 +25,16 @@ pub struct ResultLayout {
     pub orbits: bool,
     /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
     pub swept: Option<AxisColumn>,
-    /// The axes of the slices in `basins.parquet`, where it is written.
+    /// The axes of the slices in `basins.parquet`; `None` if it is not written.
     pub basins: Option<[AxisColumn; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
-    /// How the grid is refined, where it is.
+    /// How the grid is refined; `None` for a full grid.
     pub refined: Option<RefinedColumns>,
-    /// How values of axes were drawn, where some are distributions.
+    /// How values of axes were drawn; `None` without distributions.
     pub samples: Option<SampleColumns>,
-    /// Names of the elements of lists, in their order; of lists that all structures of the job name alike.
+    /// Names of the elements of lists, in order, for lists with the same names in all structures of the job.
     pub elements: Vec<(Listed, Vec<String>)>,
-    /// Which part of a split job this is.
+    /// The part of a split job.
     pub shard: Option<Shard>,
 }

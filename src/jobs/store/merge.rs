@@ -1,8 +1,8 @@
-//! Joins the shards of a job: the tables that one run over all points would have written,
-//! and a record of where they come from.
+//! Joins the shards of a job into the tables that one run over all points would have written, with a record of their
+//! origin.
 //!
-//! Nothing appears in the output folder before every shard was found, every point was met
-//! once, and every table was read to its end. The inputs are only read.
+//! Nothing appears in the output folder before all shards are found, each point occurs once, and all tables are read.
+//! The inputs are only read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -25,7 +25,7 @@ pub enum MergeError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder that holds a whole job.
+    /// A folder with a whole job.
     #[error("`{}` holds the whole job, so there is nothing to join", folder.display())]
     Whole {
         /// The folder.
@@ -41,23 +41,23 @@ pub enum MergeError {
         folders: [PathBuf; 2],
         /// `the manifest`, `the program` or `the number of shards`.
         what: &'static str,
-        /// What it is in each.
+        /// The value in each.
         found: [String; 2],
     },
-    /// A shard that is there twice.
+    /// A shard that occurs twice.
     #[error(
         "shard {index} of {count} is in `{}` and in `{}`: give only one of them",
         folders[0].display(), folders[1].display()
     )]
     Twice {
-        /// Its number.
+        /// Index of the shard.
         index: u32,
         /// Number of shards.
         count: u32,
-        /// Where it lies.
+        /// Its folders.
         folders: [PathBuf; 2],
     },
-    /// Shards that are not there.
+    /// Missing shards.
     #[error(
         "of {count} shards, these are missing: {}; run them with --shard i/{count}",
         list(missing, missing.len() as u64)
@@ -65,7 +65,7 @@ pub enum MergeError {
     Missing {
         /// Number of shards.
         count: u32,
-        /// Those that are missing.
+        /// Indices of the missing shards.
         missing: Vec<u64>,
     },
     /// A shard that was interrupted.
@@ -74,16 +74,16 @@ pub enum MergeError {
          its command", folder.display()
     )]
     Interrupted {
-        /// Its number.
+        /// Index of the shard.
         index: u32,
         /// Number of shards.
         count: u32,
-        /// Where it lies.
+        /// Its folder.
         folder: PathBuf,
-        /// Points not computed.
+        /// Points that were not computed.
         points: u64,
     },
-    /// A table with another number of points than its record says.
+    /// A table whose number of points differs from its record.
     #[error("`{}` has {found} points, but its record lists {wanted}; run the shard again with --overwrite", path.display())]
     Count {
         /// The table.
@@ -96,9 +96,9 @@ pub enum MergeError {
     /// Points that no shard has.
     #[error("no shard has these points: {}", list(missing, *all))]
     PointsMissing {
-        /// The first of them.
+        /// The first missing points.
         missing: Vec<u64>,
-        /// How many there are.
+        /// Number of missing points.
         all: u64,
     },
     /// The output folder is in use.
@@ -107,15 +107,15 @@ pub enum MergeError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A file cannot be read or written, or is not what it should be.
+    /// A file cannot be read or written, or has another format.
     #[error(transparent)]
     Store(#[from] StoreError),
 }
 
-/// Most numbers that an error lists.
+/// Largest number of entries in an error's list.
 const LISTED: usize = 8;
 
-/// The first of so many numbers, and how many there are where that is not all.
+/// The first entries of a list, and the total if there are more.
 fn list(numbers: &[u64], all: u64) -> String {
     let shown: Vec<String> = numbers.iter().take(LISTED).map(u64::to_string).collect();
     let mut text = shown.join(", ");
@@ -142,12 +142,12 @@ impl Part {
     }
 }
 
-/// Joins the shards in `folders`, each of which holds one or several, or folders that do, into `out`, which
-/// does not exist yet or is empty. Gives the record of the whole.
+/// Joins the shards in `folders` into `out`, which must be empty or not exist. Each folder contains shards, or folders
+/// with shards. Returns the record of the whole job.
 ///
 /// # Errors
-/// Shards are missing, unfinished, doubled or not of one job; a point is missing or doubled;
-/// a file cannot be read or written.
+/// Shards are missing, unfinished, doubled or of different jobs; a point is missing or doubled; a file cannot be read
+/// or written.
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
     vacant(out)?;
@@ -208,7 +208,7 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
     }
 }
 
-/// The records of a folder, or else of the folders in it, and where they lie.
+/// The records of a folder, or else of its subfolders, with their paths.
 fn recorded(given: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
     let of = |folder: &Path| -> Result<Vec<(PathBuf, RunRecord)>, StoreError> {
         let records = read_runs(folder)?.into_iter();
@@ -238,7 +238,7 @@ fn recorded(given: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
     }
 }
 
-/// Whether two shards are of one split of one job by one program.
+/// Checks that two shards belong to the same split of one job by one program.
 fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
     let facts = |part: &Part| {
         [
@@ -259,8 +259,8 @@ fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
     Ok(())
 }
 
-/// Refuses a folder with anything in it, but for what a merge that was killed has left: no result
-/// of another job can be overwritten, nor an input.
+/// Refuses a folder that contains anything except remains of a killed merge, so that no other result and no input can
+/// be overwritten.
 fn vacant(out: &Path) -> Result<(), MergeError> {
     match fs::read_dir(out) {
         Ok(_) => {}
@@ -277,7 +277,7 @@ fn vacant(out: &Path) -> Result<(), MergeError> {
     }
 }
 
-/// All tables of the job, read to their ends and not yet published; the points are checked.
+/// All tables of the job, completely read and not yet published; the points are checked.
 fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
     let none = BTreeSet::new();
     let points = (parts.iter()).fold(0_u64, |sum, part| {
@@ -316,15 +316,15 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
     Ok(joined)
 }
 
-/// Which points were met.
+/// Counts the points of a merge.
 struct Census {
-    /// The point expected next.
+    /// The next expected point.
     next: u64,
-    /// The first points that were not met.
+    /// The first missing points.
     missing: Vec<u64>,
-    /// Points that were met.
+    /// Number of points so far.
     met: u64,
-    /// Rows of each part.
+    /// Number of rows in each part.
     rows: Vec<u64>,
 }
 

@@ -12,7 +12,7 @@ use crate::numerics::instructions::portable;
 /// Part of every key: changes whenever the same gears give other numbers.
 const METHOD: &str = "atlas mesh table 6";
 
-/// There is no mesh table of these gears.
+/// Why these gears have no mesh table.
 #[derive(Debug, Error)]
 pub enum MeshFetchError {
     /// The gears do not mesh.
@@ -26,17 +26,17 @@ pub enum MeshFetchError {
 /// One quantity of a mesh table over misalignment, torque, piece and node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshQuantity<'t> {
-    /// Its name, as in `docs/notation.md`.
+    /// Name, as in `docs/notation.md`.
     pub name: &'static str,
-    /// Its unit, SI.
+    /// SI unit.
     pub unit: &'static str,
-    /// Its values, row by row.
+    /// Values, row by row.
     pub values: &'t [f64],
-    /// How many of them belong to a node.
+    /// Number of values per node.
     pub members: usize,
 }
 
-/// The quantities of a mesh table; the last is the contact pattern, without values if it was not asked for.
+/// The quantities of a mesh table. The last is the contact pattern, which has no values unless it was requested.
 pub fn mesh_quantities(table: &MeshTable) -> [MeshQuantity<'_>; 9] {
     [
         ("stiffness", "N/m", &table.stiffness, 1),
@@ -87,15 +87,13 @@ impl CacheContent for MeshTable {
 }
 
 impl TableStore {
-    /// The mesh table of a pair: the one on disk, or a new one, computed on the threads of the
-    /// current rayon pool and kept. Bores that the gears leave open have to be set before (see
-    /// [`GearPair::on_shafts`]).
+    /// The mesh table of a pair: from disk, or computed on the threads of the current rayon pool and stored. Bores that
+    /// the gears do not specify must be set before (see [`GearPair::on_shafts`]).
     ///
-    /// * `progress(done, all)`: called while it is computed, from any thread.
+    /// * `progress(done, all)`: called during the computation, from any thread.
     ///
     /// # Errors
-    /// The gears do not mesh, or the inputs are out of range. A cache that cannot be read or
-    /// written gives a warning.
+    /// The gears do not mesh, or the inputs are out of range. A cache that cannot be read or written gives a warning.
     pub fn mesh_table(
         &self,
         gears: &GearPair,
@@ -108,14 +106,14 @@ impl TableStore {
     }
 }
 
-/// Everything that decides the numbers of a table.
+/// All inputs that determine the numbers of a table.
 fn key(gears: &GearPair, inputs: &MeshTableInputs) -> Value {
     let mut key = json!({ "method": METHOD, "gears": gears, "table": inputs });
     if let Some(drawing) = key["gears"].as_object_mut() {
-        // Neither acts on the flanks.
+        // These keys do not affect the flanks.
         drawing.retain(|name, _| !["body_length", "rated_torque"].contains(&name.as_str()));
     }
-    // The system's library of functions rounds otherwise where it may fuse.
+    // The system's mathematical functions round differently if they may use fused instructions.
     if portable() {
         key["instructions"] = "portable".into();
     }
@@ -226,7 +224,7 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
-    /// Numbers that do not belong together have a right checksum when another hand wrote them.
+    /// Inconsistent numbers have a right checksum if another program wrote them.
     #[test]
     fn tables_whose_numbers_do_not_fit_each_other_are_refused() {
         let inputs = MeshTableInputs {

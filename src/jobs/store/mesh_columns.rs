@@ -1,4 +1,4 @@
-//! The columns of `points.parquet` that tell what the mean load makes of a computed mesh.
+//! The columns of `points.parquet` about a computed mesh under the mean load.
 
 use super::PointRow;
 use super::table::{Column, columns};

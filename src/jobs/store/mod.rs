@@ -1,20 +1,18 @@
-//! Result files: the one place where results meet columns.
+//! Result files: only this module turns results into columns.
 //!
-//! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
-//! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
-//! `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then `run.json`. Files appear
-//! under their final
-//! name only when they are whole; until then a journal keeps what is finished. The shards
-//! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
-//! the table's name, which every Parquet reader takes as one data set.
+//! A job writes `points.parquet` and, if requested, `poincare.parquet`, `spectra.parquet`, `probes.parquet` with
+//! `attractors.parquet`, `basins.parquet`, `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then
+//! `run.json`. Files get their final name only when complete; until then a journal keeps the finished points. The
+//! shards of a split job are files `shard-i-of-n.parquet` in a *folder* of the table's name, which every Parquet reader
+//! accepts as one data set.
 //!
-//! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`, then `trace.json`; followed
-//! orbits are `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`. A run-up has
-//! `signals.parquet` and tables that are made of it, then `runup.json`.
+//! A traced trajectory has a separate folder with `trace.parquet` and `events.parquet`, then `trace.json`. Followed
+//! orbits have `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`. A run-up has
+//! `signals.parquet` and tables derived from it, then `runup.json`.
 //!
-//! What `atlas machine` measured is a folder of its own too, with `machine.json`.
+//! The measurements of `atlas machine` also have a separate folder, with `machine.json`.
 //!
-//! Tables that take long to compute are kept between runs in a [`TableStore`].
+//! Tables that are expensive to compute are stored between runs in a [`TableStore`].
 
 mod atomic_file;
 mod attractors;

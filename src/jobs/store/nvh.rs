@@ -5,10 +5,10 @@ use super::table::{Column, columns};
 use crate::analysis::{NvhErrors, NvhOutcome};
 use crate::model::Quantity;
 
-/// What extremes say of themselves: they have no standard error.
+/// Description of extremes, which have no standard error.
 const SEEN: &str = "an extreme over nvh_cycles mesh cycles; if the motion does not repeat, it grows with their number";
 
-/// What quantiles of peaks say of themselves.
+/// Description of quantiles of peaks.
 const PEAKS: &str = ", quantiles at 99 and 99.9 % of the mesh cycles; if the motion repeats, of the cycles of its period";
 
 /// The order of bearing forces.
@@ -34,9 +34,9 @@ impl PointRow {
     }
 }
 
-/// Columns as of [`columns`], behind whose description the standard error stands that has the
-/// column after it; null where too little was seen for an error bar. A list is null where it is
-/// empty: there is no such statistic.
+/// Columns as of [`columns`]. An expression after the description adds a column with the standard error, which is null
+/// if there are too few samples for an error bar. An empty list means that the statistic does not exist, and becomes
+/// null.
 macro_rules! statistics {
     ($found:ident, $error:ident;
      $($type:ident $name:expr, $unit:expr, $value:expr, $text:expr $(, $stderr:expr)?;)*) => {{
@@ -61,7 +61,7 @@ macro_rules! statistics {
     (@error $type:ident $error:expr) => { Some($error).filter(|error| !error.is_infinite()) };
 }
 
-/// What the elements of a list are one of each.
+/// What the elements of a list belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Listed {
     /// An output of the structure.
@@ -70,7 +70,7 @@ pub enum Listed {
     Contacts,
 }
 
-/// What a column lists, if it is known by names; its standard errors among them.
+/// What the elements of a column's lists belong to, if they have names; includes standard errors.
 pub(super) fn listed(column: &str) -> Option<Listed> {
     Some(match column.trim_end_matches("_stderr") {
         "bearing_mean" | "bearing_rms" => Listed::Output(Quantity::BearingForce),
@@ -84,7 +84,7 @@ pub(super) fn listed(column: &str) -> Option<Listed> {
     })
 }
 
-/// The columns that list contacts.
+/// The columns with one element per contact.
 const CONTACT_LISTS: [&str; 5] = [
     "contact_force",
     "contact_fraction",

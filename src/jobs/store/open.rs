@@ -1,5 +1,5 @@
-//! The tables of a results folder as record batches: every file that is read comes through here,
-//! is held against the record of its run first, and gives finite numbers only.
+//! The tables of a results folder as record batches. Every file is read through this module, which compares it with the
+//! record of its run first and returns only finite numbers.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,28 +18,28 @@ use super::error::Damage;
 use super::file::FORMAT;
 use crate::input;
 
-/// Rows of a batch where columns are chosen.
+/// Rows of a batch if columns are selected.
 const ROWS_AT_A_TIME: usize = 8192;
 
-/// What the Parquet library keeps of the schema beside the file's own metadata.
+/// Metadata key of the Parquet library for the schema.
 const ARROW_SCHEMA: &str = "ARROW:schema";
 
-/// A table's file being read, a batch at a time.
+/// Reads a table's file batch by batch.
 pub(super) struct TableReader {
     path: PathBuf,
     schema: SchemaRef,
     metadata: Vec<(String, String)>,
-    /// None behind the last batch: decoders take megabytes, and a merge has a thousand files open.
+    /// `None` after the last batch: decoders take megabytes, and a merge has a thousand files open.
     batches: Option<ParquetRecordBatchReader>,
-    /// Rows of the batches before the next.
+    /// Rows of the batches so far.
     rows: u64,
     /// Rows of the file.
     rows_in_all: u64,
 }
 
 impl TableReader {
-    /// Opens a file, checked against `seals` where the folder has a record; of its columns only
-    /// those named, where some are.
+    /// Opens a file, checked against `seals` if the folder has a record. Reads only the named columns if names are
+    /// given.
     pub(super) fn open(
         path: &Path,
         seals: Option<Seals<'_>>,
@@ -77,7 +77,7 @@ impl TableReader {
         let batches = decoding(path, || match columns {
             None => builder.build(),
             Some(names) => {
-                // By place: a name with a dot (`mesh.half_gap`) would be taken for a path.
+                // By index: a name with a dot (`mesh.half_gap`) would be taken for a path.
                 let fields = schema.fields().iter().enumerate();
                 let wanted = fields.filter(|(_, field)| names.contains(&field.name().as_str()));
                 let places = wanted.map(|(place, _)| place);
@@ -101,12 +101,12 @@ impl TableReader {
         &self.schema
     }
 
-    /// What the file says of itself.
+    /// The file's metadata.
     pub(super) fn metadata(&self) -> &[(String, String)] {
         &self.metadata
     }
 
-    /// The next rows; none behind the last.
+    /// The next rows; `None` after the last.
     pub(super) fn next(&mut self) -> Result<Option<RecordBatch>, StoreError> {
         let Some(batches) = &mut self.batches else {
             return Ok(None);
@@ -123,7 +123,7 @@ impl TableReader {
         Ok(Some(batch))
     }
 
-    /// What is not finite is written as a null: another hand wrote such a number.
+    /// Runs write nulls for numbers that are not finite, so another program wrote such a number.
     fn refuse_what_is_not_finite(&self, batch: &RecordBatch) -> Result<(), StoreError> {
         for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
             let found = match field.data_type() {
@@ -149,7 +149,7 @@ impl TableReader {
     }
 }
 
-/// The first number of an array that is not finite, and where it stands.
+/// The first number of an array that is not finite, with its index.
 fn not_finite(array: &dyn Array) -> Option<(usize, f64)> {
     let values = array.as_primitive_opt::<Float64Type>()?;
     let found = values.iter().enumerate();
@@ -162,14 +162,14 @@ thread_local! {
     static DECODING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread decodes a file right now: a panic then becomes an error that names the
-/// file, and needs no other words.
+/// Whether this thread is decoding a file. A panic then becomes an error that names the file, and needs no further
+/// message.
 pub fn is_decoding() -> bool {
     DECODING.get()
 }
 
-/// Calls the Parquet library, which panics at some files that it should refuse. Where the bytes
-/// are those that a run wrote this cannot be; a folder without a record has only this.
+/// Calls the Parquet library, which panics on some files that it should refuse. Bytes that a run wrote do not cause
+/// this; only this function protects against files in a folder without a record.
 fn decoding<T>(path: &Path, call: impl FnOnce() -> T) -> Result<T, StoreError> {
     DECODING.set(true);
     let found = catch_unwind(AssertUnwindSafe(call));

@@ -5,13 +5,13 @@ use super::table::{Table, columns};
 use crate::analysis::{Bifurcation, MissedState, OrbitOutcome};
 use num_complex::Complex64;
 
-/// A row of `orbits.parquet`: an orbit, or a given state that led to none.
+/// A row of `orbits.parquet`: an orbit, or a given state from which no orbit was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrbitRow {
     point_id: u64,
-    /// What the search came to.
+    /// Result of the search.
     search: Result<OrbitOutcome, MissedState>,
-    /// Real and imaginary parts of the multipliers, where they were asked for.
+    /// Real and imaginary parts of the multipliers, if requested.
     multipliers: Option<[Vec<f64>; 2]>,
 }
 
@@ -27,7 +27,7 @@ impl OrbitRow {
         }
     }
 
-    /// The row of a given state that led to no orbit of a point.
+    /// The row of a given state of a point from which no orbit was found.
     pub fn missed(point_id: u64, missed: MissedState) -> Self {
         Self {
             point_id,
@@ -40,7 +40,7 @@ impl OrbitRow {
         self.search.as_ref().ok()
     }
 
-    /// The given state that was searched from, counted from 1.
+    /// Number of the given state at which the search started, from 1.
     fn state(&self) -> Option<u32> {
         let counted_from_zero = match &self.search {
             Ok(orbit) => orbit.state?,

@@ -13,7 +13,7 @@ pub struct OrderRow {
     pub point_id: u64,
     /// As in `spectra.parquet`; one text for all orders.
     pub signal: Arc<str>,
-    /// Its unit; one text for all orders.
+    /// Unit of the signal; one text for all orders.
     pub unit: Arc<str>,
     /// The signal at one order.
     pub line: OrderLine,
@@ -21,10 +21,10 @@ pub struct OrderRow {
 
 impl Row for OrderRow {}
 
-/// What the column of an amplitude holds, by signal.
+/// Unit of an amplitude, by signal.
 pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or m (mesh deflection) or N (mesh force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
 
-/// What signals there are.
+/// The available signals.
 pub(super) const SIGNALS: &str = "deflection; force; mesh deflection and mesh force with both gears; bearing with shaft, number and direction; torque with \
                                   shaft or coupling; acceleration with bearing and direction; angular \
                                   acceleration with shaft or loose gear";

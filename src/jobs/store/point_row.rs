@@ -1,4 +1,4 @@
-//! What is kept of a point: a row of `points.parquet`, and what it adds to the other tables.
+//! The data of a point: a row of `points.parquet`, and its additions to the other tables.
 
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
@@ -17,39 +17,38 @@ pub struct AxisColumn {
     pub unit: String,
 }
 
-/// Where and for how long a point was computed. These columns differ from run to run;
-/// all others depend on the manifest alone.
+/// Where and for how long a point was computed. Only these columns differ between runs; all others depend on the
+/// manifest alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// Worker that computed the point, from 0.
     pub worker: u32,
-    /// NUMA node it ran on, where the machine tells.
+    /// NUMA node of the worker, if known.
     pub numa_node: Option<u32>,
     /// Wall time \[s\].
     pub wall_time: f64,
 }
 
-/// A row of `points.parquet`, with what the point adds to the other tables.
+/// A row of `points.parquet`, with the point's additions to the other tables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointRow {
-    /// Place in the job's list of points.
+    /// Index in the job's list of points.
     pub point_id: u64,
     /// Value of each axis, in the order of the axis columns.
     pub axis_values: Vec<f64>,
-    /// What was found.
+    /// Results of its trajectories.
     pub outcome: PointOutcome,
-    /// What its probes found, where they were asked for.
+    /// Results of its probes, if requested.
     pub multistability: Option<MultistabilityOutcome>,
-    /// The periodic orbits found, where they were asked for.
+    /// Its periodic orbits, if requested.
     pub orbits: Option<OrbitSurvey>,
-    /// Its part in a chain, where the state is carried from point to point.
+    /// Its part in a chain, if the state is carried from point to point.
     pub chain: Option<Box<ChainPart>>,
-    /// How far ahead it can be foretold, where asked for and chaotic.
+    /// Its horizon of predictability, if requested and chaotic.
     pub horizon: Option<HorizonOutcome>,
-    /// Averages over its unstable orbits, where asked for and chaotic.
-    /// Covariant vectors, where asked for and the motion does not repeat.
+    /// Covariant vectors, if requested and the motion does not repeat.
     pub covariant: Option<CovariantOutcome>,
-    /// What the mean load makes of its mesh, where that is computed from the gears.
+    /// State of its mesh under the mean load, if computed from the gears.
     pub mesh: Option<MeshUnderLoad>,
     /// Name of the kernel that integrated it.
     pub kernel: String,

@@ -8,7 +8,7 @@ use crate::analysis::{Class, ProbeOutcome};
 pub struct ProbeRow {
     /// The point.
     pub point_id: u64,
-    /// Its probe.
+    /// A probe of the point.
     pub probe: ProbeOutcome,
 }
 

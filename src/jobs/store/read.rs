@@ -21,10 +21,10 @@ use super::table_kind::TableKind;
 use super::{RunRecord, StoreError};
 use crate::input::{self, printable};
 
-/// Largest run record read \[bytes\]: a manifest, and a few hundred bytes a shard.
+/// Largest run record that is read \[bytes\]: a manifest, and a few hundred bytes per shard.
 const MOST_RECORD: u64 = 256 << 20;
 
-/// What the values of a column are.
+/// Type of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Whole numbers.
@@ -39,7 +39,7 @@ pub enum ColumnKind {
     List,
 }
 
-/// Names of the elements of a column's lists, fit to be shown.
+/// Names of the elements of a column's lists, printable.
 fn elements(field: &FieldRef) -> Vec<String> {
     let text = field.metadata().get(ELEMENTS);
     let names: Vec<String> = text
@@ -49,18 +49,18 @@ fn elements(field: &FieldRef) -> Vec<String> {
     names.iter().map(fit).collect()
 }
 
-/// What a table says of a column.
+/// A column's name, unit, description and type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnHead {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// SI unit; `1` when dimensionless, empty for text and truth values.
+    /// SI unit; `1` if dimensionless, empty for text and truth values.
     pub unit: String,
     /// One sentence.
     pub description: String,
-    /// What its values are.
+    /// Type of its values.
     pub kind: ColumnKind,
-    /// Names of the elements of its lists; empty where they are only numbered.
+    /// Names of the elements of its lists; empty if they are only numbered.
     pub elements: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ pub struct ResultTable {
     path: PathBuf,
     pub(super) batches: Vec<RecordBatch>,
     pub(super) metadata: BTreeMap<String, String>,
-    /// All columns of its files, those that were not read among them.
+    /// All columns of its files, including those that were not read.
     pub(super) fields: Fields,
     /// Positions of the rows, in ascending `point_id`.
     pub(super) order: Vec<usize>,
@@ -91,7 +91,7 @@ impl ResultTable {
         })?;
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
-        // Traced samples stay in order of time, orbits in the order of their branch.
+        // Traced samples stay in order of time, and orbits in the order of their branch.
         if kind.record_beside().is_none() {
             let ids = table.u64("point_id")?;
             table.order.sort_by_key(|&row| ids[row]);
@@ -99,7 +99,7 @@ impl ResultTable {
         Ok(table)
     }
 
-    /// What a table says of itself, without its rows.
+    /// A table's metadata and columns, without its rows.
     ///
     /// # Errors
     /// As [`ResultTable::read`].
@@ -109,11 +109,11 @@ impl ResultTable {
         Ok(table)
     }
 
-    /// Hands over the rows of a table, some thousand at a time and of the named columns only, in
-    /// the order of its files.
+    /// Passes the rows of a table to `each`, some thousand at a time, with only the named columns, in the order of its
+    /// files.
     ///
     /// # Errors
-    /// As [`ResultTable::read`], or what `each` refuses.
+    /// As [`ResultTable::read`], or an error of `each`.
     pub fn scan<E: From<StoreError>>(
         folder: &Path,
         kind: TableKind,
@@ -130,7 +130,7 @@ impl ResultTable {
         })
     }
 
-    /// A table of a folder of which nothing was read yet.
+    /// A table of a folder before anything is read.
     fn at(folder: &Path, kind: TableKind) -> Self {
         Self {
             path: folder.join(kind.file_name()),
@@ -141,8 +141,8 @@ impl ResultTable {
         }
     }
 
-    /// Opens the files of the table one after the other, each held against the records of the
-    /// folder where it has some, and takes up what it says of itself.
+    /// Opens the files of the table in turn, checks each against the records of the folder, if there are any, and reads
+    /// its metadata.
     fn walk<E: From<StoreError>>(
         &mut self,
         folder: &Path,
@@ -176,12 +176,12 @@ impl ResultTable {
     /// Names of the grid's axes, slowest first.
     ///
     /// # Errors
-    /// The file does not say.
+    /// The file does not have them.
     pub fn axes(&self) -> Result<Vec<String>, StoreError> {
         self.json("axes")
     }
 
-    /// Units that the manifest gives axes in, by their name; empty where the file does not say.
+    /// Units of the axes in the manifest, by name; empty if the file does not have them.
     pub fn axis_units(&self) -> BTreeMap<String, String> {
         self.json("axis_units").unwrap_or_default()
     }
@@ -189,15 +189,15 @@ impl ResultTable {
     /// SI unit of every column, by name.
     ///
     /// # Errors
-    /// The file does not say.
+    /// The file does not have them.
     pub fn units(&self) -> Result<BTreeMap<String, String>, StoreError> {
         self.json("units")
     }
 
-    /// The columns of its files, in their order, those that were not read among them.
+    /// The columns of its files, in order, including those that were not read.
     ///
     /// # Errors
-    /// The file does not say their units, or has a column of another type than those of this program.
+    /// The file has no units, or a column of an unknown type.
     pub fn columns(&self) -> Result<Vec<ColumnHead>, StoreError> {
         let units = self.units()?;
         let descriptions: BTreeMap<String, String> = self.json("descriptions")?;
@@ -230,7 +230,7 @@ impl ResultTable {
         self.fields.iter().map(head).collect()
     }
 
-    /// A text of the file's metadata, such as `job` or `half_gap` of a trace.
+    /// A text of the file's metadata, such as `job`, or `half_gap` of a trace.
     pub fn metadata(&self, key: &str) -> Option<&str> {
         self.metadata.get(key).map(String::as_str)
     }
@@ -275,7 +275,7 @@ impl ResultTable {
         self.column(name, |array| Some(array.as_boolean_opt()?.iter().collect()))
     }
 
-    /// A column of text, fit to be shown, in ascending `point_id`.
+    /// A column of text, printable, in ascending `point_id`.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -312,8 +312,8 @@ impl ResultTable {
         field.is_some_and(|field| matches!(field.data_type(), DataType::List(_)))
     }
 
-    /// A column of numbers of any type, or of lists of them, in ascending `point_id`: one number a
-    /// row, those of its list, or nothing where it is null.
+    /// A column of numbers of any type, or of lists of them, in ascending `point_id`. Each row gives one number, those
+    /// of its list, or none if it is null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -362,7 +362,7 @@ impl ResultTable {
     }
 }
 
-/// The tables of a folder, those that its records name and that are gone among them.
+/// The tables of a folder, including missing ones that its records list.
 ///
 /// # Errors
 /// As [`read_runs`].
@@ -383,17 +383,17 @@ pub fn present_tables(folder: &Path) -> Result<Vec<TableKind>, StoreError> {
         .collect())
 }
 
-/// The run records of a results folder: `run.json`, or one a shard.
+/// The run records of a results folder: `run.json`, or one per shard.
 ///
 /// # Errors
-/// The folder cannot be listed, or a record cannot be read, is not of this program, or is not what
-/// was written. A folder without a record gives an empty list.
+/// The folder cannot be listed, or a record cannot be read, is not of this program, or was changed. A folder without a
+/// record gives an empty list.
 pub fn read_runs(folder: &Path) -> Result<Vec<RunRecord>, StoreError> {
     let paths = record_paths(folder)?;
     paths.iter().map(|path| read_run(path)).collect()
 }
 
-/// Where the run records of a results folder lie.
+/// Paths of the run records of a results folder.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -407,12 +407,12 @@ pub fn record_paths(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 /// One run record.
 ///
 /// # Errors
-/// It cannot be read, is not of this program, or is not what was written.
+/// It cannot be read, is not of this program, or was changed.
 pub fn read_run(path: &Path) -> Result<RunRecord, StoreError> {
     read_record(path)
 }
 
-/// A record that ends in its own hash.
+/// Reads a record that ends in the hash of its text.
 pub(super) fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     let text =
         input::read(path, MOST_RECORD).map_err(|source| StoreError::io(path, "read", source))?;
@@ -428,10 +428,10 @@ pub(super) fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, StoreEr
     })
 }
 
-/// Holds every table of a run against its record.
+/// Compares every table of a run with its record.
 ///
 /// # Errors
-/// [`StoreError::Damaged`] where one is gone or not what was written; or it cannot be read.
+/// [`StoreError::Damaged`] if one is missing or was changed; or it cannot be read.
 pub fn verify(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     let tables = &record.tables[..];
     let seals = Seals { folder, tables };
@@ -439,7 +439,7 @@ pub fn verify(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     paths.iter().try_for_each(|path| seals.open(path).map(drop))
 }
 
-/// The files that make up a table: those that are there, and those that were written.
+/// The files of a table: those in the folder and those in the records.
 fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<PathBuf>, StoreError> {
     let mut parts = match path.metadata() {
         Ok(metadata) if metadata.is_dir() => listed(path, |name| name.ends_with(".parquet"))?,
@@ -461,7 +461,7 @@ fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<Pat
     }
 }
 
-/// Files of a folder whose name is wanted, sorted.
+/// Files of a folder whose names satisfy `wanted`, sorted.
 fn listed(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>, StoreError> {
     let refused = |source| StoreError::io(folder, "read", source);
     let mut paths = Vec::new();
@@ -475,11 +475,11 @@ fn listed(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>, 
     Ok(paths)
 }
 
-/// The tables that the records of a folder name, of the command that writes tables of this kind; none without
-/// such a record, or a folder.
+/// The tables in the records of a folder, from the command that writes tables of this kind; `None` without such a
+/// record or a folder.
 ///
 /// # Errors
-/// A record cannot be read, is not of this program, or is not what was written.
+/// A record cannot be read, is not of this program, or was changed.
 fn recorded(folder: &Path, kind: TableKind) -> Result<Option<Vec<TableRecord>>, StoreError> {
     if !folder.is_dir() {
         return Ok(None);

@@ -1,21 +1,21 @@
-//! What tells the points of a refined grid apart from those of a full one: their level, and how the
-//! grid was refined, which stands in the metadata of `points.parquet` as `refined`.
+//! Data of a refined grid: the level of each point, and the method of refinement, which is the metadata `refined` of
+//! `points.parquet`.
 
 use super::point_row::PointRow;
 use super::table::{Column, columns};
 use crate::numerics::nested_grid::NestedGrid;
 use serde::{Deserialize, Serialize};
 
-/// How the grid of a job is refined, as far as its files tell.
+/// How the grid of a job is refined, for its files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RefinedColumns {
-    /// Numbers the points.
+    /// Numbering of the points.
     pub nested: NestedGrid,
-    /// Names of the axes that rows and columns go along.
+    /// Names of the axes of rows and columns.
     pub axes: [String; 2],
-    /// What corners of cells were compared by: `class, period`.
+    /// What corners of cells are compared by: `class, period`.
     pub by: String,
-    /// Where every point starts: `static`, `rest` or `modal`.
+    /// Start of every point: `static`, `rest` or `modal`.
     pub start: String,
 }
 

@@ -1,11 +1,11 @@
-//! Items that arrive in any order leave in the order expected: what makes result files
-//! independent of the number of threads.
+//! Items arrive in any order and leave in the expected order, so that result files do not depend on the number of
+//! threads.
 
 use std::collections::BTreeMap;
 
 use super::StoreError;
 
-/// Holds back items until all that come before them have left.
+/// Holds items back until all items before them have left.
 pub(super) struct Reorder<T> {
     expected: Box<dyn Iterator<Item = u64> + Send>,
     next: Option<u64>,
@@ -24,13 +24,13 @@ impl<T> Reorder<T> {
         }
     }
 
-    /// Expects these ids, strictly ascending, instead of what is left of those before.
+    /// Expects these ids, strictly ascending, instead of the remaining ones.
     pub(super) fn expect(&mut self, expected: impl Iterator<Item = u64> + Send + 'static) {
         self.expected = Box::new(expected);
         self.next = self.expected.next();
     }
 
-    /// Takes an item in.
+    /// Adds an item.
     pub(super) fn insert(&mut self, id: u64, item: T) -> Result<(), StoreError> {
         let passed = self.next.is_none_or(|next| id < next);
         if passed || self.waiting.contains_key(&id) {
@@ -47,19 +47,19 @@ impl<T> Reorder<T> {
         Some(item)
     }
 
-    /// Items that wait for an earlier one.
+    /// Number of items that wait for an earlier one.
     pub(super) fn waiting(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Gives up on the next item; false when there is none.
+    /// Skips the next item; false if there is none.
     pub(super) fn skip(&mut self) -> bool {
         let skipped = self.next.is_some();
         self.next = self.expected.next();
         skipped
     }
 
-    /// An item that nothing expects, once every expected id has passed.
+    /// An unexpected item that is left after all expected ids have passed.
     pub(super) fn leftover(&self) -> Option<u64> {
         self.waiting.keys().next().copied()
     }

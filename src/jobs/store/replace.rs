@@ -1,8 +1,7 @@
-//! Points of finished results exchanged for the same points computed again; every other
-//! row stays as it is.
+//! Replaces points of finished results by the same points computed again, without changing other rows.
 //!
-//! Tables are exchanged one by one, `points.parquet` last. Doing it twice gives the same, so
-//! a command that was killed amid it is simply repeated; its record names both tables meanwhile.
+//! Tables are replaced one by one, `points.parquet` last. A repeated replacement gives the same result, so a killed
+//! command can be repeated. Meanwhile its record lists both tables.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -18,8 +17,7 @@ use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
-/// How the points of finished results (of a shard) with these tables ended: the points of each
-/// status.
+/// The points of each status in finished results (of a shard) with these tables.
 ///
 /// # Errors
 /// The table cannot be read, is not of this program, or is not what was written.
@@ -54,12 +52,12 @@ pub fn statuses(
     Ok(found)
 }
 
-/// Points of finished results, and what is to stand in their place.
+/// Points of finished results, and their replacements.
 #[derive(Debug, Clone, Copy)]
 pub struct Exchange<'a> {
-    /// The results (of a shard of a job) that change.
+    /// The results that change (of a shard of a job).
     pub folder: &'a Path,
-    /// Which part of a split job they are.
+    /// The part of a split job.
     pub shard: Option<Shard>,
     /// Their tables.
     pub tables: &'a [TableRecord],
@@ -71,13 +69,11 @@ pub struct Exchange<'a> {
     pub added: &'a [TableRecord],
 }
 
-/// Exchanges points, and gives the tables as they are then. Before the first file changes,
-/// `announce` is told of them: a command that is killed on the way leaves some old and some new
-/// ones.
+/// Replaces points and returns the new tables. Calls `announce` with them before the first file changes: a killed
+/// command leaves a mixture of old and new tables.
 ///
 /// # Errors
-/// A file cannot be read or written, the tables have other columns than they had, or what
-/// `announce` says.
+/// A file cannot be read or written, the columns of the tables have changed, or an error of `announce`.
 pub fn replace(
     exchange: Exchange<'_>,
     announce: impl FnOnce(&[TableRecord]) -> Result<(), StoreError>,

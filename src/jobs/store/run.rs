@@ -1,4 +1,4 @@
-//! `run.json`: what was run, by which program, on which machine, and how it ended.
+//! `run.json`: the job, the program, the machine, and the end of a run.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -20,12 +20,12 @@ pub struct RunRecord {
     pub job: String,
     /// Whether every point was computed.
     pub state: RunState,
-    /// Which part of a split job this is.
+    /// The part of a split job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// When it started, RFC 3339, UTC.
+    /// Start, RFC 3339, UTC.
     pub started: String,
-    /// When it ended, RFC 3339, UTC.
+    /// End, RFC 3339, UTC.
     pub finished: String,
     /// The program that ran it.
     pub program: ProgramRecord,
@@ -35,26 +35,25 @@ pub struct RunRecord {
     pub placement: PlacementRecord,
     /// Counts and times over all points.
     pub totals: Totals,
-    /// The kernels that `run.kernel = "auto"` took, by name; empty where the manifest names one. A retry of failed points
-    /// leaves them as they are.
+    /// The kernels that `run.kernel = "auto"` chose, by name; empty if the manifest names one. A retry of failed points
+    /// does not change them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kernels: Vec<KernelRecord>,
-    /// The shards that it was joined from, where it was.
+    /// The shards that it was joined from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
-    /// The tables, as they were written; a file of another size or hash is damaged.
+    /// The tables as written; a file of another size or hash is damaged.
     pub tables: Vec<TableRecord>,
     /// Later runs that computed failed points again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub retries: Vec<RetryRecord>,
     /// What the user should know, one sentence each.
     pub warnings: Vec<String>,
-    /// Hash over what matters to physics, hexadecimal.
+    /// Hash of all that affects the physics, hexadecimal.
     pub manifest_hash: String,
     /// The manifest as the user wrote it.
     pub manifest: String,
-    /// Keys that `--set` gave other values than the manifest has, each `KEY=VALUE`; the hash is that of the manifest
-    /// with these values.
+    /// Keys whose values `--set` changed, each `KEY=VALUE`; the hash includes these values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
 }
@@ -66,14 +65,14 @@ pub struct KernelRecord {
     pub kernel: String,
     /// Points that it integrated.
     pub points: u64,
-    /// The first of them.
+    /// The first of these points.
     pub first_point: u64,
-    /// Why that one got this kernel, in words.
+    /// Why this point got the kernel, in words.
     pub why: String,
 }
 
 impl KernelRecord {
-    /// Joins what two parts of a job say.
+    /// Adds the kernels of another part of a job.
     pub fn join(all: &mut Vec<Self>, other: &[Self]) {
         for own in other {
             match all.iter_mut().find(|known| known.kernel == own.kernel) {
@@ -91,14 +90,14 @@ impl KernelRecord {
     }
 }
 
-/// What a joined record keeps of each shard.
+/// Data of each shard in a joined record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShardRecord {
-    /// Which part.
+    /// The shard.
     pub shard: Shard,
-    /// When it started, RFC 3339, UTC.
+    /// Start, RFC 3339, UTC.
     pub started: String,
-    /// When it ended, RFC 3339, UTC.
+    /// End, RFC 3339, UTC.
     pub finished: String,
     /// The machine it ran on.
     pub machine: MachineRecord,
@@ -111,15 +110,15 @@ pub struct ShardRecord {
 /// A run that computed failed points of finished results again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RetryRecord {
-    /// When it started, RFC 3339, UTC.
+    /// Start, RFC 3339, UTC.
     pub started: String,
-    /// When it ended, RFC 3339, UTC.
+    /// End, RFC 3339, UTC.
     pub finished: String,
-    /// The program, which may be another than that of the other points.
+    /// The program, which may differ from the program of the other points.
     pub program: ProgramRecord,
-    /// Points computed again; whole chains where the state is carried.
+    /// Points computed again; whole chains if the state is carried.
     pub points: u64,
-    /// Of these, failed again.
+    /// Number of these that failed again.
     pub failed: u64,
     /// Mesh cycles integrated.
     pub cycles: u64,
@@ -145,10 +144,9 @@ static COMMIT: OnceLock<Option<&str>> = OnceLock::new();
 pub struct ProgramRecord {
     /// `atlas`.
     pub name: String,
-    /// Its version.
+    /// Version.
     pub version: String,
-    /// The commit it was built from, with `-dirty` where the sources differ from it;
-    /// absent when built outside a git checkout.
+    /// The commit it was built from, with `-dirty` if the sources were changed; absent if built outside a git checkout.
     pub commit: Option<String>,
 }
 
@@ -183,7 +181,7 @@ impl fmt::Display for ProgramRecord {
 /// The machine a job ran on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MachineRecord {
-    /// Processor, as it names itself.
+    /// Name of the processor.
     pub cpu: String,
     /// Processor packages.
     pub packages: usize,
@@ -193,24 +191,23 @@ pub struct MachineRecord {
     pub threads: usize,
     /// NUMA nodes.
     pub numa_nodes: usize,
-    /// Who told of all these: `hwloc`, or the files of `/sys`; empty where nobody did, and in
-    /// records of earlier versions.
+    /// Source of these: `hwloc`, or the files of `/sys`; empty if unknown, and in records of earlier versions.
     #[serde(default)]
     pub topology: String,
-    /// Memory \[bytes\]; 0 when the system does not tell.
+    /// Memory \[bytes\]; 0 if unknown.
     pub memory: u64,
     /// Instruction sets that kernels can use, widest last.
     pub isa: Vec<String>,
-    /// Instructions that points were computed with: `avx512` and `avx2`, which give the same bits,
-    /// `baseline`, or `portable`, which has the same bits on every processor. Several where a run
-    /// was continued, or shards were joined, across processors.
+    /// Instructions that computed the points: `avx512` and `avx2`, which give the same bits, `baseline`, or `portable`,
+    /// which gives the same bits on every processor. Several if a run was continued, or shards were joined, across
+    /// processors.
     pub instructions: Vec<String>,
     /// Operating system and architecture.
     pub system: String,
 }
 
 impl MachineRecord {
-    /// This machine; counts are 0 where its topology is not known.
+    /// This machine; counts are 0 if its topology is unknown.
     pub fn current(topology: Option<&Topology>) -> Self {
         let machine = Machine::current();
         Self {
@@ -228,8 +225,7 @@ impl MachineRecord {
     }
 }
 
-/// What is to be said where points were computed with several instructions: none where all of
-/// these give the same bits.
+/// A warning if points were computed with several instructions; `None` if all of these give the same bits.
 pub fn mixed(instructions: &[String]) -> Option<String> {
     let kind = |name: &str| {
         match name {
@@ -249,21 +245,21 @@ pub fn mixed(instructions: &[String]) -> Option<String> {
     })
 }
 
-/// Threads asked for and obtained, and where they ran.
+/// Requested and actual threads, and their placement.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlacementRecord {
-    /// Threads asked for; absent when left to the program.
+    /// Requested threads; absent if the program chose their number.
     pub threads_asked: Option<u32>,
     /// Threads used.
     pub threads: u32,
-    /// Placement asked for, in words.
+    /// Requested placement, in words.
     pub asked: String,
-    /// Placement obtained, in words.
+    /// Actual placement, in words.
     pub obtained: String,
-    /// Copies of structures and mesh tables that were to be made, in words.
+    /// Requested copies of structures and mesh tables, in words.
     #[serde(default)]
     pub copies_asked: String,
-    /// Where these lie.
+    /// Actual places of the copies.
     #[serde(default)]
     pub copies_obtained: String,
 }
@@ -275,29 +271,29 @@ pub struct Totals {
     pub points: u64,
     /// Points computed with status ok.
     pub ok: u64,
-    /// Points whose answers did not settle within their cycles (status not_converged).
+    /// Points whose results did not settle within their cycles (status not_converged).
     #[serde(default)]
     pub not_converged: u64,
     /// Points that failed, diverged, stormed or were inaccurate.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,
-    /// Points taken over from an earlier, interrupted run.
+    /// Points taken from an earlier, interrupted run.
     #[serde(default)]
     pub resumed: u64,
     /// Mesh cycles integrated by this run.
     pub cycles: u64,
     /// Wall time of the run \[s\].
     pub wall_time: f64,
-    /// Mesh cycles integrated a second of wall time.
+    /// Mesh cycles integrated per second of wall time.
     pub cycles_per_second: f64,
     /// Wall time per integrated cycle, over all threads \[s\].
     pub wall_time_per_cycle: f64,
 }
 
 impl Totals {
-    /// Totals with the rates that follow from cycles and wall time (0 where nothing was
-    /// integrated); no point unsettled, resumed or missing beyond those not given.
+    /// Totals with the rates from cycles and wall time (0 if nothing was integrated). All remaining points count as
+    /// missing.
     pub fn new(points: u64, ok: u64, failed: u64, cycles: u64, wall_time: f64) -> Self {
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
         Self {
@@ -316,7 +312,7 @@ impl Totals {
 }
 
 impl Totals {
-    /// Adds those of another part of the job: times add up as if one part ran after the other.
+    /// Adds the totals of another part of the job: times add up as if the parts ran in sequence.
     pub fn add(&mut self, other: &Self) {
         let sum = Self::new(
             self.points + other.points,
@@ -334,7 +330,7 @@ impl Totals {
     }
 }
 
-/// Where the record of a run (of a shard) lies.
+/// Path of a run's record (of a shard).
 pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
         None => "run.json".to_owned(),
@@ -342,8 +338,8 @@ pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     })
 }
 
-/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all; its last key,
-/// `blake3`, is the hash of the text before it.
+/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), completely or not at all. Its last key, `blake3`, is the
+/// hash of the text before it.
 ///
 /// # Errors
 /// The file cannot be written.

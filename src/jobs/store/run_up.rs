@@ -1,4 +1,5 @@
-//! The tables of `atlas runup`: signals at even instants, order tracks, levels, spectra, openings and closings of contacts.
+//! The tables of `atlas runup`: signals at equidistant instants, order tracks, levels, spectra, openings and closings
+//! of contacts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -144,7 +145,7 @@ fn named<T>(
     })
 }
 
-/// Writes the tables of a run-up into a folder, `signals.parquet` last, then `runup.json`; `metadata` is kept with each.
+/// Writes the tables of a run-up into a folder, `signals.parquet` last, then `runup.json`. Each table has `metadata`.
 ///
 /// # Errors
 /// The folder cannot be created, or a file cannot be written.
@@ -156,7 +157,7 @@ pub fn write_run_up(
 ) -> Result<(), StoreError> {
     create_folder(folder)?;
     remove_stale(folder)?;
-    // While old tables and new ones lie there, no record vouches for either.
+    // No record exists while old and new tables are mixed.
     remove(&folder.join(RUNUP_RECORD))?;
     let names: Vec<Named> = (run.signals.iter())
         .map(|texts| texts.each_ref().map(|text| Arc::from(text.as_str())))
@@ -223,7 +224,7 @@ mod tests {
     use crate::numerics::point_course::PointCourse;
     use crate::store::ResultTable;
 
-    /// A row of each table has the values that it was written with.
+    /// A row of each table reads back as written.
     #[test]
     fn every_column_of_a_run_up_comes_back() {
         let config = RunUpConfig {

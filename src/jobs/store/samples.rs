@@ -1,22 +1,22 @@
-//! What tells the points of drawn values apart: their row of the design, and how the design was made, which stands in
-//! the metadata of `points.parquet` as `samples`.
+//! Data of drawn points: the row of the design of each point, and the method of the design, which is the metadata
+//! `samples` of `points.parquet`.
 
 use super::point_row::PointRow;
 use super::table::{Column, columns};
 use serde::{Deserialize, Serialize};
 
-/// How the values of axes were drawn, as far as the files tell.
+/// How the values of axes were drawn, for the files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleColumns {
     /// Names of the axes that are distributions.
     pub axes: Vec<String>,
     /// `sobol` or `saltelli`.
     pub design: String,
-    /// Samples of the sequence.
+    /// Number of samples of the sequence.
     pub samples: usize,
-    /// Rows of the design.
+    /// Number of rows of the design.
     pub rows: usize,
-    /// Points with numbers one after the other that share a row.
+    /// Number of consecutive points that share a row.
     pub stride: usize,
 }
 
@@ -27,7 +27,7 @@ impl SampleColumns {
     }
 }
 
-/// The column of the rows.
+/// The column with the row of the design.
 pub(super) fn sample_columns(samples: &SampleColumns) -> Vec<Column<PointRow>> {
     let samples = samples.clone();
     columns![row: PointRow;

@@ -1,6 +1,5 @@
-//! What a column is: name, unit, description and how its value is read off a row. One
-//! list of columns gives both the schema and the record batches, so that neither can
-//! drift from the other.
+//! A column: name, unit, description and the function that reads its value from a row. One list of columns gives both
+//! the schema and the record batches, so that they always agree.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,10 +13,10 @@ use arrow_schema::{ArrowError, DataType, Field, Metadata, Schema, SchemaRef};
 type Get<R, T> = Box<dyn Fn(&R) -> Option<T> + Send + Sync>;
 type GetRef<R, T> = Box<dyn for<'a> Fn(&'a R) -> Option<&'a T> + Send + Sync>;
 
-/// What a field's metadata call the names of the elements of its lists.
+/// Metadata key of the names of a list's elements.
 pub(super) const ELEMENTS: &str = "elements";
 
-/// How a column's value is read off a row; `None` becomes a Parquet null.
+/// How to read a column's value from a row; `None` becomes a Parquet null.
 pub(super) enum Value<R> {
     U64(Get<R, u64>),
     U32(Get<R, u32>),
@@ -31,11 +30,11 @@ pub(super) enum Value<R> {
 pub struct Column<R> {
     /// Name in the file.
     pub name: String,
-    /// SI unit; `1` when dimensionless, empty for text and truth values.
+    /// SI unit; `1` if dimensionless, empty for text and truth values.
     pub unit: String,
     /// One sentence.
     pub description: String,
-    /// Names of the elements of its lists; empty where they are only numbered.
+    /// Names of the elements of its lists; empty if they are only numbered.
     pub elements: Vec<String>,
     pub(super) value: Value<R>,
 }
@@ -51,8 +50,7 @@ impl<R> Column<R> {
         }
     }
 
-    /// The Arrow field. Every column is nullable, so that files of one table have one
-    /// schema whatever they hold.
+    /// The Arrow field. Every column is nullable, so that all files of a table have one schema.
     fn field(&self) -> Field {
         let data_type = match &self.value {
             Value::U64(_) => DataType::UInt64,
@@ -73,8 +71,8 @@ impl<R> Column<R> {
         Field::new(&self.name, data_type, true).with_metadata(told)
     }
 
-    /// The column's values over some rows. A number that is not finite becomes a null:
-    /// [`super::PointRow`] says so in its reason.
+    /// The column's values over some rows. A number that is not finite becomes a null; the reason of the
+    /// [`super::PointRow`] then names the column.
     fn array(&self, rows: &[R]) -> ArrayRef {
         let finite = |value: f64| value.is_finite().then_some(value);
         match &self.value {
@@ -118,7 +116,7 @@ impl<R> Column<R> {
         }
     }
 
-    /// Whether the row has a number here that is not finite.
+    /// Whether the row's value is a number that is not finite.
     pub(super) fn is_not_finite(&self, row: &R) -> bool {
         match &self.value {
             Value::F64(get) => get(row).is_some_and(|value| !value.is_finite()),
@@ -130,8 +128,8 @@ impl<R> Column<R> {
     }
 }
 
-/// Columns in file order. Each has the type of its values, name, unit, how its value is read off
-/// `row` (an option where it may be null) and its description:
+/// Columns in file order. Each has a type, name, unit, an expression for the value in terms of `row` (an option if it
+/// may be null) and a description:
 /// `f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";`.
 macro_rules! columns {
     ($row:ident: $Row:ty; $($type:ident $name:expr, $unit:expr, $value:expr, $text:expr;)*) => {
@@ -176,7 +174,7 @@ impl<R> Table<R> {
         Arc::clone(&self.schema)
     }
 
-    /// Unit of every column, by name: what readers that drop field metadata need.
+    /// Unit of every column, by name, for readers that drop field metadata.
     pub fn units(&self) -> BTreeMap<&str, &str> {
         self.columns
             .iter()
@@ -205,7 +203,7 @@ impl<R> Table<R> {
 
 #[cfg(test)]
 impl<R> Table<R> {
-    /// A line a column: name, type, unit and description.
+    /// One line per column: name, type, unit and description.
     pub(super) fn listing(&self) -> String {
         let lines = self.schema.fields().iter().map(|field| {
             let (metadata, kind) = (field.metadata(), field.data_type());

@@ -1,10 +1,9 @@
 //! The cache of computed tables: a folder that may be deleted at any time.
 //!
-//! A table takes long to compute and is needed again by the next run. Its file is named by a hash of
-//! what the table was computed from. The file is written under a temporary name, renamed, and never
-//! changed afterwards. A reader takes the whole file into memory and checks every byte before it uses
-//! one: what another program does to the file later cannot harm it. A file that is damaged or foreign is
-//! computed anew.
+//! A table takes long to compute, and the next run needs it again. The name of its file is a hash of the table's
+//! inputs. The file is written under a temporary name, renamed, and never changed afterwards. A reader loads the whole
+//! file into memory and checks every byte before it uses any, so later changes of the file cannot harm it. A damaged or
+//! foreign file is computed anew.
 //!
 //! ```text
 //!   0  magic
@@ -30,21 +29,20 @@ use super::io_fault::{IoFault, Purpose};
 use super::{ProgramRecord, fsync};
 use crate::input;
 
-/// Says what the file is.
+/// Identifies the file.
 const MAGIC: &[u8; 12] = b"atlastbl\x04\x03\x02\x01";
 /// Changes whenever the format does.
 const VERSION: u32 = 2;
 /// Longer files are not read \[bytes\]. Tables of kernels have at most 256 MB.
 const MOST_READ: u64 = 1 << 30;
-/// Digits of the key in a file name. The inputs are compared as well, so that a collision costs one
-/// computation.
+/// Digits of the key in a file name. The inputs are compared as well, so that a collision costs only one computation.
 const DIGITS: usize = 32;
-/// How the name of a table file ends.
+/// Suffix of a table file.
 pub(super) const EXTENSION: &str = "table";
-/// Nobody may write: a table is never changed.
+/// Write-protected: a table is never changed.
 const READ_ONLY: u32 = 0o444;
 
-/// What a table holds.
+/// The kind of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
@@ -56,31 +54,31 @@ pub enum CacheKind {
 }
 
 impl CacheKind {
-    /// Its name in file names and messages.
+    /// Name in file names and messages.
     pub fn name(self) -> &'static str {
         self.into()
     }
 }
 
-/// A type of table that can be kept.
+/// A type of table that can be stored.
 pub trait CacheContent: Serialize + DeserializeOwned {
-    /// What it is called.
+    /// Kind of the table.
     const KIND: CacheKind;
 
-    /// Why no program wrote these numbers together; `None` if one may have.
+    /// Why no program can have written these numbers together; `None` if they are consistent.
     fn fault(&self) -> Option<&'static str> {
         None
     }
 }
 
-/// What a table file says about itself.
+/// Header of a table file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CacheHeader {
-    /// What the table holds.
+    /// Kind of the table.
     pub kind: CacheKind,
     /// Program that computed it.
     pub program: String,
-    /// What it was computed from: JSON with sorted keys.
+    /// Its inputs: JSON with sorted keys.
     pub inputs: String,
 }
 
@@ -91,16 +89,16 @@ impl CacheHeader {
     }
 }
 
-/// What is wrong with a table file, in words that continue a sentence about it.
+/// What is wrong with a table file? The words continue a sentence about it.
 #[derive(Debug, Error)]
 pub enum CacheFault {
-    /// There is none.
+    /// The file does not exist.
     #[error("does not exist")]
     Missing,
-    /// The system refuses, or it is no regular file.
+    /// The system refuses, or it is not a regular file.
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
-    /// Other first bytes.
+    /// The first bytes are wrong.
     #[error("is not a table file of atlas")]
     Magic,
     /// Another version of the format.
@@ -111,10 +109,10 @@ pub enum CacheFault {
         /// Version of this program.
         known: u32,
     },
-    /// Some bytes are not those that were written.
+    /// Some bytes were changed.
     #[error("is cut off or damaged: its checksum does not match")]
     Checksum,
-    /// The bytes are those that were written, but no program writes such.
+    /// The checksum is right, but no program writes such bytes.
     #[error("has invalid content: {detail}")]
     Content {
         /// What is wrong.
@@ -125,10 +123,10 @@ pub enum CacheFault {
     Kind {
         /// Kind of the file.
         found: &'static str,
-        /// Kind asked for.
+        /// Requested kind.
         wanted: &'static str,
     },
-    /// A table of something else.
+    /// A table of other inputs.
     #[error("was computed from other inputs")]
     Inputs,
 }
@@ -141,13 +139,13 @@ impl CacheFault {
     }
 }
 
-/// A table file in memory, every byte of it checked.
+/// A table file in memory, with every byte checked.
 #[derive(Debug)]
 pub struct TableFile {
-    /// What it says about itself.
+    /// Its header.
     pub header: CacheHeader,
     bytes: Vec<u8>,
-    /// Where the content starts.
+    /// Offset of the content.
     content: usize,
 }
 
@@ -155,7 +153,7 @@ impl TableFile {
     /// Reads and checks a table file of any kind.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// A fault of the file.
     pub fn open(path: &Path) -> Result<Self, CacheFault> {
         let bytes = input::read(path, MOST_READ).map_err(|error| match error.kind() {
             ErrorKind::NotFound | ErrorKind::NotADirectory => CacheFault::Missing,
@@ -177,7 +175,7 @@ impl TableFile {
     /// The table.
     ///
     /// # Errors
-    /// It is of another kind, or its numbers do not fit each other.
+    /// It has another kind, or its numbers are inconsistent.
     pub fn content<T: CacheContent>(&self) -> Result<T, CacheFault> {
         if self.header.kind != T::KIND {
             return Err(CacheFault::Kind {
@@ -196,7 +194,7 @@ impl TableFile {
     }
 }
 
-/// What follows the checksum of a file, which is right.
+/// The bytes after the checksum of a file, once the checksum is verified.
 fn checked(bytes: &[u8]) -> Result<&[u8], CacheFault> {
     if MAGIC.starts_with(bytes) {
         return Err(CacheFault::Checksum);
@@ -224,8 +222,8 @@ fn encode<T: CacheContent>(inputs: &str, content: &T) -> Result<Vec<u8>, postcar
     Ok([&MAGIC[..], &version, sum.as_bytes(), &rest].concat())
 }
 
-/// JSON in the one form that is hashed: keys sorted, no spaces, numbers in the shortest digits that
-/// give the same bits back.
+/// JSON in the one form that is hashed: keys sorted, no spaces, numbers in the shortest digits that restore the same
+/// bits.
 fn canonical(value: &Value) -> String {
     let mut value = value.clone();
     value.sort_all_objects();
@@ -235,59 +233,59 @@ fn canonical(value: &Value) -> String {
 /// Hash of a kind and inputs in canonical form.
 fn key(kind: CacheKind, inputs: &str) -> String {
     let mut hash = blake3::Hasher::new();
-    // No name of a kind contains the byte 0, so that the parts cannot run into each other.
+    // No name of a kind contains the byte 0, which therefore separates the parts.
     hash.update(format!("atlas table 1\0{}\0", kind.name()).as_bytes());
     hash.update(inputs.as_bytes());
     hash.finalize().to_hex().to_string()
 }
 
-/// A folder of tables. Any number of processes may use one at once.
+/// A folder of tables. Any number of processes may use it at once.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableStore {
     folder: PathBuf,
-    /// Whether tables are looked for in the folder.
+    /// Whether the folder is searched for tables.
     reads: bool,
-    /// Whether they are written there.
+    /// Whether tables are written there.
     keeps: bool,
 }
 
-/// A table, and where it came from.
+/// A table and its origin.
 #[derive(Debug)]
 pub struct Fetched<T> {
     /// The table.
     pub table: T,
     /// Its file, which exists unless the table was built in memory.
     pub file: PathBuf,
-    /// Whether it was there.
+    /// Origin of the table.
     pub origin: Origin,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<CacheWarning>,
 }
 
-/// Where a table came from.
+/// The origin of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// Read from its file.
     Found,
-    /// Computed, and kept for the next time.
+    /// Computed and stored for the next time.
     Built,
-    /// Computed, and lost when it is dropped: it could not be kept, or was not to be.
+    /// Computed, but not stored: it is lost when it is dropped.
     BuiltInMemory,
 }
 
-/// Something about the cache that does not keep the program from going on; one line each.
+/// A problem with the cache that does not stop the program; one line each.
 #[derive(Debug)]
 pub enum CacheWarning {
-    /// A file was there but was not used.
+    /// A file exists but was not used.
     Refused {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
         fault: CacheFault,
     },
-    /// A computed table could not be kept.
+    /// A computed table could not be stored.
     NotKept {
-        /// Why.
+        /// Reason.
         error: IoFault,
     },
 }
@@ -313,7 +311,7 @@ impl fmt::Display for CacheWarning {
 }
 
 impl TableStore {
-    /// A store in a folder, which is created when the first table is kept.
+    /// A store in a folder, which is created when the first table is stored.
     pub fn open(folder: impl Into<PathBuf>) -> Self {
         Self {
             folder: folder.into(),
@@ -322,7 +320,7 @@ impl TableStore {
         }
     }
 
-    /// The tables of a folder in which nothing is ever written: others are computed, and lost when they are dropped.
+    /// The tables of a folder that is never written to: missing tables are computed, and lost when they are dropped.
     pub fn read_only(folder: impl Into<PathBuf>) -> Self {
         Self {
             keeps: false,
@@ -341,8 +339,8 @@ impl TableStore {
 
     /// The file of a table.
     ///
-    /// `inputs` is everything that decides the content, with the version of the method where
-    /// that can change; JSON has no number that is not finite, and turns one into null.
+    /// `inputs` is everything that determines the content, including the version of the method if it can change. JSON
+    /// has no numbers that are not finite, and turns them into null.
     pub fn path(&self, kind: CacheKind, inputs: &Value) -> PathBuf {
         self.path_of(kind, &canonical(inputs))
     }
@@ -353,12 +351,11 @@ impl TableStore {
             .join(format!("{}-{digits}.{EXTENSION}", kind.name()))
     }
 
-    /// The table of these inputs (see [`TableStore::path`]): the one on disk if there is one
-    /// and every byte of it is right, else the one that `build` computes, which is kept.
+    /// The table of these inputs (see [`TableStore::path`]): the one on disk if it exists and every byte is right,
+    /// otherwise the result of `build`, which is stored.
     ///
     /// # Errors
-    /// Those of `build`, and no others: a cache that cannot be read or written costs time, gives a
-    /// warning, and stops nobody.
+    /// Only errors of `build`: a cache that cannot be read or written costs time and gives a warning.
     pub fn get_or_build<T: CacheContent, E>(
         &self,
         inputs: &Value,
@@ -396,8 +393,8 @@ impl TableStore {
         })
     }
 
-    /// Writes a table, durably. Of two processes that write the same table at once the second replaces
-    /// the first's file by an equal one.
+    /// Writes a table, durably. If two processes write the same table at once, the second replaces the first's file by
+    /// an equal one.
     fn keep<T: CacheContent>(&self, path: &Path, inputs: &str, table: &T) -> Result<(), IoFault> {
         let folder = &*self.folder;
         let fault = |path: &Path, action, error| IoFault::new(path, action, Purpose::Tables, error);
@@ -420,7 +417,7 @@ fn read<T: CacheContent>(path: &Path, inputs: &str) -> Result<T, CacheFault> {
     if file.header.inputs == inputs { Ok(table) } else { Err(CacheFault::Inputs) }
 }
 
-/// Takes away what the user's umask let through of the permission to write.
+/// Removes the permission to write from the mode that the user's umask allowed.
 fn protect(file: &File) -> io::Result<()> {
     let mode = file.metadata()?.permissions().mode();
     file.set_permissions(Permissions::from_mode(mode & READ_ONLY))

@@ -1,63 +1,63 @@
-//! Which tables there are, under what names, and what vouches for each.
+//! Which tables exist, what are their names, and which record lists each?
 
 use strum::{IntoStaticStr, VariantArray};
 
-/// What vouches for the tables of `atlas follow`.
+/// The record of the tables of `atlas follow`.
 pub(super) const FOLLOW_RECORD: &str = "follow.json";
-/// What vouches for the tables of `atlas trace`.
+/// The record of the tables of `atlas trace`.
 pub(super) const TRACE_RECORD: &str = "trace.json";
 
-/// What vouches for the tables of `atlas runup`.
+/// The record of the tables of `atlas runup`.
 pub(super) const RUNUP_RECORD: &str = "runup.json";
 
 /// A result table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case", suffix = ".parquet")]
 pub enum TableKind {
-    /// One row an operating point.
+    /// One row per operating point.
     Points,
-    /// One row a sample on a section of phase space.
+    /// One row per sample on a section of phase space.
     Poincare,
-    /// One row a line of a spectrum.
+    /// One row per line of a spectrum.
     Spectra,
-    /// One row an order of a signal.
+    /// One row per order of a signal.
     Orders,
-    /// One row an initial condition.
+    /// One row per initial condition.
     Probes,
-    /// One row a periodic orbit.
+    /// One row per periodic orbit.
     Orbits,
-    /// One row a change of motion between neighbours of a chain.
+    /// One row per change of motion between neighbours of a chain.
     Transitions,
-    /// One row an attractor of a point.
+    /// One row per attractor of a point.
     Attractors,
-    /// One row a cell of a slice of initial states.
+    /// One row per cell of a slice of initial states.
     Basins,
-    /// One row a quantity over a number of mesh cycles.
+    /// One row per quantity over a number of mesh cycles.
     Horizon,
-    /// One row an orbit of a branch.
+    /// One row per orbit of a branch.
     Branches,
-    /// One row a bifurcation of a branch.
+    /// One row per bifurcation of a branch.
     Bifurcations,
-    /// One row a point of a bifurcation curve.
+    /// One row per point of a bifurcation curve.
     Curves,
-    /// One row an instant of a traced trajectory.
+    /// One row per instant of a traced trajectory.
     Trace,
-    /// One row a change of contact state of a traced trajectory.
+    /// One row per change of contact state of a traced trajectory.
     Events,
-    /// One row an instant of a run-up.
+    /// One row per instant of a run-up.
     Signals,
-    /// One row an order of a signal at a speed of a run-up.
+    /// One row per order of a signal at a speed of a run-up.
     OrderTracks,
-    /// One row a signal at a speed of a run-up.
+    /// One row per signal at a speed of a run-up.
     Levels,
-    /// One row a spectrum of a signal at a time of a run-up.
+    /// One row per spectrum of a signal at a time of a run-up.
     Spectrogram,
-    /// One row an opening or closing of a contact in a run-up.
+    /// One row per opening or closing of a contact in a run-up.
     ContactChanges,
 }
 
 impl TableKind {
-    /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
+    /// The tables of a job, `points.parquet` last: its presence means that the results are complete.
     pub(super) const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
@@ -75,7 +75,7 @@ impl TableKind {
     pub(super) const OF_RECORDS: [Self; 4] =
         [Self::Points, Self::Branches, Self::Trace, Self::Signals];
 
-    /// The record that vouches for it, where that is not the one of a run.
+    /// The record of the table; `None` for tables of a run.
     pub(super) fn record_beside(self) -> Option<&'static str> {
         match self {
             Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),
@@ -89,12 +89,12 @@ impl TableKind {
         }
     }
 
-    /// Name of the table: that of its file without its ending.
+    /// Name of the table: its file name without the suffix.
     pub fn name(self) -> &'static str {
         self.file_name().trim_end_matches(".parquet")
     }
 
-    /// What to do to have it.
+    /// How to obtain the table.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Points => "`atlas run` writes it",
@@ -125,7 +125,7 @@ impl TableKind {
         Self::VARIANTS.iter().map(|kind| kind.name())
     }
 
-    /// The table of a name.
+    /// The table with a name.
     pub fn named(name: &str) -> Option<Self> {
         Self::VARIANTS
             .iter()

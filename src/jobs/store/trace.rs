@@ -1,5 +1,5 @@
-//! The tables of a traced trajectory: `trace.parquet`, a row an instant, and
-//! `events.parquet`, a row a change of contact state.
+//! The tables of a traced trajectory: `trace.parquet` has one row per instant, and `events.parquet` one row per change
+//! of contact state.
 
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ impl EventRow {
     }
 }
 
-/// What a contact does as it closes or opens.
+/// Name of the closing or opening of a contact.
 pub(super) fn event_kind(contact: usize, closes: bool) -> &'static str {
     match (contact, closes) {
         (DRIVE_FLANK, true) => "drive_entry",
@@ -57,8 +57,7 @@ const TIME: &str = "Time since the start of the simulation";
 const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
 const PHASE: &str = "Mesh phase: elapsed fraction of the mesh cycle";
 
-/// Columns of `trace.parquet`, one for each output, by signal and unit; the modal ones only where
-/// `modal`.
+/// Columns of `trace.parquet`, one for each output, by signal and unit; modal columns only if `modal`.
 pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
     let mut columns = columns![row: TraceSample;
         f64 "time", "s", row.time, TIME;
@@ -91,7 +90,7 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
     Table::new(columns)
 }
 
-/// `bearing_pinion_1_x`, a number behind the second of two outputs of one name.
+/// `bearing_pinion_1_x`; the second of two outputs with the same name gets a number.
 pub(super) fn column_names(outputs: &[[String; 2]]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for [signal, _] in outputs {
@@ -118,7 +117,7 @@ pub fn events_table() -> Table<EventRow> {
     ])
 }
 
-/// Rows that are made into columns together.
+/// Rows that are converted to columns together.
 const PIECE_ROWS: usize = 1024;
 
 /// A trace in memory, with the columns of its files.
@@ -167,7 +166,7 @@ impl<R> Buffered<R> {
 }
 
 impl TraceTables {
-    /// No rows yet, of a model with this mesh period \[s\]; `modal` and `outputs` as for [`trace_table`].
+    /// Empty tables of a model with this mesh period \[s\]; `modal` and `outputs` as for [`trace_table`].
     pub fn new(period: f64, modal: bool, outputs: &[[String; 2]]) -> Self {
         Self {
             period,
@@ -179,7 +178,7 @@ impl TraceTables {
     /// The samples and the events, each with its schema.
     ///
     /// # Errors
-    /// The last rows cannot be made into columns.
+    /// The last rows cannot be converted to columns.
     pub fn finish(self) -> Result<[(SchemaRef, Vec<RecordBatch>); 2], ArrowError> {
         Ok([self.trace.finish()?, self.events.finish()?])
     }
@@ -200,20 +199,20 @@ impl TraceSink for TraceTables {
     }
 }
 
-/// What a trace is of; kept as metadata of both files.
+/// What does a trace describe? Metadata of both files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceLabel {
     /// Name of the job.
     pub job: String,
-    /// Hash of its manifest.
+    /// Hash of the job's manifest.
     pub manifest_hash: String,
     /// Name, SI value and SI unit of every axis of the grid.
     pub point: Vec<(String, f64, String)>,
     /// Mesh period \[s\].
     pub period: f64,
-    /// Backlash half gap \[m\]; none of an oscillator.
+    /// Backlash half gap \[m\]; `None` for an oscillator.
     pub half_gap: Option<f64>,
-    /// Signal and unit of every output that samples carry.
+    /// Signal and unit of every output in the samples.
     pub outputs: Vec<[String; 2]>,
 }
 
@@ -227,7 +226,7 @@ pub struct TraceWriter {
 }
 
 impl TraceWriter {
-    /// Creates `folder` where needed and starts both files.
+    /// Creates `folder` if necessary and starts both files.
     ///
     /// # Errors
     /// The folder cannot be created or written.
@@ -264,12 +263,12 @@ impl TraceWriter {
         })
     }
 
-    /// Gives the files their final names, `trace.parquet` behind `events.parquet`, and writes `trace.json`.
+    /// Gives the files their final names, `trace.parquet` after `events.parquet`, and writes `trace.json`.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn finish(self) -> Result<(), StoreError> {
-        // While old tables and new ones lie there, no record vouches for either.
+        // No record exists while old and new tables are mixed.
         remove(&self.folder.join(TRACE_RECORD))?;
         let tables = vec![self.events.finish()?, self.trace.finish()?];
         TablesRecord::new(&self.metadata, tables).write(&self.folder, TRACE_RECORD)

@@ -1,7 +1,7 @@
 //! Takes points in any order and writes the result files of a job in `point_id` order.
 //!
-//! Rows, row groups and values follow from the points alone, so every physics column has
-//! the same bytes for any number of threads.
+//! Rows, row groups and values depend on the points alone, so every physics column has the same bytes for any number of
+//! threads.
 
 use std::fs;
 use std::io;
@@ -79,24 +79,24 @@ impl Row for AttractorRow {
 
 impl Row for CellRow {}
 
-/// What a finished [`ResultWriter`] has written.
+/// The output of a finished [`ResultWriter`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Written {
     /// The tables.
     pub tables: Vec<TableRecord>,
-    /// Points expected that never came (an interrupted run).
+    /// Number of expected points that never came (an interrupted run).
     pub missing: u64,
 }
 
 impl Written {
-    /// Rows of a table; 0 where it was not written.
+    /// Number of rows of a table; 0 if it was not written.
     pub fn rows(&self, kind: TableKind) -> u64 {
         let own = |table: &&TableRecord| table.name.starts_with(kind.file_name());
         self.tables.iter().filter(own).map(|table| table.rows).sum()
     }
 }
 
-/// Whose results are written.
+/// Folder and shard of the results.
 struct Destination {
     folder: PathBuf,
     shard: Option<Shard>,
@@ -119,14 +119,14 @@ pub struct ResultWriter {
     horizon: Option<TableFile<HorizonRow>>,
 }
 
-/// `transitions.parquet` on its way, and the name of the swept axis.
+/// The unfinished `transitions.parquet`, and the name of the swept axis.
 struct TransitionFile {
     axis: String,
     file: TableFile<TransitionRow>,
 }
 
 impl Destination {
-    /// Starts a table's file where it is wanted.
+    /// Starts a table's file if it is requested.
     fn start<R: Row>(
         &self,
         wanted: bool,
@@ -140,12 +140,12 @@ impl Destination {
 }
 
 impl ResultWriter {
-    /// Creates `folder` where needed and starts the files. `expected` gives the
-    /// `point_id`s of this run (of this shard), strictly ascending.
+    /// Creates `folder` if necessary and starts the files. `expected` gives the `point_id`s of this run (of this
+    /// shard), strictly ascending.
     ///
     /// # Errors
-    /// The folder cannot be created or written, holds results of the other layout (sharded
-    /// or not), or an axis is named like a result column.
+    /// The folder cannot be created or written, holds results of the other layout (sharded or not), or an axis has the
+    /// name of a result column.
     pub fn create<I>(folder: &Path, layout: &ResultLayout, expected: I) -> Result<Self, StoreError>
     where
         I: IntoIterator<Item = u64>,
@@ -213,7 +213,7 @@ impl ResultWriter {
         })
     }
 
-    /// Says which points come, strictly ascending, where that was not known before.
+    /// Sets the expected points, strictly ascending, if they were not known before.
     pub fn expect<I>(&mut self, expected: I)
     where
         I: IntoIterator<Item = u64>,
@@ -222,8 +222,8 @@ impl ResultWriter {
         self.order.expect(expected.into_iter());
     }
 
-    /// Takes a point in; it is written once every point before it has come. The state that it
-    /// leaves to the next of its chain is not kept.
+    /// Adds a point; it is written once every point before it has come. The state for the next point of its chain is
+    /// dropped.
     ///
     /// # Errors
     /// The point was not expected, or a file cannot be written.
@@ -235,17 +235,17 @@ impl ResultWriter {
         self.drain()
     }
 
-    /// Points held in memory because an earlier one has not come. A scheduler that hands
-    /// points out in order keeps this near its number of workers.
+    /// Number of points in memory that wait for an earlier one. A scheduler that starts points in order keeps this near
+    /// its number of workers.
     pub fn waiting(&self) -> usize {
         self.order.waiting()
     }
 
-    /// Writes what waits, leaving out points that never came, and gives the files their
-    /// final names, `points.parquet` last.
+    /// Writes the waiting points, skips points that never came, and gives the files their final names, `points.parquet`
+    /// last.
     ///
     /// # Errors
-    /// A point was handed over that is not of this run, or a file cannot be written.
+    /// A point does not belong to this run, or a file cannot be written.
     pub fn finish(mut self) -> Result<Written, StoreError> {
         let mut missing = 0;
         self.drain()?;
@@ -270,7 +270,7 @@ impl ResultWriter {
         close(self.orders, &mut closed)?;
         close(self.poincare, &mut closed)?;
         close(Some(self.points), &mut closed)?;
-        // A disk that is full has said so by now: either no table gets its name or all do.
+        // A full disk has caused an error by now, so either all tables get their names or none does.
         remove(old)?;
         let tables = closed.into_iter().map(ClosedTable::publish);
         Ok(Written {
@@ -279,8 +279,8 @@ impl ResultWriter {
         })
     }
 
-    /// The record of an earlier run, which must never stand beside tables that it does not
-    /// describe, and its tables that this run does not write.
+    /// The record of an earlier run, and those of its tables that this run does not write. The record must never remain
+    /// with tables that it does not describe.
     fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
         let mut old = vec![run_path(folder, *shard)];
@@ -404,8 +404,8 @@ impl ResultWriter {
         self.points.push(row)
     }
 
-    /// A number that is not finite is stored as a null; the reason then names its column,
-    /// so that it cannot be mistaken for an analysis that was not asked for.
+    /// A number that is not finite is stored as a null. The reason then names its column, so that it differs from an
+    /// analysis that was not requested.
     fn admit_what_is_not_finite(&self, row: &mut PointRow) {
         let columns = self.points.table().columns();
         let names: Vec<&str> = columns
@@ -420,7 +420,7 @@ impl ResultWriter {
     }
 }
 
-/// Removes files, where they are there.
+/// Removes those files that exist.
 fn remove(files: Vec<PathBuf>) -> Result<(), StoreError> {
     for path in files {
         match fs::remove_file(&path) {
@@ -431,7 +431,7 @@ fn remove(files: Vec<PathBuf>) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Completes a table where it is written.
+/// Completes a table if it is written.
 fn close<R: Row>(
     file: Option<TableFile<R>>,
     closed: &mut Vec<ClosedTable>,

@@ -1,4 +1,4 @@
-//! The tables of the orbits that were followed over a job.
+//! Tables of the followed orbits of a job.
 
 use super::continuation::Followed;
 use crate::manifest::Job;
@@ -53,7 +53,7 @@ pub fn write_branches(
     write_followed(folder, &axes, rows(job, followed), &metadata)
 }
 
-/// The rows of all tables, branches and curves counted over the whole job.
+/// The rows of all tables; branches and curves are numbered over the whole job.
 fn rows(job: &Job, followed: &Followed) -> FollowedRows {
     let mut out = FollowedRows::default();
     let Some(asked) = &job.continuation else {

@@ -23,7 +23,7 @@ use std::f64::consts::{PI, TAU};
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// The values of the point's axes do not go together.
+    /// The values of the point's axes are inconsistent.
     #[error("these values do not describe a drive: {0}")]
     Values(String),
     /// The structure cannot be assembled or solved.
@@ -35,21 +35,21 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
-    /// The same of a further mesh of a train.
+    /// The same for a further mesh of a train.
     #[error(transparent)]
     FurtherMesh(#[from] FurtherMeshError),
     /// The law of friction cannot be applied.
     #[error("the friction of the mesh cannot be computed: {0}")]
     Friction(#[from] GearError),
-    /// The kernel's tables cannot be come by.
+    /// The kernel's tables could not be loaded or computed.
     #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
     Tables {
-        /// Why.
+        /// Reason.
         error: TableError,
-        /// Which other kernel there is, where it is the model that tables do not fit.
+        /// Another kernel, if the model does not fit the tables.
         advice: Option<String>,
     },
-    /// There is no such slice of initial states.
+    /// The slice of initial states does not exist.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
     /// The motion is too fast for the mesh cycle.
@@ -60,7 +60,7 @@ pub enum BuildError {
         short(*windows, 0)
     )]
     TooFast {
-        /// Windows a mesh cycle.
+        /// Windows per mesh cycle.
         windows: f64,
         /// Fastest rate of the closed system \[rad/s\].
         rate: f64,
@@ -69,21 +69,21 @@ pub enum BuildError {
     },
 }
 
-/// Most windows in a mesh cycle: some milliseconds a cycle, so that a job can still be
-/// called off and a mistaken unit does not cost a night.
+/// Largest number of windows in a mesh cycle. It limits a cycle to some milliseconds, so that a job can be interrupted,
+/// and a wrong unit does not cost a night.
 const MOST_WINDOWS: f64 = 20_000.0;
 
-/// Whether a kernel gets through a mesh cycle of a model in reasonable time.
+/// Checks that a kernel needs reasonable time for a mesh cycle of a model.
 ///
 /// # Errors
-/// [`BuildError::TooFast`] where the structured kernel would need too many windows.
+/// [`BuildError::TooFast`] if the structured kernel would need too many windows.
 pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
-    // Closed modes take about as many blocks.
+    // Closed modes need about as many blocks.
     if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());
     }
     let windows = Volterra::windows_needed(model, f64::EPSILON);
-    // Written so that a rate that is not finite is refused too.
+    // The comparison also rejects NaN.
     if windows <= MOST_WINDOWS {
         return Ok(());
     }
@@ -95,7 +95,7 @@ pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError
 }
 
 impl BuildError {
-    /// Of tables that a model does not have, with what is known to fit it.
+    /// The error for tables that a model does not have, with advice on another kernel.
     pub fn tables(error: TableError, model: &Model) -> Self {
         let another = error.concerns_the_model();
         Self::Tables {
@@ -105,7 +105,7 @@ impl BuildError {
     }
 }
 
-/// Whether the structured kernel gets through a mesh cycle that tables do not fit.
+/// Advice on the structured kernel if it can integrate a model that the tables do not fit.
 fn structured_instead(model: &Model) -> String {
     let windows = Volterra::windows_needed(model, f64::EPSILON);
     if windows <= MOST_WINDOWS {
@@ -133,13 +133,13 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
     }
 }
 
-/// The piecewise-linear system of a point, and what the mean load makes of a mesh that is computed from the gears.
+/// The piecewise-linear system of a point, and its mesh under the mean load if it is computed from the gears.
 pub(super) fn model(
     structure: &ModalStructure,
     point: &PointSpec,
     meshes: &MeshTables,
 ) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
-    // Harmonics that stand for what loaded flanks lack.
+    // Harmonics that represent the error of loaded flanks.
     let mut lacking = Vec::new();
     let mut further = Vec::new();
     let mut under_load = None;
@@ -171,11 +171,11 @@ pub(super) fn model(
     Ok((model, under_load))
 }
 
-/// The system of a point with the mean of its mesh stiffness throughout: what it vibrates like in
-/// contact. The shafts do not tilt.
+/// The system of a point with constant mean mesh stiffness, which determines its vibration in contact. The shafts do
+/// not tilt.
 ///
 /// # Errors
-/// A structure, a mesh or a value that is refused.
+/// A structure, a mesh or a value is refused.
 pub fn mean_model(
     structure: &ModalStructure,
     point: &PointSpec,
@@ -186,7 +186,7 @@ pub fn mean_model(
     with_mean(&structure, point, mean)
 }
 
-/// The same at several speeds \[rad/s\], with the stiffness looked for once.
+/// The same at several speeds \[rad/s\], with one search for the stiffness.
 pub fn mean_models(
     structure: &ModalStructure,
     point: &PointSpec,
@@ -220,7 +220,7 @@ fn with_mean(
     point: &PointSpec,
     mean: f64,
 ) -> Result<Model, BuildError> {
-    // Friction turns round, so that a mean has none.
+    // Friction changes its sign, so the mean has none.
     let level = Division {
         friction: [0.0; 2],
         ..Division::level(1.0, mean)
@@ -234,13 +234,13 @@ fn with_mean(
         ..point.clone()
     };
     let mut model = with_mesh(structure, &alike, mesh, Vec::new(), Vec::new())?;
-    // Where pairs touch is not in a mean.
+    // The mean has no positions of contacts.
     model.rolling = None;
     Ok(model)
 }
 
-/// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\], and further
-/// springs beside it; `lacking` is what stands for the error of loaded flanks.
+/// The system of a point on a mesh. The mesh has the divisions of its cycle with their mean stiffness \[N/m\], and
+/// possibly further springs; `lacking` are harmonics for the error of loaded flanks.
 fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
@@ -292,8 +292,8 @@ fn with_mesh(
     Ok(model)
 }
 
-/// How the gears of a drawing roll on each other. `relative` is the speed of the first gear relative to the carrier, by that of
-/// the driver.
+/// How the gears of a drawing roll on each other. `relative` is the speed of the first gear relative to the carrier,
+/// divided by the driver's speed.
 fn rolling(point: &PointSpec, friction: f64, relative: f64) -> Option<Rolling> {
     let gears = point.model.source.gears()?;
     let [pinion, wheel] = gears.teeth.map(f64::from);
@@ -327,9 +327,8 @@ fn coast_flank(
     }
 }
 
-/// A harmonic of what the drive flanks lack, on the coast flanks: `e(symmetry + φ)` is minus
-/// what it was at `symmetry − φ`, since what they lack lets δ fall further where it lets it rise
-/// further on the drive flanks.
+/// A harmonic of the drive flanks' error, on the coast flanks: `e(symmetry + φ)` is minus the value at `symmetry − φ`.
+/// The error lets δ fall further there, as it lets δ rise further on the drive flanks.
 fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
     let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
     MeshHarmonic {
@@ -338,7 +337,7 @@ fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
     }
 }
 
-/// What is asked of a point's own trajectory.
+/// The configuration of a point's main trajectory.
 pub fn questions(point: &PointSpec, seed: PointSeed) -> PointConfig {
     let (run, analyses) = (&point.run, &point.analyses);
     PointConfig {

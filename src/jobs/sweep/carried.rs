@@ -1,19 +1,18 @@
-//! The state that a point takes over from the point before it in a chain.
+//! The state that a point takes from the previous point of a chain.
 //!
-//! Where a point ends on a periodic orbit, its state lies on that orbit to round-off. At the next
-//! point the orbit may be unstable, but a chain that starts there follows it for as long as round-off
-//! grows. The state is therefore displaced before it is taken over, in a direction that seed and
-//! point decide: the bits are the same however a run is split, interrupted or traced.
+//! If a point ends on a periodic orbit, its state lies on that orbit to round-off. The orbit may be unstable at the
+//! next point, but a chain that starts on it follows it until round-off has grown. The state is therefore displaced, in
+//! a direction that depends on seed and point. The bits are the same however a run is split, interrupted or traced.
 
 use crate::analysis::{EnergyNorm, displaced};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::store::ChainEnd;
 
-/// The random stream of the direction: apart from those of probes, horizons and covariant vectors.
+/// The random stream of the direction, distinct from those of probes, horizons and covariant vectors.
 const STREAM: u64 = 1 << 36;
 
-/// Where the point before has ended, and how far from there the next one starts.
+/// The end of the previous point, and the distance of the next start from it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CarriedState<'a> {
     pub end: &'a ChainEnd,
@@ -22,7 +21,7 @@ pub(super) struct CarriedState<'a> {
 }
 
 impl CarriedState<'_> {
-    /// Where a point starts. Displacements that nothing feels stay as they are.
+    /// The start of a point. Displacements without an effect on the motion stay the same.
     pub fn start(self, model: &Model, seed: PointSeed) -> TrajectoryState {
         let end = TrajectoryState::new(model, self.end.state.clone(), self.end.cycle);
         if self.displacement > 0.0 {
@@ -40,7 +39,7 @@ mod tests {
     use crate::model::{Drive, OperatingPoint};
     use crate::structure::ModalStructure;
 
-    /// A drive of which one rotation is neutral.
+    /// A drive with one neutral rotation.
     fn model() -> Model {
         let mesh = [0.8, -0.6, 0.5, 0.1];
         let structure = ModalStructure::of_modes(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);

@@ -1,19 +1,17 @@
-//! Points that follow from each other: each starts next to where the one before it ended (see
-//! [`CarriedState`]), and a change of motion between neighbours is narrowed down by points between
-//! them.
+//! Points of a chain: each starts next to the end of the previous one (see [`CarriedState`]), and points between
+//! neighbours narrow down changes of motion.
 //!
-//! A change is sought by halving the interval between the last point that has a verdict and
-//! the present one. Every trial starts from the state that the near side left, as the sweep
-//! itself would have with a finer grid; one that moves as the near side becomes the near
-//! side. A trial without a verdict (at a bifurcation motions settle ever more slowly) ends the
-//! search with the bracket reached.
+//! A change is found by halving the interval between the last point with a verdict and the present one. Every trial
+//! starts from the state of the near side, as the sweep would with a finer grid. A trial with the motion of the near
+//! side becomes the near side. A trial without a verdict (near a bifurcation, motions settle ever more slowly) ends the
+//! search with the present bracket.
 //!
-//! Neighbours of one class and period may still lie on different branches. Where the deflection
-//! changes by much more between them than between those before, the interval is halved as well: a
-//! jump stays as large as it was, a continuous change is halved with it.
+//! Neighbours of one class and period may still lie on different branches. If the deflection changes much more between
+//! them than between the points before, the interval is halved as well: a jump keeps its size, a continuous change is
+//! halved with it.
 //!
-//! Where no halving is asked for, a change is told between the neighbours of the grid as they are,
-//! and one of the deflection only where the change before it is known.
+//! Without halving, a change is reported between neighbours of the grid; a change of the deflection only if the
+//! previous change is known.
 
 use super::carried::CarriedState;
 use super::parts::Prepared;
@@ -30,32 +28,32 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Change of the deflection's mean or RMS, relative to the RMS, from which a jump is looked for.
+/// Change of the deflection's mean or RMS, relative to the RMS, above which a jump is searched for.
 const NOTABLE: f64 = 0.1;
 
-/// How many times the change before it such a change must be.
+/// Smallest ratio of such a change to the previous one.
 const STANDS_OUT: f64 = 4.0;
 
-/// Part of the change at first that must be left of a jump once it is bracketed.
+/// Fraction of the first change that must remain for a jump when it is bracketed.
 const JUMPS: f64 = 0.5;
 
-/// Fewest halvings that tell a jump from a continuous change.
+/// Fewest halvings that distinguish a jump from a continuous change.
 const FEWEST_HALVINGS: u32 = 3;
 
-/// Standard errors of their difference that two levels may differ by.
+/// Two levels count as equal up to this number of standard errors of their difference.
 const SIGMAS: f64 = 5.0;
 
-/// Smallest RMS, in half gaps, that a change is held against.
+/// Smallest RMS, in half gaps, as the reference of a change.
 const SMALLEST_RMS: f64 = 1e-3;
 
-/// What the next point of a chain has to know of those before it.
+/// Data of earlier points that the next point of a chain needs.
 #[derive(Debug, Clone, Default)]
 pub struct ChainState {
-    /// Points passed.
+    /// Number of points so far.
     passed: usize,
-    /// The state that the last one left.
+    /// State at the end of the last point.
     end: Option<ChainEnd>,
-    /// How the work on the last one ended, where it left no state.
+    /// Status of the last point if it left no state.
     trouble: Option<Status>,
     /// The last point with a verdict.
     near: Option<LastVerdict>,
@@ -69,19 +67,19 @@ struct LastVerdict {
     class: Class,
     end: ChainEnd,
     level: Option<Level>,
-    /// Change of the level since the point before.
+    /// Change of the level since the previous verdict.
     step: Option<f64>,
-    /// Whether that was of the same class.
+    /// Whether the previous verdict had the same class.
     alike: bool,
 }
 
 impl ChainState {
-    /// Points of the chain passed so far.
+    /// Number of points so far.
     pub fn passed(&self) -> usize {
         self.passed
     }
 
-    /// Where `point` starts behind it; none for `run.initial`.
+    /// Start of the next point, `point`; `None` for `run.initial`.
     pub fn start(&self, job: &Job, point: &PointSpec, model: &Model) -> Option<TrajectoryState> {
         let seed = PointSeed {
             seed: point.seed,
@@ -90,7 +88,7 @@ impl ChainState {
         Some(taken_over(job, self.end.as_ref())?.start(model, seed))
     }
 
-    /// Goes past a finished point, computed now or taken over from a journal.
+    /// Adds a finished point, whether computed now or read from a journal.
     pub fn pass(&mut self, job: &Job, row: &PointRow) {
         self.passed += 1;
         self.end = row.chain.as_ref().and_then(|chain| chain.end.clone());
@@ -113,7 +111,7 @@ impl ChainState {
     }
 }
 
-/// What a point takes over of where the point before it has ended.
+/// The start of a point from the end of the previous one.
 fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'a>> {
     Some(CarriedState {
         end: end?,
@@ -121,9 +119,8 @@ fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'
     })
 }
 
-/// What a sweep would know when it reached `point`: all points of its chain before it are
-/// computed. The point need not be on the grid: it stands where its value on the swept axis
-/// belongs.
+/// The state of a sweep when it reaches `point`: computes all points of its chain before it. The point may lie between
+/// points of the grid, at its value on the swept axis.
 ///
 /// # Errors
 /// [`CalledOff`] when `called_off` was raised meanwhile.
@@ -169,7 +166,7 @@ pub fn lead_up(
     Ok(link)
 }
 
-/// The kind of motion, where there is a verdict. Chaos is one kind: which trajectories leave it is chance.
+/// The class of motion if there is a verdict. Chaos is one class: chance decides which trajectories leave it.
 pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     match outcome.class? {
         Class::NotConverged => None,
@@ -178,7 +175,7 @@ pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     }
 }
 
-/// Mean and RMS of the deflection of a point that was asked for them.
+/// Mean and RMS of a point's deflection, if the point was asked for them.
 fn level(outcome: &PointOutcome) -> Option<Level> {
     let nvh = outcome.nvh.as_ref()?;
     let error = |pick: fn(&NvhErrors) -> f64| nvh.stderr.as_ref().map_or(0.0, pick);
@@ -188,18 +185,18 @@ fn level(outcome: &PointOutcome) -> Option<Level> {
     })
 }
 
-/// By how much two levels differ beyond their errors, relative to the larger RMS.
+/// Difference of two levels beyond their errors, relative to the larger RMS.
 fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
     let scale = a.rms[0].max(b.rms[0]).max(SMALLEST_RMS * half_gap);
     let beyond = |a: [f64; 2], b: [f64; 2]| {
         let errors = a[1].hypot(b[1]);
-        // Errors that are not known are infinite: no difference is beyond them.
+        // Unknown errors are infinite: no difference exceeds them.
         ((a[0] - b[0]).abs() - SIGMAS * errors).max(0.0)
     };
     beyond(a.mean, b.mean).max(beyond(a.rms, b.rms)) / scale
 }
 
-/// The point with all that is asked of it where it belongs to a chain whose changes are refined.
+/// The point with additional requests if it belongs to a chain whose changes are refined.
 pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
     if point.direction.is_some() && halvings(point) > 0 {
         Cow::Owned(with_level(point))
@@ -208,7 +205,7 @@ pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
     }
 }
 
-/// The point with its deflection's level asked for.
+/// The point with a request for the level of its deflection.
 fn with_level(point: &PointSpec) -> PointSpec {
     let mut asked = point.clone();
     let analyses = Arc::make_mut(&mut asked.analyses);
@@ -223,7 +220,7 @@ fn with_level(point: &PointSpec) -> PointSpec {
     asked
 }
 
-/// Computes a point that comes behind `link`.
+/// Computes the point after `link`.
 ///
 /// # Errors
 /// [`CalledOff`] when `called_off` was raised meanwhile.
@@ -274,7 +271,7 @@ pub fn compute(
     })
 }
 
-/// Halvings asked for where the motion changes.
+/// Requested number of halvings at changes of motion.
 fn halvings(point: &PointSpec) -> u32 {
     point
         .analyses
@@ -292,7 +289,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The change, if there is one, as narrow as asked for. The work is added to the point's.
+    /// The change, if there is one, with the requested precision. The work is added to the point's.
     fn narrow(
         &self,
         link: &ChainState,
@@ -310,7 +307,7 @@ impl Search<'_> {
         let change =
             |near: &LastVerdict, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {
-            // What is not known to stand out among its like is left to halving to tell.
+            // Halving decides if the previous change is unknown or of another kind.
             let step = near.step.filter(|_| near.alike || halvings == 0);
             let stands_out = |step| *change > STANDS_OUT * step;
             *change > NOTABLE && step.map_or(halvings > 0, stands_out)
@@ -326,7 +323,7 @@ impl Search<'_> {
             trials: 0,
             jump: None,
         };
-        // What is left of a change at constant class, and whether that is enough for a jump.
+        // The remaining change at constant class, and whether it is large enough for a jump.
         let left = |near: &LastVerdict, far| change(near, far).unwrap_or(0.0);
         let jumps =
             |near: &LastVerdict, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
@@ -354,7 +351,7 @@ impl Search<'_> {
                 step: None,
                 alike: false,
             };
-            // Of one class on both sides, the side is the one whose level is nearer.
+            // With one class on both sides, the trial belongs to the side with the nearer level.
             let as_before = class == found.from
                 && (found.to != found.from || left(&near, here) <= left(&trial, far));
             if as_before {
@@ -379,7 +376,7 @@ impl Search<'_> {
         Ok(Some(found))
     }
 
-    /// The point with no more asked of it than its verdict takes, and its level.
+    /// The point with only the requests for a verdict and, if `levelled`, its level.
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);

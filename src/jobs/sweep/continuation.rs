@@ -1,5 +1,5 @@
-//! All branches and curves of a job: one family of drives a line, a line being a combination of values
-//! of the axes that orbits are not followed over.
+//! All branches and curves of a job. A line is a combination of values of the axes that orbits are not followed over;
+//! each line has one family of drives.
 
 use super::family::PointFamily;
 use super::motion_scale;
@@ -19,42 +19,42 @@ use crate::model::InitialState;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
-/// Places of the second parameter at which the onset of rattle is computed.
+/// Number of values of the second parameter for the onset of rattle.
 const ONSETS: usize = 201;
 
-/// Kinds of bifurcation that curves are of.
+/// Kinds of bifurcation that curves follow.
 const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
 
-/// Why nothing is followed.
+/// Why no orbits are followed.
 #[derive(Debug, thiserror::Error)]
 pub enum FollowError {
     /// The manifest does not ask for it.
     #[error("the manifest has no [continuation]; add it, for example with over = \"speed\"")]
     NotAsked,
-    /// An axis is no parameter.
+    /// An axis is not a parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A state has not as many numbers as there are modes.
+    /// A state does not have one number per mode.
     #[error(
         "continuation.states.{number} has {given} displacements for {modes} retained modes; give one per mode"
     )]
     StateLength {
-        /// Which state.
+        /// Number of the state.
         number: usize,
-        /// Its numbers.
+        /// Its length.
         given: usize,
-        /// The modes.
+        /// Number of modes.
         modes: usize,
     },
-    /// A drive or its motion.
+    /// The drive of a line cannot be built, or its motion cannot be computed.
     #[error("{place}: {source}")]
     Line {
-        /// Which line.
+        /// The line.
         place: String,
-        /// What is wrong with it.
+        /// Reason.
         source: Box<ExploreError>,
     },
-    /// It was called off.
+    /// The work was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }
@@ -62,36 +62,36 @@ pub enum FollowError {
 /// Branches at one combination of values of the other axes.
 #[derive(Debug)]
 pub struct Line {
-    /// Value of every axis of the job; of the one that orbits are followed over, not a number.
+    /// Value of every axis of the job; NaN for the axis that orbits are followed over.
     pub axis_values: Vec<f64>,
     /// The branches.
     pub branches: Branches,
-    /// Models built.
+    /// Number of models that were built.
     pub models: u64,
 }
 
-/// Curves in the plane of both axes, the others held.
+/// Curves in the plane of two axes, with the other axes fixed.
 #[derive(Debug)]
 pub struct Curves {
-    /// Value of every axis; of the two of the plane, not a number.
+    /// Value of every axis; NaN for the two axes of the plane.
     pub axis_values: Vec<f64>,
     /// The curves, by kind.
     pub all: Vec<Curve>,
-    /// Where rattle sets in, where one of the axes is the load.
+    /// The onset of rattle, if one of the axes is the load.
     pub onset: Vec<Onset>,
 }
 
-/// What was followed.
+/// Followed branches and curves.
 #[derive(Debug)]
 pub struct Followed {
-    /// A line each.
+    /// One entry per line.
     pub lines: Vec<Line>,
-    /// A plane each; none without a second axis.
+    /// One entry per plane; empty without a second axis.
     pub planes: Vec<Curves>,
 }
 
-/// Follows all that a job asks for, on the threads of the current rayon pool. `passed` is told of every
-/// line and every plane that is done.
+/// Follows all branches and curves of a job, on the threads of the current rayon pool. Calls `passed` for every
+/// finished line and plane.
 ///
 /// # Errors
 /// [`FollowError`].
@@ -153,7 +153,7 @@ pub fn follow_job(
     Ok(Followed { lines, planes })
 }
 
-/// The values of the axes that are held, in words.
+/// The values of the fixed axes, in words.
 fn place_of(job: &Job, values: &[f64]) -> String {
     let held = job
         .axes
@@ -244,7 +244,7 @@ fn line(
     }
 }
 
-/// That every given state has a number for each mode.
+/// Checks that every given state has one number per mode.
 fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError> {
     for (number, given) in asked.states.iter().enumerate() {
         if let InitialState::Modal { displacement, .. } = &given.state
@@ -260,8 +260,8 @@ fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError>
     Ok(())
 }
 
-/// The curves of a plane: every kind by itself, each bifurcation of the lines that is asked for and lies on
-/// no curve yet being followed.
+/// The curves of a plane, for each kind separately. Starts at each requested bifurcation of the lines that lies on no
+/// curve yet.
 fn plane(
     job: &Job,
     asked: &ContinuationSpec,
@@ -323,8 +323,8 @@ fn plane(
     })
 }
 
-/// The onset of rattle over the other axis, where one of the two is the load or the torque and stiffness does not depend
-/// on it.
+/// The onset of rattle over the other axis, if one of the two is the load or torque, and stiffness does not depend on
+/// it.
 fn onsets(
     job: &Job,
     asked: &ContinuationSpec,

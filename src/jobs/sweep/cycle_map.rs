@@ -1,8 +1,8 @@
-//! The map of whole mesh cycles at one operating point: many states at once, with tangents, derivatives
-//! by keys of the manifest, and events.
+//! The map of whole mesh cycles at one operating point, for many states at once, with tangents, derivatives by keys of
+//! the manifest, and events.
 //!
-//! Every state is integrated by the kernel of the manifest as a run would, so that its bits are those
-//! of a run, whatever else is asked for and on however many threads.
+//! The kernel of the manifest integrates every state as a run would. The bits are those of a run for any requests and
+//! any number of threads.
 
 use super::build::BuildError;
 use super::family::PointFamily;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Pieces of work a thread: states that take longer than others are dealt out between them.
+/// Pieces of work per thread: several pieces balance states that take longer than others.
 const PIECES: usize = 4;
 
 /// The map of an operating point.
@@ -32,36 +32,36 @@ pub struct CycleMap {
     parts: Arc<Prepared>,
 }
 
-/// The structured kernel is kept from call to call; others, which borrow their model, are built anew.
+/// The structured kernel is kept between calls; others borrow their model and are built for each call.
 #[derive(Debug)]
 enum MapKernel {
     Kept(Box<Volterra<'static>>),
     Built(Box<(Model, PointKernel)>),
 }
 
-/// Why there is no map, or no derivative of it.
+/// Why there is no map, or no derivative.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    /// There is no such drive.
+    /// The drive cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The map has no derivative by this key, in a sentence.
+    /// The map has no derivative by this key. The text is a sentence.
     #[error("{0}")]
     NoDerivative(String),
 }
 
-/// Which tangents go along with every state.
+/// The tangents that are integrated with every state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MapTangents<'a> {
     /// None.
     None,
-    /// Those along all coordinates: what comes back is the matrix `∂end_i/∂start_j`, row by row.
+    /// Those along all coordinates: the result is the matrix `∂end_i/∂start_j`, row by row.
     Jacobian,
-    /// So many for each state, one after the other (n × count × 2N).
+    /// Given tangents of each state, one after the other (n × count × 2N).
     Given {
-        /// How many a state.
+        /// Number per state.
         count: usize,
-        /// Their components.
+        /// Components.
         vectors: &'a [f64],
     },
 }
@@ -76,38 +76,37 @@ impl MapTangents<'_> {
     }
 }
 
-/// What is asked of a map.
+/// The input of a map.
 #[derive(Debug, Clone, Copy)]
 pub struct MapConfig<'a> {
     /// n states, one after the other, each of length 2N as [`TrajectoryState::state`].
     pub states: &'a [f64],
-    /// Mesh cycle at whose start they are; it matters where the base period is longer than one cycle.
+    /// Mesh cycle in which the states start; it matters if the base period is longer than one cycle.
     pub first_cycle: u64,
-    /// Mesh cycles that they are mapped over.
+    /// Number of mesh cycles.
     pub cycles: u64,
-    /// Tangents that go along.
+    /// Tangents of each state.
     pub tangents: MapTangents<'a>,
-    /// Derivatives of the model ([`CycleMap::derivative`]) by which the map is differentiated, at fixed
-    /// mesh phase.
+    /// Derivatives of the model ([`CycleMap::derivative`]), by which the map is differentiated at fixed mesh phase.
     pub by: &'a [Model],
-    /// Whether events are kept.
+    /// Whether events are recorded.
     pub events: bool,
-    /// Threads that share the work, those of the current rayon pool; a single one computes where it is called.
+    /// Threads of the current rayon pool that share the work; a single one computes on the calling thread.
     pub threads: usize,
 }
 
-/// Where states come to.
+/// The output of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapImage {
-    /// The states (n × 2N); not a number where one could not be integrated.
+    /// The states (n × 2N); NaN if one could not be integrated.
     pub states: Vec<f64>,
     /// The tangents (n × count × 2N), or the matrices (n × 2N × 2N).
     pub tangents: Vec<f64>,
-    /// The derivatives (n × by.len() × 2N), in the unit of a state over the SI unit of the key.
+    /// The derivatives (n × by.len() × 2N), in the unit of a state divided by the SI unit of the key.
     pub by: Vec<f64>,
-    /// Events, each with the state that met it, in order.
+    /// Events in order, each with the index of its state.
     pub events: Vec<(usize, Event)>,
-    /// States that could not be integrated, and why.
+    /// States that could not be integrated, with the reason.
     pub stops: Vec<(usize, Stop)>,
 }
 
@@ -115,7 +114,7 @@ impl CycleMap {
     /// The map of a point.
     ///
     /// # Errors
-    /// [`MapError::Build`] where there is no drive, or none that the kernel gets through.
+    /// [`MapError::Build`] if the drive cannot be built, or its kernel takes too long.
     pub fn new(mut point: PointSpec, parts: Arc<Prepared>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
         let own = PointKernel::of(&point, &model, &parts)?;
@@ -135,7 +134,7 @@ impl CycleMap {
         })
     }
 
-    /// The operating point, with the kernel that is taken.
+    /// The operating point, with the chosen kernel.
     pub fn point(&self) -> &PointSpec {
         &self.point
     }
@@ -158,12 +157,12 @@ impl CycleMap {
         EnergyNorm::new(self.model())
     }
 
-    /// Mesh cycles after which the map is the same again; none where it never is.
+    /// Mesh cycles after which the map repeats; `None` if it never does.
     pub fn base_period(&self) -> Option<usize> {
         excitation_period(self.model())
     }
 
-    /// The state at the start of mesh cycle 0, as the manifest asks for it.
+    /// The state at the start of mesh cycle 0 according to the manifest.
     pub fn start(&self) -> Vec<f64> {
         self.start_of(&self.point.run.initial)
     }
@@ -173,11 +172,11 @@ impl CycleMap {
         self.model().start(initial).state
     }
 
-    /// The derivative of the model by a key of the manifest, per SI unit; `held` are keys to which the
-    /// point gives other values than the manifest.
+    /// The derivative of the model by a key of the manifest, per SI unit. `held` are keys whose values at the point
+    /// differ from the manifest.
     ///
     /// # Errors
-    /// [`MapError::NoDerivative`] where the model does not depend on it smoothly.
+    /// [`MapError::NoDerivative`] if the model does not depend on it smoothly.
     pub fn derivative(
         &self,
         job: &Job,
@@ -192,10 +191,10 @@ impl CycleMap {
             .map_err(MapError::NoDerivative)
     }
 
-    /// Maps states. Raising `called_off` ends the work; what is asked for is then incomplete.
+    /// Maps states. Raising `called_off` ends the work; the result is then incomplete.
     ///
     /// # Errors
-    /// [`MapError::Build`] where the tables of a kernel cannot be had.
+    /// [`MapError::Build`] if the tables of a kernel could not be loaded or computed.
     pub fn image(
         &self,
         question: &MapConfig<'_>,
@@ -216,21 +215,21 @@ impl CycleMap {
     }
 }
 
-/// A question on its way to a kernel.
+/// A request that a kernel is being built for.
 struct Mapping<'a> {
     model: &'a Model,
     question: &'a MapConfig<'a>,
     called_off: &'a AtomicBool,
 }
 
-/// Takes the first numbers off what is left.
+/// Splits the first numbers off a slice.
 fn take<'a>(left: &mut &'a mut [f64], count: usize) -> &'a mut [f64] {
     let (own, rest) = std::mem::take(left).split_at_mut(count);
     *left = rest;
     own
 }
 
-/// Some successive states, and where what becomes of them goes.
+/// Some consecutive states, and the output for them.
 struct Piece<'a> {
     first: usize,
     states: &'a mut [f64],
@@ -337,7 +336,7 @@ impl Mapping<'_> {
         }
     }
 
-    /// The tangents of a state at its start.
+    /// Sets the tangents at the start of a state.
     fn set_out(&self, number: usize, tangents: &mut Tangents) {
         for j in 0..tangents.count() {
             let vector = tangents.vector_mut(j);
@@ -355,7 +354,7 @@ impl Mapping<'_> {
         }
     }
 
-    /// The tangents at the end, as they are handed over.
+    /// Writes the tangents at the end to the output.
     fn arrive(&self, tangents: &Tangents, out: &mut [f64]) {
         let count = tangents.count();
         for j in 0..count {
@@ -372,7 +371,7 @@ impl Mapping<'_> {
     }
 }
 
-/// What watches a trajectory: nobody, unless something is asked for.
+/// Observers of a trajectory; empty unless something is requested.
 struct Watch<'a> {
     cycles: u64,
     events: Option<Vec<Event>>,
@@ -436,7 +435,7 @@ impl Observer for Watch<'_> {
     }
 }
 
-/// Keeps events.
+/// Records events.
 struct Log<'a>(&'a mut Vec<Event>);
 
 impl Observer for Log<'_> {

@@ -1,4 +1,4 @@
-//! What a results folder holds before a run, and whether the run may write there.
+//! What does a results folder contain before a run, and may the run write there?
 
 use crate::manifest::{Job, ManifestText};
 use crate::store::{
@@ -6,19 +6,19 @@ use crate::store::{
 };
 use std::path::{Path, PathBuf};
 
-/// What a folder holds already of the run that is asked for.
+/// What a folder already contains of the requested run.
 #[derive(Debug)]
 pub enum Earlier {
-    /// Nothing that counts; points of an interrupted run may be in its journal.
+    /// Nothing that counts; its journal may have points of an interrupted run.
     Nothing,
-    /// All of it, every table as it was written.
+    /// All of it, with every table as written.
     Complete(Box<RunRecord>),
 }
 
 /// Why a folder must not be touched.
 #[derive(Debug, thiserror::Error)]
 pub enum EarlierError {
-    /// What is there cannot be read.
+    /// The contents cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The results of another manifest.
@@ -29,11 +29,11 @@ pub enum EarlierError {
     OtherManifest {
         /// The folder.
         folder: PathBuf,
-        /// Name of the job there, which shard of it, and the beginnings of both hashes.
+        /// Name and shard of the job there, and the beginnings of both hashes.
         hashes: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
-        /// Lines that only one of the two has.
+        /// Lines that only one of the two manifests has.
         difference: String,
     },
     /// Other parts of the same job.
@@ -44,18 +44,18 @@ pub enum EarlierError {
     OtherParts {
         /// The folder.
         folder: PathBuf,
-        /// What it holds.
+        /// What it contains.
         found: String,
-        /// What is asked for.
+        /// What is requested.
         wanted: String,
     },
 }
 
-/// Looks at what is in the folder. `fresh` allows to replace the results of the same shard
-/// (or of the whole job), never those of others: a folder holds one job.
+/// Inspects the folder. `fresh` allows replacing the results of the same shard (or of the whole job), never others: a
+/// folder holds one job.
 ///
 /// # Errors
-/// [`EarlierError`] where the folder must not be touched.
+/// [`EarlierError`] if the folder must not be touched.
 pub fn look(
     folder: &Path,
     job: &Job,
@@ -70,7 +70,7 @@ pub fn look(
     for path in record_paths(folder)? {
         match read_run(&path) {
             Ok(record) => records.push(record),
-            // It is replaced, whatever it says.
+            // It is replaced anyway.
             Err(_) if fresh && path == own => {}
             Err(error) => return Err(error.into()),
         }
@@ -121,15 +121,15 @@ fn part(shard: Option<Shard>) -> String {
     shard.map_or_else(|| "the whole job".to_owned(), |shard| shard.to_string())
 }
 
-/// Enough of a hash to tell two apart.
+/// The beginning of a hash, long enough to distinguish two.
 fn prefix(hash: &str) -> &str {
     hash.get(..8).unwrap_or(hash)
 }
 
-/// Most lines of a difference that are shown.
+/// Largest number of displayed lines of a difference.
 const SHOWN: usize = 12;
 
-/// Lines that only one of two manifests has, comments and spaces aside.
+/// Lines that only one of two manifests has, without regard to comments and spaces.
 fn difference(there: &str, here: &str) -> String {
     let (there, here) = (bare(there), bare(here));
     let only = |of: &[String], other: &[String], mark: &str| -> Vec<String> {

@@ -1,40 +1,40 @@
-//! The time of all points from the time of some.
+//! How long do all points take, given the times of some?
 //!
-//! The time of a sample over the work that the manifest asks of it is what all work takes (a ratio
-//! estimate); the interval is Student's at 95 % for a sample from so many points, so few points or very
-//! different ones make it wide. Where every point was computed nothing is open but their order. Samples are drawn over the grid by the golden ratio, which meets
-//! no period of the grid.
+//! The ratio of a sample's time to the work that the manifest requests holds for all work (a ratio estimate). The
+//! interval is Student's at 95 % for a sample from a finite number of points, so few or very different points make it
+//! wide. If every point was computed, only their order is uncertain. Samples are drawn over the grid by the golden
+//! ratio, which avoids periods of the grid.
 //!
-//! Of a point that was only tried out the time is itself expected, with a spread. Points of a job are alike, so
-//! that a part of what is not known of them is the same for all ([`ALIKE`]) and does not average out.
+//! The time of a point that was only tried out is an estimate with a spread. Points of a job are alike, so a part of
+//! their errors is the same for all ([`ALIKE`]) and does not average out.
 
 use crate::numerics::statistics::student;
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// A number with the interval that it lies in at 95 %.
+/// A number with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
     /// Lower end.
     pub low: f64,
-    /// The number.
+    /// Expected value.
     pub expected: f64,
     /// Upper end.
     pub high: f64,
 }
 
-/// Correlation of what is not known of the times of two points.
+/// Correlation of the errors in the times of two points.
 const ALIKE: f64 = 0.25;
 
-/// Half width of the interval of the time that a single point tells, over that time.
+/// Relative half width of the interval from a single point.
 const LONE: f64 = 2.0;
 
 /// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sampled {
-    /// What it took, or is expected to take \[s\].
+    /// Its actual or expected time \[s\].
     pub time: f64,
-    /// Standard deviation of what it is expected to take \[s\]; 0 where it was computed.
+    /// Standard deviation of the expected time \[s\]; 0 if it was computed.
     pub spread: f64,
     /// Its work, in cycles times modes.
     pub work: f64,
@@ -46,20 +46,20 @@ impl Sampled {
         self.time / self.work
     }
 
-    /// What it takes at least \[s\].
+    /// Smallest plausible time \[s\].
     fn least(&self) -> f64 {
         (self.time - 2.0 * self.spread).max(0.0)
     }
 }
 
-/// What is to be computed.
+/// The points to be computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Load {
-    /// Points.
+    /// Number of points.
     pub points: usize,
-    /// Chains that they are of.
+    /// Number of chains.
     pub chains: usize,
-    /// Points of a whole chain.
+    /// Number of points in a whole chain.
     pub length: usize,
     /// Work of all points, in cycles times modes.
     pub work: f64,
@@ -69,14 +69,14 @@ pub(super) struct Load {
     pub shared: bool,
 }
 
-/// `count` different places among `of`, in an order in which any beginning is spread evenly.
+/// `count` different indices below `of`, in an order in which every prefix is spread evenly.
 pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let mut taken = HashSet::new();
     let mut places = Vec::new();
     for k in 0..count.min(of) {
         let start = ((k as f64 + 0.5) * golden).fract() * of as f64;
-        // Two draws may fall on one place; then the next free one is taken.
+        // Two draws may coincide; then the next free index is used.
         let place = (0..of)
             .map(|step| (start as usize + step) % of)
             .find(|place| !taken.contains(place));
@@ -86,7 +86,7 @@ pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
 }
 
 impl Load {
-    /// Computing time over all points and threads \[s\], from some of them; zero from none.
+    /// Computing time over all points and threads \[s\], estimated from a sample; zero for an empty sample.
     pub fn computing(&self, sample: &[Sampled]) -> Interval {
         let n = sample.len() as f64;
         if sample.is_empty() {
@@ -100,24 +100,24 @@ impl Load {
         let (rate, mean_work) = (time / work, work / n);
         let rest = |point: &Sampled| (point.time - rate * point.work).powi(2);
         let spread = sample.iter().map(rest).sum::<f64>() / (n - 1.0).max(1.0);
-        // Of points drawn without putting them back, the last ones leave nothing open.
+        // Correction for drawing without replacement: a complete sample has no error.
         let left = (1.0 - n / self.points as f64).max(0.0);
         let half = match sample.len() {
-            // One point says nothing of how much others differ.
+            // One point does not show how much others differ.
             1 => LONE * rate * left.sqrt(),
             many => student(many - 1) * (spread / n * left).sqrt() / mean_work,
         };
         let half = (self.work * half).hypot(2.0 * self.spread(sample));
         let expected = self.work * rate;
         Interval {
-            // What was computed takes its time again.
+            // The points of the sample are computed again.
             low: (expected - half).max(sample.iter().map(Sampled::least).sum()),
             expected,
             high: expected + half,
         }
     }
 
-    /// Standard deviation of the computing time, by what is not known of points that were tried out \[s\].
+    /// Standard deviation of the computing time from the errors of points that were tried out \[s\].
     fn spread(&self, sample: &[Sampled]) -> f64 {
         let scale = self.work / totals(sample).1;
         let each: f64 = sample.iter().map(|point| point.spread.powi(2)).sum();
@@ -125,9 +125,8 @@ impl Load {
         ((1.0 - ALIKE) * scale * each + ALIKE * (scale * alike).powi(2)).sqrt()
     }
 
-    /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest
-    /// chain is begun last. Chains that do not divide by the threads leave some without work at
-    /// the end.
+    /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest chain starts last. If
+    /// the number of chains is not a multiple of the threads, some threads idle at the end.
     pub fn wall_time(&self, sample: &[Sampled]) -> Interval {
         let computing = self.computing(sample);
         let threads = self.threads as f64;
@@ -140,7 +139,7 @@ impl Load {
             return Interval {
                 low: (computing.low / threads).max(least),
                 expected: schedule(sample, self.threads),
-                // Graham's bound, in whatever order points are begun.
+                // Graham's bound, for any order of points.
                 high: computing.high / threads + longest * (1.0 - 1.0 / threads),
             };
         }
@@ -165,8 +164,8 @@ fn totals(sample: &[Sampled]) -> (f64, f64) {
     })
 }
 
-/// When the last thread is done \[s\], if the points with the most work are begun first and those of
-/// equal work in their order, as a queue does that knows no times yet.
+/// End of the last thread \[s\]. Points with more work start first, and points of equal work in order, as in a queue
+/// without known times.
 fn schedule(points: &[Sampled], threads: usize) -> f64 {
     let mut order = points.to_vec();
     order.sort_by(|a, b| b.work.total_cmp(&a.work));
@@ -179,7 +178,7 @@ fn schedule(points: &[Sampled], threads: usize) -> f64 {
 }
 
 impl Interval {
-    /// The same, evenly shared by so many threads.
+    /// The same time shared evenly by `threads` threads.
     fn over(self, threads: f64) -> Self {
         Self {
             low: self.low / threads,
@@ -188,7 +187,7 @@ impl Interval {
         }
     }
 
-    /// The same, so much later.
+    /// The same, later by `time`.
     pub fn after(self, time: f64) -> Self {
         Self {
             low: time + self.low,
@@ -224,7 +223,7 @@ mod tests {
             all.sort_unstable();
             assert_eq!(all, (0..of).collect::<Vec<_>>(), "each once");
         }
-        // Of 8 rows of 10, no column and no row is left out by much.
+        // Coverage of 8 rows of 10 is even, both by column and by row.
         let places = drawn(80, 20);
         for (group, groups) in [(10, 8), (1, 10)] {
             let mut met = vec![0; groups];
@@ -235,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Points of work 1 that took so long.
+    /// Points of work 1 with these times.
     fn took(times: &[f64]) -> Vec<Sampled> {
         let of = |&time: &f64| Sampled {
             time,
@@ -247,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_whole_sample_leaves_nothing_open() {
-        // The time goes with the work for one point and not for the other.
+        // The times of the two points are not proportional to their work.
         let sample = [
             Sampled {
                 time: 1.0,
@@ -261,11 +260,11 @@ mod tests {
             },
         ];
         assert_eq!(ends(load(2, 1, 4.0, 1).computing(&sample)), [8.0; 3]);
-        // The longer one is begun first; at worst behind the other one.
+        // The longer point starts first, or after the other one at worst.
         let found = load(2, 1, 4.0, 2).wall_time(&sample);
         assert_eq!(ends(found), [7.0, 7.0, 7.5]);
         assert_eq!(ends(found.after(0.5)), [7.5, 7.5, 8.0]);
-        // Nobody knows that the last of three is long: it waits for the first two.
+        // The queue does not know that the last of three is long, so it waits for the first two.
         let found = load(3, 1, 3.0, 2).wall_time(&took(&[1.0, 1.0, 4.0]));
         assert_eq!(ends(found), [4.0, 5.0, 5.0]);
         // Three chains on two threads take as long as four would.
@@ -274,13 +273,13 @@ mod tests {
             load(12, 6, 12.0, 2).wall_time(&took(&[1.0; 12])).expected,
             6.0
         );
-        // Of two chains of eighty a resumed run has half left: as many as there are threads.
+        // A resumed run has half of two chains of eighty points left, and as many chains as threads.
         let resumed = Load {
             chains: 2,
             ..load(42, 80, 42.0, 2)
         };
         assert_eq!(resumed.wall_time(&took(&[1.0; 10])).expected, 21.0);
-        // Threads that share a point have no one to wait for.
+        // Threads that share a point never wait.
         let shared = Load {
             shared: true,
             ..load(3, 1, 3.0, 2)
@@ -289,7 +288,7 @@ mod tests {
         assert_eq!(ends(load(9, 1, 1.0, 2).wall_time(&[])), [0.0; 3]);
     }
 
-    /// Where points take their work's time, some of them tell of all, whatever their work.
+    /// If time is proportional to work, any sample predicts the total exactly.
     #[test]
     fn time_that_goes_with_work_is_known_from_any_points() {
         let sample: Vec<Sampled> = (1..=4)
@@ -303,7 +302,7 @@ mod tests {
         assert_eq!(ends(found), [500.0; 3]);
     }
 
-    /// The 95 % interval holds the sum in about 95 % of draws from a known set.
+    /// The 95 % interval contains the sum in about 95 % of draws from a known set.
     #[test]
     fn the_interval_covers() {
         let costs: Vec<f64> = (0..400u32)
@@ -312,7 +311,7 @@ mod tests {
         let truth: f64 = costs.iter().sum();
         let mut covered = 0;
         for first in 0..200 {
-            // Strides prime to 400: a sample without repetition.
+            // The stride and 400 are coprime, so the sample has no repetition.
             let sample: Vec<f64> = (0..12).map(|k| costs[(first * 7 + k * 33) % 400]).collect();
             let found = load(400, 1, 400.0, 1).computing(&took(&sample));
             covered += usize::from(found.low <= truth && truth <= found.high);
@@ -320,7 +319,7 @@ mod tests {
         assert!((180..=200).contains(&covered), "{covered} of 200");
     }
 
-    /// Of four points, two of them tried out, what is not known of them is partly the same.
+    /// Two of four points are tried out, and a part of their errors is the same.
     #[test]
     fn what_is_not_known_of_points_widens_the_interval() {
         let mut sample = took(&[1.0, 1.0, 4.0, 4.0]);
@@ -330,7 +329,7 @@ mod tests {
         let half = 2.0 * 2.5f64.sqrt();
         let found = load(4, 1, 4.0, 1).computing(&sample);
         assert_eq!(ends(found), [10.0 - half, 10.0, 10.0 + half]);
-        // Twice as many points: 0.75 * 2 * 2 + 0.25 * 4^2, and the sample's own error comes on top.
+        // Twice as many points: 0.75 * 2 * 2 + 0.25 * 4^2, and additionally the error of the sample.
         let found = load(8, 1, 8.0, 1).computing(&sample);
         assert!(found.high - found.expected > 2.0 * 7f64.sqrt());
         assert!(found.low >= 1.0 + 1.0 + 2.0 + 2.0);

@@ -1,5 +1,4 @@
-//! The drives of a job as they depend on parameters: models between the points of a grid, and their
-//! derivatives.
+//! The drives of a job as functions of parameters: models between the points of a grid, and their derivatives.
 
 use super::parts::Prepared;
 use crate::analysis::continuation::drive::Family;
@@ -7,28 +6,27 @@ use crate::analysis::continuation::map::At;
 use crate::manifest::{Parameter, PointResolver, PointSpec};
 use crate::model::{Model, ShapeChange};
 
-/// Steps of difference quotients of models, relative to the parameter's size, in the order in which
-/// they are tried: a smaller one where the model's shape changes within a larger one.
+/// Steps of difference quotients of models, relative to the parameter's size, in the order of attempts. A smaller step
+/// is tried if the model's shape changes within a larger one.
 const STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
 
 /// Central differences of the sixth order: weights at 1, 2 and 3 steps, in 60ths.
 const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
 
-/// One-sided differences of the sixth order, in 60ths: where a parameter may go one way only.
+/// One-sided differences of the sixth order, in 60ths, for a parameter that may change in one direction only.
 const ONE_SIDED: [f64; 7] = [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0];
 
-/// What a change of a parameter is measured by where its value is zero, in its SI unit over the point's
-/// own scale.
+/// Size of a parameter with the value zero, in its SI unit divided by the point's natural scale.
 const OF_NOTHING: f64 = 1e-2;
 
-/// Drives like that of a point whose parameters vary.
+/// The drives of a point for varied parameters.
 #[derive(Debug)]
 pub struct PointFamily<'a> {
     /// The point.
     pub point: PointSpec,
     /// The parameters.
     pub parameters: Vec<Parameter>,
-    /// Keys that have other values than the manifest gives them.
+    /// Keys whose values differ from the manifest.
     held: Vec<(Parameter, f64)>,
     between: &'a PointResolver,
     parts: &'a Prepared,
@@ -51,7 +49,7 @@ impl<'a> PointFamily<'a> {
         }
     }
 
-    /// The same of a point whose drive has other values of some keys than the manifest gives.
+    /// The same for a point whose keys `held` have other values than in the manifest.
     pub fn holding(mut self, held: &[(Parameter, f64)]) -> Self {
         self.held = held.to_vec();
         self
@@ -66,29 +64,29 @@ impl<'a> PointFamily<'a> {
         }
     }
 
-    /// The values of the parameters at the point; of a second one that there is not, 0.
+    /// The values of the parameters at the point; 0 for a missing second one.
     pub fn values(&self) -> At {
         let value = |i: usize| self.parameters.get(i).and_then(|p| self.own_value(p));
         [0, 1].map(|i| value(i).unwrap_or(0.0))
     }
 
-    /// The point where the parameters have these values.
+    /// The point with these values of the parameters.
     ///
     /// # Errors
-    /// A sentence where there is no such drive.
+    /// A sentence if there is no such drive.
     pub fn at(&self, at: At) -> Result<PointSpec, String> {
         let held = self.held.iter().map(|(own, value)| (own, *value));
         let held = held.filter(|(own, _)| !self.parameters.contains(own));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
         let mut found = self.between.changed(&self.point, &values)?;
-        // Orbits at different values of the parameters are measured by one length.
+        // One length scale for orbits at all values of the parameters.
         if let Some(length) = self.point.mesh.length {
             found.mesh = found.mesh.measured_by(length);
         }
         Ok(found)
     }
 
-    /// A change of a parameter that is small against its size.
+    /// The size of a parameter, as a scale for small changes.
     pub(super) fn size(&self, at: At, axis: usize) -> f64 {
         let natural = match self.parameters[axis].unit() {
             "m" => self.point.mesh.scale(),
@@ -128,8 +126,8 @@ impl Family for PointFamily<'_> {
         self.parts.model(&point).map_err(|error| error.to_string())
     }
 
-    /// By differences of models, of the sixth order: a model is smooth in its parameters, segment by
-    /// segment. A parameter that may go one way only is differentiated from that side.
+    /// Differences of models, of the sixth order: a model is smooth in its parameters, segment by segment. A parameter
+    /// that may change in one direction only has a one-sided derivative.
     fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
         let central: Vec<(f64, f64)> = (1..)
             .zip(CENTRAL)

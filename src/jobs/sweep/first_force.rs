@@ -1,4 +1,4 @@
-//! What the flanks of the first mesh bear on average, and how they rub.
+//! Mean force and friction on the flanks of the first mesh.
 
 use crate::gear::GearError;
 use crate::manifest::{PointSpec, StructureSource};
@@ -12,10 +12,10 @@ pub(super) fn first_force(structure: &ModalStructure, point: &PointSpec) -> f64 
     }
 }
 
-/// Coefficient of friction of the first mesh, at its mean force and the speed at which it rolls.
+/// Coefficient of friction of the first mesh, at its mean force and rolling speed.
 ///
 /// # Errors
-/// Those of the law of friction.
+/// Errors of the law of friction.
 pub(super) fn friction(structure: &ModalStructure, point: &PointSpec) -> Result<f64, GearError> {
     let rolling = point.speed * structure.frame.rolling.abs();
     let force = first_force(structure, point);

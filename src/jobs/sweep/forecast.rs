@@ -1,11 +1,10 @@
-//! What a run will take: its time with an interval, its memory and its disk space, from a few
-//! points that are tried out beforehand.
+//! What will a run take? Its time with an interval, its memory and its disk space, from a few points that are tried out
+//! beforehand.
 //!
-//! Points are drawn over the grid until the time is known well enough, or [`SHARE`] of it is spent. Of a
-//! chain, the point before is tried out too, as if it were the first, so that
-//! the one that is timed starts from a settled motion as it does in a sweep. What the
-//! refinement of changes takes is added for every change between neighbours of the sample: most
-//! points meet none, and a few would say little of how many do.
+//! Points are drawn over the grid until the time is known accurately enough, or [`SHARE`] of it is spent. A point of a
+//! chain is tried out after the point before it, which is treated as the first. The timed point thus starts from a
+//! settled motion, as in a sweep. Refinement adds time for every change between neighbours of the sample: most points
+//! have no change, so a few points would be a poor estimate of the number.
 
 use super::estimate::{Interval, Load, Sampled, drawn};
 use super::layout::layout;
@@ -26,76 +25,70 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Half width of the interval of the computing time, over the time, at which it is known well
-/// enough.
+/// Relative half width of the interval of the computing time at which the calibration stops.
 const CLOSE: f64 = 0.15;
 
-/// Most points of a first sample, per worker.
+/// Largest number of points per worker in the first sample.
 const POINTS_A_WORKER: usize = 8;
 
-/// What is kept of a measured cycle until its point is finished, an estimate \[bytes\]: runs of
-/// shipped manifests with a budget of 160 000 cycles hold 18 to 44 MB more than a plan that tries their
-/// points out.
+/// Memory that a measured cycle occupies until its point is finished, estimated \[bytes\]. Runs of shipped manifests
+/// with a budget of 160 000 cycles take 18 to 44 MB more than a plan that tries their points out.
 const CYCLE_BYTES: u64 = 300;
 
-/// Cycles beyond which no growth is counted. Records of one trajectory do not grow from 10⁵ to 10⁷ cycles
-/// (docs/robustness.md); where those of eight stop was not measured.
+/// Largest number of cycles whose memory is counted. Records of one trajectory do not grow from 10⁵ to 10⁷ cycles
+/// (docs/robustness.md); the limit for eight trajectories was not measured.
 const MOST_CYCLES: u64 = 160_000;
 
-/// Most points that are tried out, a worker.
+/// Largest number of points per worker that are tried out.
 const MOST_A_WORKER: usize = 64;
 
-/// Fewest points that the time is known from, where there are so many: fewer may all be of the motion
-/// that is quick to settle.
+/// Smallest sample of a larger job: fewer points may all have motion that settles quickly.
 const FEWEST: usize = 8;
 
-/// Processor time that trying out may take, over that of the run at least; one point is tried out in any case.
+/// Processor time of the calibration, divided by the least time of the run; one point is tried out in any case.
 const SHARE: f64 = 0.03;
 
-/// Processor time that trying out may take in any case \[s\].
+/// Processor time that the calibration may take in any case \[s\].
 const FLOOR: f64 = 0.15;
 
-/// Time between two looks at the clock.
+/// Time between two checks of the clock.
 const LOOK_UP: Duration = Duration::from_millis(20);
 
-/// What a run will take.
+/// The cost of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
     /// Points of the grid (of the shard).
     pub points: u64,
-    /// Points of a chain; 1 where points are independent.
+    /// Points of a chain; 1 if points are independent.
     pub chain_length: u64,
-    /// Pieces of work that may be done at the same time: more threads have nothing to do. A refined grid has any
-    /// number.
+    /// Pieces of work that can run at the same time; more threads would idle. A refined grid has any number.
     #[serde(skip)]
     pub pieces: u64,
-    /// Mesh tables needed, computed already or not.
+    /// Mesh tables that are needed, including those already computed.
     pub tables: u64,
     /// Worker threads.
     pub threads: u64,
-    /// Where they are to run, in words.
+    /// Their intended placement, in words.
     pub placement: String,
-    /// Points tried out to know.
+    /// Number of points that were tried out.
     pub calibrated: u64,
-    /// Of these, given up because they took too long: the times are then at least what is
-    /// said.
+    /// Number of these that were abandoned because they took too long; the times are then lower bounds.
     pub cut_short: u64,
     /// Wall time of the calibration, tables included \[s\].
     pub calibration_time: f64,
-    /// Wall time of the run, where nothing else works on its cores \[s\].
+    /// Wall time of the run if no other program uses its cores \[s\].
     pub time: Interval,
-    /// Most memory that it takes \[bytes\]; absent where the system does not tell what the
-    /// calibration took.
+    /// Largest memory of the run \[bytes\]; absent if the memory of the calibration is unknown.
     pub memory: Option<u64>,
     /// Result files \[bytes\].
     pub disk: u64,
-    /// The journal, which is there while the run lasts \[bytes\].
+    /// The journal, which exists during the run \[bytes\].
     pub journal: u64,
 }
 
-/// Tries out a few points for at most about `budget` (tables that they need come on top, and are kept
-/// for the run), and says what the run will take; nothing where the sweep was called off meanwhile. Result files
-/// are tried out in its folder, which is to be empty.
+/// Tries out a few points for at most about `budget` and predicts the cost of the run. Tables that they need take
+/// additional time, and are kept for the run. `None` if the sweep was interrupted. Result files are tried out in the
+/// sweep's folder, which must be empty.
 ///
 /// # Errors
 /// Threads cannot be started, or the folder cannot be written.
@@ -151,9 +144,9 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
 
     let mut time = load.wall_time(&sampled);
     time.expected += refining / threads as f64;
-    // A change may come and go between two neighbours.
+    // A change may appear and disappear between two neighbours.
     time.high += 2.0 * refining / threads as f64;
-    // A few points may all be of the motion that settles, and the others of none.
+    // A small sample may have only points whose motion settles, while the others do not.
     if sampled.len() < least && most.is_finite() {
         time.high = time.high.max(2.0 * most / threads as f64);
     }
@@ -161,7 +154,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     let journal = (row_bytes * all as f64) as u64;
     let most_cycles = (job.points.variants().iter()).map(|variant| variant.run.cycles);
     let records = threads as u64 * CYCLE_BYTES * most_cycles.max().unwrap_or(0).min(MOST_CYCLES);
-    // Before the memory is looked at, which encoding takes up too.
+    // Before the memory is measured, because encoding also takes memory.
     let disk = disk(job, all, rows, scratch)?;
     let memory = peak_memory().map(|peak| memory(peak + records, journal));
     Ok(Some(Forecast {
@@ -181,24 +174,24 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     }))
 }
 
-/// Points that are tried out.
+/// The calibration: points that are tried out.
 struct Calibration<'a> {
     job: &'a Job,
     parts: &'a Prepared,
     load: Load,
-    /// Fewest points that the time is known from.
+    /// Smallest sample.
     least: usize,
-    /// Processor time of the process when trying out began \[s\].
+    /// Processor time of the process at the start of the calibration \[s\].
     begun: f64,
-    /// What points are timed with.
+    /// The clock for points.
     clock: ProcessorClock,
-    /// Raised when no more time is left.
+    /// Raised when the time is over.
     over: AtomicBool,
     tried: Mutex<Vec<Tried>>,
 }
 
 impl Calibration<'_> {
-    /// Tries out points in turn until their time is known well enough, for about `budget` at most.
+    /// Tries out points in turn until their time is known accurately enough, for about `budget` at most.
     ///
     /// # Errors
     /// A thread cannot be started.
@@ -230,7 +223,7 @@ impl Calibration<'_> {
                     topology,
                 };
                 if self.load.shared && worker.index > 0 {
-                    // The others help with the point.
+                    // The other workers help with the point.
                     return;
                 }
                 while let Some(&id) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -249,7 +242,7 @@ impl Calibration<'_> {
         self.tried.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether the time is known well enough, or trying out has taken its share.
+    /// Whether the time is known accurately enough, or the calibration has taken its share.
     fn is_enough(&self) -> bool {
         let sampled: Vec<Sampled> = self.tried().iter().map(|tried| tried.sampled).collect();
         let Interval {
@@ -260,7 +253,7 @@ impl Calibration<'_> {
         let many = sampled.len() >= self.least;
         let spent = ProcessorClock::Process.now() - self.begun;
         let next = spent / sampled.len().max(1) as f64;
-        // A few points may all be of the motion that settles.
+        // The points of a small sample may all have motion that settles.
         let run = if many { low } else { self.most() };
         many && high - expected <= CLOSE * expected
             || !sampled.is_empty() && spent + next >= FLOOR.max(SHARE * run)
@@ -273,7 +266,7 @@ impl Calibration<'_> {
         self.load.work * tried.iter().map(|tried| tried.most).sum::<f64>() / work
     }
 
-    /// Processor time of all mesh tables and structures \[s\], by those of the points that were tried out.
+    /// Processor time of all mesh tables and structures \[s\], estimated from the points that were tried out.
     fn preparing(&self, tables: usize) -> f64 {
         let tried = self.tried();
         let known = tables_wanted(self.job, tried.iter().map(|tried| tried.id));
@@ -286,7 +279,7 @@ impl Calibration<'_> {
         all * tried.iter().map(|tried| tried.prepared).sum::<f64>()
     }
 
-    /// Tries out a point and keeps what was learnt.
+    /// Tries out a point and records the result.
     fn try_out(&self, id: usize, worker: Worker<'_>) {
         let (job, parts, over) = (self.job, self.parts, &self.over);
         if let Ok(tried) = try_out(job, id, parts, worker, self.clock, over) {
@@ -294,8 +287,7 @@ impl Calibration<'_> {
         }
     }
 
-    /// Computing time that narrowing down changes of motion takes \[s\], by those between
-    /// neighbours of the sample.
+    /// Computing time for narrowing down changes of motion \[s\], from changes between neighbours of the sample.
     fn refining(&self) -> f64 {
         let (job, length) = (self.job, self.job.chain_length());
         let mut tried = self.tried();
@@ -320,8 +312,8 @@ impl Calibration<'_> {
         tried.windows(2).map(between).sum()
     }
 
-    /// What points took, in their order, how many were given up, rows of the others. One that was given
-    /// up sooner than the others took on average does not count: it says nothing.
+    /// The times of the points in order, the number of abandoned ones, and rows of the others. An abandoned point that
+    /// took less than the average of the others is dropped, because it has no information.
     fn found(self) -> (Vec<Sampled>, u64, Vec<PointRow>) {
         let mut tried = self
             .tried
@@ -350,31 +342,31 @@ fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {
     }
 }
 
-/// Most memory of a run, from what trying its points out took and the size of its journal \[bytes\].
-/// Rows are in memory while they wait for older points and until their row group is written.
+/// Memory of a run \[bytes\], from the memory of the calibration and the size of the journal. Rows are in memory while
+/// they wait for older points and until their row group is written.
 fn memory(peak: u64, journal: u64) -> u64 {
-    /// A long run over a short one: memory that is free but in pieces.
+    /// Growth of memory in a long run, by fragmentation.
     const IN_PIECES: f64 = 1.25;
-    /// A row that waits and is being encoded over the same in the journal, where a small number takes a
+    /// Memory of a row that waits and is encoded, divided by its size in the journal, where a small number takes one
     /// byte.
     const ENCODED: u64 = 6;
-    /// Groups are written when they are as large.
+    /// A group of this size is written.
     const MOST: u64 = 8 * GROUP_BYTES as u64;
     (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST)
 }
 
-/// Points of a sample of so many, on so many threads.
+/// Size of the first sample.
 fn sample(points: usize, threads: usize) -> usize {
     (points / 4).clamp(2, POINTS_A_WORKER * threads.max(2))
 }
 
-/// Whether threads share points.
+/// Whether several threads compute one point.
 fn shared(job: &Job) -> bool {
     let mut variants = job.points.variants().iter();
     variants.any(|variant| variant.analyses.multistability.is_some())
 }
 
-/// Size of the result files of so many points like these \[bytes\].
+/// Predicted size of the result files of `points` points like these \[bytes\].
 fn disk(job: &Job, points: usize, rows: Vec<PointRow>, scratch: &Path) -> Result<u64, StoreError> {
     let count = rows.len().max(1) as u64;
     let mut sizes = [0, 0];

@@ -1,4 +1,5 @@
-//! Further meshes of a train that follow from the drawing of their gears: their laws under the mean load of a point.
+//! Further meshes of a train that are computed from the drawing of their gears: their laws under the mean load of a
+//! point.
 
 use super::mesh_tables::{MeshError, MeshTables};
 use crate::manifest::{PointSpec, StructureSource};
@@ -7,7 +8,7 @@ use crate::shaft::{DrawnLaw, MeshLaw, TrainDrive};
 use crate::structure::ModalStructure;
 use std::borrow::Cow;
 
-/// Part of the rated force below which a mean mesh force is the round-off of none.
+/// A mean mesh force below this fraction of the rated force is round-off.
 const NO_FORCE: f64 = 1e-9;
 
 /// Why a further mesh has no law.
@@ -16,11 +17,11 @@ const NO_FORCE: f64 = 1e-9;
 pub struct FurtherMeshError {
     /// Its gears.
     pub gears: [String; 2],
-    /// Why.
+    /// Reason.
     pub error: MeshError,
 }
 
-/// The structure of a point, its further meshes with their laws.
+/// The structure of a point, with the laws of its further meshes.
 ///
 /// # Errors
 /// [`FurtherMeshError`].
@@ -72,8 +73,8 @@ fn with_divisions<'s>(
     Ok(Cow::Owned(own))
 }
 
-/// What follows from the first contact, the drawing and the mean force \[N\] of every further mesh from the drawing, with
-/// the names of its gears.
+/// Applies a function to every further mesh from a drawing: to its first contact, drawing and mean force \[N\]. Returns
+/// the results with the names of the gears.
 pub(super) fn each<T>(
     structure: &ModalStructure,
     point: &PointSpec,

@@ -1,5 +1,4 @@
-//! A job from its journal to its record: what is left of it is computed, its tables are written, and
-//! `run.json` says how it went.
+//! A job from its journal to its record: computes the remaining points, and writes tables and `run.json`.
 
 use super::Prepared;
 use super::recorder::Watcher;
@@ -13,41 +12,41 @@ use crate::topology::Topology;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A run of a job into a folder of results that [`super::look_for_earlier`] found fit for it.
+/// A run of a job into a folder of results that [`super::look_for_earlier`] has accepted.
 #[derive(Debug)]
 pub struct JobRun<'a> {
     /// The job.
     pub job: &'a Job,
-    /// Where its results go.
+    /// Folder of the results.
     pub folder: &'a Path,
-    /// How it is to be run; all points, or those of a shard.
+    /// Options of the sweep; all points, or those of a shard.
     pub options: Options<'a>,
-    /// Whether what an interrupted run left is dropped.
+    /// Whether points of an interrupted run are dropped.
     pub fresh: bool,
-    /// Where computed tables are kept.
+    /// Store of computed tables.
     pub tables: TableStore,
-    /// The machine, where it is known.
+    /// The machine, if known.
     pub topology: Option<&'a Topology>,
-    /// What the user should know before it begins, one sentence each.
+    /// Warnings before the run, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// A run that came to an end, its own or by being called off.
+/// A run that ended or was interrupted.
 #[derive(Debug)]
 pub struct JobRan {
     /// How the sweep ended.
     pub finished: Finished,
-    /// The record, as it was written.
+    /// The record as written.
     pub record: RunRecord,
 }
 
 /// Why a run has no record.
 #[derive(Debug, thiserror::Error)]
 pub enum JobRunError {
-    /// The sweep could not run, or its tables or its journal cannot be written.
+    /// The sweep could not run, or its tables or journal cannot be written.
     #[error(transparent)]
     Sweep(#[from] SweepError),
-    /// The tables are there, but the record cannot be written, or the journal not be removed.
+    /// The tables exist, but the record cannot be written, or the journal cannot be removed.
     #[error(transparent)]
     Record(StoreError),
 }
@@ -58,7 +57,7 @@ impl From<StoreError> for JobRunError {
     }
 }
 
-/// This machine, and what the user should know where it cannot be described.
+/// This machine, and a warning if it cannot be described.
 pub fn this_machine() -> (Option<Topology>, Vec<String>) {
     match Topology::current() {
         Ok(topology) => (Some(topology), Vec::new()),
@@ -67,11 +66,11 @@ pub fn this_machine() -> (Option<Topology>, Vec<String>) {
 }
 
 impl JobRun<'_> {
-    /// Goes on from the journal of the folder, or begins it; ends with a record and without a
-    /// journal, or, where `called_off` was raised meanwhile, with both.
+    /// Continues from the journal of the folder, or starts one. Afterwards there is a record and no journal, or both if
+    /// `called_off` was raised.
     ///
     /// # Errors
-    /// [`JobRunError`]; what is in the journal stays.
+    /// [`JobRunError`]; the journal keeps its points.
     pub fn run(
         self,
         called_off: &AtomicBool,
@@ -143,7 +142,7 @@ impl JobRun<'_> {
             set: job.changes.clone(),
         };
         write_run(folder, &record).map_err(JobRunError::Record)?;
-        // Last: until the record is written, the journal is what a next run goes on from.
+        // Last: until the record is written, the next run continues from the journal.
         if record.state == RunState::Complete {
             journal.remove().map_err(JobRunError::Record)?;
         }
@@ -151,7 +150,7 @@ impl JobRun<'_> {
     }
 }
 
-/// Counts and times of a sweep that took so long \[s\].
+/// Counts and times of a sweep with this wall time \[s\].
 fn totals(finished: &Finished, wall_time: f64) -> Totals {
     let progress = &finished.progress;
     Totals {

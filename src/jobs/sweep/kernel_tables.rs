@@ -1,5 +1,5 @@
-//! Tables of kernels of a job: fetched from the cache or computed, once for all points
-//! that share them; on a machine with several NUMA nodes copied where that pays.
+//! Tables of kernels of a job: fetched from the cache or computed, once for all points that share them. On a machine
+//! with several NUMA nodes they are copied if that pays.
 
 use crate::model::Model;
 use crate::propagate::TableError;
@@ -9,10 +9,10 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// A table, for as long as some kernel uses it, or why the model has none: that is found out once.
+/// A table, as long as a kernel uses it, or the reason why the model has none, which is determined once.
 type Place = Arc<Mutex<Result<Weak<KernelArrays>, TableError>>>;
 
-/// What workers of all nodes share.
+/// The state that workers of all nodes share.
 #[derive(Debug)]
 struct Common {
     store: TableStore,
@@ -20,19 +20,19 @@ struct Common {
     warnings: Mutex<BTreeSet<String>>,
 }
 
-/// Kernel tables at hand. A few that were used last stay there, so that memory does not grow with
-/// the grid; of others the file remains.
+/// Kernel tables at hand. Only the most recently used ones stay in memory, so that memory does not grow with the grid;
+/// the others remain as files.
 #[derive(Debug)]
 pub struct KernelTables {
     common: Arc<Common>,
-    /// Those used last, the last one first.
+    /// The most recently used ones, latest first.
     at_hand: Mutex<VecDeque<(PathBuf, Arc<KernelArrays>)>>,
-    /// Of the workers of one NUMA node: what it offers to copies.
+    /// For the workers of one NUMA node: its room for copies.
     room: Option<Room>,
 }
 
 impl KernelTables {
-    /// Tables kept in a store.
+    /// Tables that are stored in `store`.
     pub fn new(store: TableStore) -> Self {
         Self {
             common: Arc::new(Common {
@@ -45,8 +45,7 @@ impl KernelTables {
         }
     }
 
-    /// The same tables, of which the workers of one NUMA node make copies of their own where
-    /// there is room.
+    /// The same tables; the workers of one NUMA node make copies of them if there is room.
     pub fn on_node(&self, room: Room) -> Self {
         Self {
             common: self.common.clone(),
@@ -55,8 +54,8 @@ impl KernelTables {
         }
     }
 
-    /// The table of closed modes for a model. Workers that want the same one wait for the one that
-    /// computes it.
+    /// The table of closed modes for a model. If several workers want the same one, one computes it and the others
+    /// wait.
     ///
     /// # Errors
     /// The kernel cannot be built for the model.
@@ -73,14 +72,14 @@ impl KernelTables {
         let pays = self
             .room
             .is_some_and(|room| room.takes(common.bytes() as u64));
-        // Written by the calling thread, so that the pages are of its node.
+        // Written by the calling thread, so that the pages belong to its node.
         let near = if pays { Arc::new(common.copied()) } else { common };
         at_hand.push_front((path, near.clone()));
         at_hand.truncate(TABLES_AT_HAND);
         Ok(near)
     }
 
-    /// A table that is at hand, which is the one last used from now on.
+    /// A table at hand, which becomes the most recently used one.
     fn found(&self, path: &Path) -> Option<Arc<KernelArrays>> {
         let mut at_hand = lock(&self.at_hand);
         let place = at_hand.iter().position(|(known, _)| known == path)?;
@@ -90,7 +89,7 @@ impl KernelTables {
         Some(found)
     }
 
-    /// Shows the copies of a node that are at hand.
+    /// Calls `tell` for each copy of the node.
     pub(super) fn each_copy(&self, mut tell: impl FnMut(&[f64])) {
         for (_, table) in lock(&self.at_hand).iter() {
             let pays = self
@@ -102,7 +101,7 @@ impl KernelTables {
         }
     }
 
-    /// What the user should know of the cache, each once.
+    /// Warnings about the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
         lock(&self.common.warnings).iter().cloned().collect()
     }

@@ -1,4 +1,4 @@
-//! Which tables a job writes, and their axes.
+//! Which tables does a job write, and with which axes?
 
 use super::build;
 use super::parts::structures;
@@ -48,7 +48,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     }
 }
 
-/// Names of what lists tell, where the first and the last variant, which have the ends of every axis, agree.
+/// Names of the elements of lists, if the first and the last variant, which have the ends of every axis, agree.
 fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
     let variants = job.points.variants();
     let (Some(first), Some(last)) = (variants.first(), variants.last()) else {
@@ -68,7 +68,7 @@ fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
     found
 }
 
-/// What columns of contacts call the flanks that an oscillator does not have.
+/// Names in columns of contacts for the flanks that an oscillator does not have.
 pub const NO_FLANKS: [&str; 2] = ["no drive flank", "no coast flank"];
 
 fn names(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
@@ -137,7 +137,7 @@ fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
     }
 }
 
-/// How values of axes are drawn, where some are distributions.
+/// How values of axes are drawn; `None` without distributions.
 pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
     let samples = job.samples.as_ref()?;
     let first = samples.axes.first().map_or(0, |(axis, _)| *axis);
@@ -158,7 +158,7 @@ pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
     })
 }
 
-/// What a slice varies along its axes; modes are counted from 0.
+/// The quantities along the axes of a slice; modes are counted from 0.
 fn slice_axes(slice: SliceConfig) -> [AxisColumn; 2] {
     let axis = |name: &str, mode: usize, unit: &str| AxisColumn {
         name: format!("{name} {}", mode + 1),

@@ -9,19 +9,19 @@ use crate::manifest::PointSpec;
 use crate::structure::ModalStructure;
 use std::sync::Arc;
 
-/// What the mean load makes of a mesh that is computed from the drawing, before the shafts tilt.
+/// A mesh from the drawing under the mean load, before the shafts tilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadedMesh {
     /// Mean force on the flanks \[N\].
     pub force: f64,
-    /// Largest less smallest error of the loaded flanks \[m\].
+    /// Peak-to-peak error of the loaded flanks \[m\].
     pub flank_error: f64,
     /// Smallest, mean and largest stiffness over the mesh cycle \[N/m\].
     pub stiffness: [f64; 3],
-    /// Mean number of pairs that bear load.
+    /// Mean number of pairs that carry load.
     pub contact_ratio: f64,
-    /// Pieces of the course that the mesh cycle is integrated with, how far their stiffness and how far friction and load
-    /// centroid are off ([`MeshCourse`](crate::gear::MeshCourse)); none where the mesh has segments or springs.
+    /// Number of pieces of the course ([`MeshCourse`](crate::gear::MeshCourse)), with the error of their stiffness and
+    /// of their friction and load centroid; `None` if the mesh has segments or springs.
     pub course: Option<(usize, [f64; 2])>,
 }
 
@@ -48,11 +48,11 @@ impl LoadedMesh {
     }
 }
 
-/// The first mesh of a point that takes its stiffness from the table of `spec`. The structure of a train determines how load
-/// and drag reach this mesh.
+/// The first mesh of a point whose stiffness comes from the table of `spec`. The structure of a train determines how
+/// load and drag reach this mesh.
 ///
 /// # Errors
-/// Gears that do not mesh, or a load that cannot be shared.
+/// The gears do not mesh, or the load cannot be shared.
 pub fn loaded_mesh(
     point: &PointSpec,
     spec: &MeshTableSpec,

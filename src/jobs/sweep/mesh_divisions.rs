@@ -1,4 +1,4 @@
-//! How a computed mesh becomes divisions of the model's mesh cycle.
+//! How does a computed mesh become divisions of the model's mesh cycle?
 
 use crate::gear::{
     CourseAccuracy, CycleDivision, MeshCourse, MeshSprings, MeshTableCycle, MeshTablePiece,
@@ -7,23 +7,23 @@ use crate::gear::{
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 
-/// A break of a table closer than this to an end of equal segments \[cycles\] cuts none of them.
+/// A break of a table does not divide a segment if it is closer than this to an end of equal segments \[cycles\].
 const SAME_END: f64 = 1e-9;
 
-/// How far the stiffness of a course may be off its table, relative and times the length of a piece.
+/// Largest relative error of a course's stiffness, times the length of a piece.
 const COURSE_TOLERANCE: f64 = 1e-5;
 
-/// How far load centroid and friction may depart from the means of a piece, relative and times its length.
+/// Largest relative deviation of load centroid and friction from the means of a piece, times its length.
 const TURNING_TOLERANCE: f64 = 2.5e-4;
 
-/// Pieces of a course of this length \[cycles\] have means whatever they depart by.
+/// Pieces of a course up to this length \[cycles\] have means, whatever the deviation.
 const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
 
-/// The divisions of every spring of a mesh: first the one that touches first, the pair with the smallest gap at the
-/// end of the face that a misalignment brings close.
+/// The divisions of every spring of a mesh. The first spring touches first: it is the pair with the smallest gap, at
+/// the end of the face that a misalignment brings closer.
 pub(super) fn spring_divisions(
     springs: &MeshSprings,
     misalignment: f64,
@@ -58,8 +58,8 @@ pub(super) fn spring_divisions(
         .collect()
 }
 
-/// The tangent's means over equal segments; `with_error` to have what loaded flanks lack, which is as it is: segments
-/// are cut where it has its kinks and steps.
+/// The tangent's means over equal segments. With `with_error`, segments have the exact error of loaded flanks and are
+/// divided at its kinks and steps.
 pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> Vec<Division> {
     let pieces = cycle.pieces();
     (segment_ends(cycle, count, with_error).windows(2))
@@ -81,8 +81,8 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
         .collect()
 }
 
-/// The course that a mesh is integrated with, where that is not the tangent's means over segments. Segments are the
-/// shortest pieces that it is cut to.
+/// The course for integrating a mesh, unless it uses the tangent's means over segments. Its pieces are at least as long
+/// as a segment.
 pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
     cycle.course(CourseAccuracy {
         stiffness: COURSE_TOLERANCE,
@@ -97,7 +97,7 @@ pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle
     })
 }
 
-/// The divisions of a course; `with_error` to have what loaded flanks lack.
+/// The divisions of a course; with the error of loaded flanks if `with_error`.
 pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Division> {
     (course.pieces.iter())
         .map(|piece| Division {
@@ -114,7 +114,7 @@ pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Div
         .collect()
 }
 
-/// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.
+/// Ends of equal segments, 0 first; if `cut`, also the ends of the cycle's pieces.
 fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
     let mut ends: Vec<f64> = (0..=count)
         .map(|number| f64::from(number) / f64::from(count))

@@ -17,23 +17,22 @@ use crate::structure::ModalStructure;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Longest piece of a table, in mesh cycles: the polynomials of longer ones would not be
-/// resolved.
+/// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
 const LONGEST_PIECE: f64 = 0.25;
 
-/// How far a table may be from its law, relative: a tenth of what its course may be.
+/// Largest relative error of a table: a tenth of its course's.
 const TABLE_TOLERANCE: f64 = 1e-6;
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
-    /// A table without a load to stand for.
+    /// The table needs a mean load, but there is none.
     #[error(
         "the mesh table is computed under the mean load, but the load is 0; give a small load, \
          mesh.resolution = \"pairs\" or another mesh.stiffness"
     )]
     NoLoad,
-    /// The gears are not a pair that meshes.
+    /// The gears do not mesh.
     #[error(transparent)]
     Gear(#[from] GearError),
     /// The load under some misalignment cannot be shared.
@@ -42,7 +41,7 @@ pub enum MeshError {
     /// There is no table.
     #[error(transparent)]
     Fetch(#[from] MeshFetchError),
-    /// The flanks under load have no misalignment that the shafts agree with.
+    /// No misalignment of the flanks under load agrees with the tilt of the shafts.
     #[error(
         "misalignment and shaft tilt do not converge after {steps} steps (last misalignment \
          {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, \
@@ -51,9 +50,9 @@ pub enum MeshError {
     Unsettled {
         /// Evaluations of the load centroid.
         steps: usize,
-        /// Last misalignment tried \[rad\].
+        /// Last misalignment that was tried \[rad\].
         misalignment: f64,
-        /// What the structure made of it, less what was tried \[rad\].
+        /// Misalignment from the structure minus the one that was tried \[rad\].
         residual: f64,
     },
 }
@@ -63,26 +62,25 @@ pub enum MeshError {
 pub struct TabledMesh {
     /// The divisions of the mesh cycle.
     pub divisions: Vec<Division>,
-    /// Those of springs beside it, where every pair of teeth is one.
+    /// The divisions of further springs, if every pair of teeth is a spring.
     pub further: Vec<Vec<Division>>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
-    /// Harmonics of the transmission error that stand for the error of the flanks under load where
-    /// the divisions do not have it: (multiple of the mesh frequency, amplitude \[m\], phase
-    /// \[rad\]).
+    /// Harmonics of the transmission error for the error of loaded flanks, if the divisions do not include it:
+    /// (multiple of the mesh frequency, amplitude \[m\], phase \[rad\]).
     pub transmission_error: Vec<MeshHarmonic>,
-    /// How the misalignment under load was found, where shafts tilt.
+    /// How the misalignment under load was found; `None` if shafts do not tilt.
     pub tilt: Option<MisalignmentReport>,
-    /// What the load makes of the mesh; none without a load.
+    /// The mesh under the load; `None` without a load.
     pub under_load: Option<MeshUnderLoad>,
 }
 
-/// What a mesh is computed for.
+/// The conditions for which a mesh is computed.
 #[derive(Debug, Clone, Copy)]
 struct MeanLoad {
     /// Mean mesh force \[N\].
     force: f64,
-    /// Whether coast flanks that are the image of the drive flanks bear it.
+    /// Whether mirrored coast flanks carry it.
     on_coast: bool,
     /// Coefficient of friction.
     friction: f64,
@@ -90,15 +88,15 @@ struct MeanLoad {
     misalignment: f64,
 }
 
-/// Mesh tables at hand. Points of a grid mostly share one.
+/// Mesh tables at hand. Most points of a grid share one.
 #[derive(Debug)]
 pub struct MeshTables {
     common: Arc<Common>,
-    /// Copies in the memory of one NUMA node, where its workers have their own.
+    /// Copies in the memory of one NUMA node, if its workers use copies.
     near: Option<Near<String, MeshTableCycle>>,
 }
 
-/// Of all nodes.
+/// The state that all nodes share.
 #[derive(Debug)]
 struct Common {
     store: TableStore,
@@ -109,7 +107,7 @@ struct Common {
 }
 
 impl MeshTables {
-    /// Tables kept in a store.
+    /// Tables that are stored in `store`.
     pub fn new(store: TableStore) -> Self {
         Self {
             common: Arc::new(Common {
@@ -123,7 +121,7 @@ impl MeshTables {
         }
     }
 
-    /// The same tables, of which the workers of one NUMA node make copies of their own.
+    /// The same tables; the workers of one NUMA node make copies of them.
     pub(super) fn on_node(&self) -> Self {
         Self {
             common: self.common.clone(),
@@ -131,22 +129,22 @@ impl MeshTables {
         }
     }
 
-    /// Shows the copies of a node.
+    /// Calls `tell` for each copy of a node.
     pub(super) fn each_copy(&self, tell: impl FnMut(&MeshTableCycle)) {
         if let Some(near) = &self.near {
             near.each(tell);
         }
     }
 
-    /// What the user should know of the cache, each once.
+    /// Warnings about the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
         lock(&self.common.warnings).iter().cloned().collect()
     }
 
-    /// The mesh of a point that takes its stiffness from the table of `spec`.
+    /// The mesh of a point whose stiffness comes from the table of `spec`.
     ///
     /// # Errors
-    /// Gears that do not mesh, or a misalignment under load that is not found.
+    /// The gears do not mesh, or no misalignment under load is found.
     pub fn mesh(
         &self,
         point: &PointSpec,
@@ -175,8 +173,8 @@ impl MeshTables {
         self.under(loaded, spec, tilt, point.excitation.table_harmonics)
     }
 
-    /// A further mesh under its mean force \[N\], whose drive flanks are this contact of a structure and whose coast flanks
-    /// the next one.
+    /// A further mesh under its mean force \[N\]. `contact` is the structure's contact for its drive flanks; the next
+    /// one is for its coast flanks.
     ///
     /// # Errors
     /// As [`Self::mesh`].
@@ -198,7 +196,7 @@ impl MeshTables {
         self.under(loaded, &drawn.table, tilt, None)
     }
 
-    /// A mesh under its mean load. Harmonics of its error stand beside it where so many are asked for.
+    /// A mesh under its mean load, with the requested number of harmonics of its error.
     fn under(
         &self,
         load: MeanLoad,
@@ -210,7 +208,7 @@ impl MeshTables {
         let unloaded = load.misalignment;
         let (misalignment, tilt) = if spec.shaft_tilt {
             let compliance = compliance();
-            // Places across the face are counted as those of the drive flank are by the flank that bears the load.
+            // Positions across the face count from the flank that carries the load, as they do for the drive flank.
             let compliance = if load.on_coast { compliance.other_way_round() } else { compliance };
             let report = self.tilted(spec, compliance, unloaded, force)?;
             (report.misalignment().unwrap_or(unloaded), Some(report))
@@ -237,8 +235,8 @@ impl MeshTables {
         })
     }
 
-    /// The mesh of a point whose pairs of teeth are springs of their own, on slices of the face. The damper's mean
-    /// stiffness is that under the mean load, the rated one where there is none.
+    /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damper's mean
+    /// stiffness is that under the mean load, or under the rated load if the mean is zero.
     fn pairs(
         &self,
         point: &PointSpec,
@@ -314,8 +312,8 @@ impl MeshTables {
         self.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)
     }
 
-    /// The cycle at a misalignment \[rad\] and a mesh force \[N\], with the mean stiffness of the tangent if
-    /// [`is_scaled`] says so.
+    /// The cycle at a misalignment \[rad\] and a mesh force \[N\]; if [`is_scaled`], with the mean stiffness of the
+    /// tangent.
     pub(super) fn scaled(
         &self,
         spec: &MeshTableSpec,
@@ -358,24 +356,24 @@ impl MeshTables {
     }
 }
 
-/// Whether the load centroid may leave mid-face, and be elsewhere at another phase: under misalignment, on leads
-/// that are no more what they were cut, and on helical gears, whose lines of contact cross the face.
+/// Whether the load centroid may leave mid-face and move with the phase: under misalignment, with modified leads, and
+/// in helical gears, whose lines of contact cross the face.
 fn wanders(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
 }
 
-/// Whether the secant stiffness is scaled to the mean of the tangent's: contact that spreads along the face stiffens as it
-/// does, and from the first touch to the load it is as soft as half the tangent.
+/// Whether the secant stiffness is scaled to the mean of the tangent's. Contact that spreads along the face stiffens
+/// with the load, and on average from the first touch it is half as stiff as the tangent.
 fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
     !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
 }
 
-/// Whether coast flanks that are the image of the drive flanks bear the mean load.
+/// Whether mirrored coast flanks carry the mean load.
 fn on_mirrored_flanks(point: &PointSpec, force: f64) -> bool {
     force < 0.0 && matches!(point.mesh.coast, CoastSpec::Mirrored { .. })
 }
 
-/// What the mean load of a point makes of a mesh.
+/// The mesh of a point under its mean load.
 fn under_load(on_coast: bool, cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
     let side = if on_coast { -1.0 } else { 1.0 };
     MeshUnderLoad {
@@ -387,15 +385,15 @@ fn under_load(on_coast: bool, cycle: &MeshTableCycle, misalignment: f64) -> Mesh
     }
 }
 
-/// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
-/// it, which are the mirror images of the drive flanks.
+/// The load on the flanks under a mean mesh force \[N\]. The coast flanks, which mirror the drive flanks, carry a
+/// negative force.
 pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
     if force == 0.0 { Err(MeshError::NoLoad) } else { Ok(force.abs()) }
 }
 
 impl Common {
-    /// The springs that the pairs of teeth are on slices of the face; where flanks flatten by the load, as they do
-    /// on the whole under a force \[N\].
+    /// The springs of the pairs of teeth on slices of the face. If flanks flatten under load, the springs have the mean
+    /// flattening under a force \[N\].
     fn springs(
         &self,
         spec: &MeshTableSpec,
@@ -431,7 +429,7 @@ impl Common {
         Ok(found)
     }
 
-    /// The cycle under a key, fetched where it is not at hand.
+    /// The cycle of a key, fetched if it is not at hand.
     fn cycle(
         &self,
         key: &str,
@@ -469,7 +467,7 @@ fn inputs(
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = LONGEST_PIECE;
     inputs.tolerance = TABLE_TOLERANCE;
-    // A gap that is a straight line across the face of spur gears is exact on one slice.
+    // A gap that is linear across the face of spur gears is exact on one slice.
     if gears.helix_angle == 0.0 && !gears.form.has_curved_lead() {
         inputs.slices = 1;
     }

@@ -1,14 +1,13 @@
 //! A grid of operating points over the cores of this machine.
 //!
-//! Workers of a rayon pool take chains, long ones first, and answer their points one by one; a writer
-//! thread, fed through a bounded channel, streams the rows to Parquet in point order. A chain
-//! is one point, or all points along an axis where the state is carried from one to the
-//! next. A chain's numbers depend on the chain alone, so they are the same for any number
-//! of threads. A point that fails or panics is a row, never the end of the job. Every row is in
-//! the journal before it reaches the writer, so that a killed run can be taken up.
+//! Workers of a rayon pool take chains, long ones first, and compute their points one by one. A writer thread, fed
+//! through a bounded channel, streams the rows to Parquet in point order. A chain is one point, or all points along an
+//! axis if the state is carried from one to the next. Its numbers depend on the chain alone, so they are the same for
+//! any number of threads. A point that fails or panics becomes a row and does not end the job. Every row is in the
+//! journal before it reaches the writer, so that a killed run can be resumed.
 //!
-//! Which points a refined grid takes follows from their results: it is computed in rounds, and its
-//! tables are written when the last is over.
+//! The points of a refined grid depend on results. It is computed in rounds, and its tables are written after the last
+//! one.
 
 mod branch_tables;
 pub mod build;

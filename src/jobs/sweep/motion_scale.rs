@@ -1,5 +1,5 @@
-//! By which length are orbits of an oscillator measured? By the size of its own motion: no half gap tells how large
-//! that is, and what is near and far must not depend on the length that a manifest gives.
+//! By which length are orbits of an oscillator measured? By the size of its motion: there is no half gap as a scale,
+//! and distances must not depend on the length in a manifest.
 
 use super::family::PointFamily;
 use crate::analysis::continuation::drive::DriveMap;
@@ -7,14 +7,14 @@ use crate::analysis::continuation::map::{At, MapError};
 use crate::analysis::continuation::orbit::length;
 use crate::model::InitialState;
 
-/// Cycles before the motion is measured, and those over which it is.
+/// Cycles before the measurement of the motion, and cycles of the measurement.
 const CYCLES: [u64; 2] = [100, 64];
 
-/// The family with the size of its motion at some values of the parameters as the scale of lengths: a power of two, so that
-/// round-off does not move it. A family with flanks keeps their half gap, and one without motion its scale.
+/// The family with the size of its motion, at some values of the parameters, as the scale of lengths: a power of two,
+/// so that round-off does not change it. A family with flanks keeps its half gap, and one without motion its scale.
 ///
 /// # Errors
-/// [`MapError`] where there is no model.
+/// [`MapError`] if the model cannot be built.
 pub(super) fn measured<'a>(
     mut family: PointFamily<'a>,
     at: At,

@@ -1,4 +1,4 @@
-//! What do the workers of one NUMA node keep copies of, in their own memory?
+//! Copies of data in the memory of one NUMA node, for its workers.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -15,13 +15,13 @@ impl<K, V> Default for Near<K, V> {
 }
 
 impl<K: Eq + Hash, V: Clone> Near<K, V> {
-    /// The copy, made from what `far` gives where there is none yet. Others wait meanwhile.
+    /// The copy; if there is none yet, it is made from the result of `far`, and other threads wait.
     pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
         let mut copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(copy) = copies.get(&key) {
             return Ok(copy.clone());
         }
-        // Written by the calling thread: a clone of the pointer would stay where it is.
+        // Written by the calling thread: a clone of the pointer would stay on the other node.
         let copy = Arc::new((*far()?).clone());
         copies.insert(key, copy.clone());
         Ok(copy)

@@ -1,12 +1,12 @@
-//! Panics that are answers: of a worker, and in the decoding of a file.
+//! Panics that become results: in a worker, and while decoding a file.
 
 use crate::store::is_decoding;
 
-/// How the names of threads begin on which a panic becomes a row or an error.
+/// Prefix of the names of threads on which a panic becomes a row or an error.
 pub const WORKER: &str = "atlas-";
 
-/// A panic in a worker becomes a row with its message, and one in the decoding of a file an error
-/// that names the file: from now on this process says nothing else of them.
+/// Silences panics that are reported in another way: a panic in a worker becomes a row with its message, and one while
+/// decoding becomes an error that names the file.
 pub fn hush_workers() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

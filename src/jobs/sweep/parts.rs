@@ -1,7 +1,7 @@
-//! Structures and mesh tables at hand: points of a grid mostly share them, and so do workers.
+//! Structures and mesh tables at hand: most points of a grid share them, and so do workers.
 //!
-//! On a machine with several NUMA nodes the workers of a node may read copies in its own memory:
-//! each is made by the first worker of the node that needs it, so that its pages come from there.
+//! On a machine with several NUMA nodes, the workers of a node may read copies in its memory. The first worker of the
+//! node that needs a copy makes it, so that its pages belong to the node.
 
 use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
@@ -20,14 +20,14 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// One point for every mesh table that some points of a job need, with what it is of.
+/// One point for every mesh table that some points of a job need, with the table's specification.
 fn meshes_wanted(
     job: &Job,
     points: impl IntoIterator<Item = usize>,
 ) -> impl Iterator<Item = (PointSpec, Arc<MeshTableSpec>)> {
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
     let any = job.points.variants().iter().any(tabled);
-    // What a table is of is kept, so that its place in memory stays taken.
+    // The specification is kept, so that its address stays in use.
     let mut seen = HashMap::new();
     let points = points.into_iter().take_while(move |_| any);
     points.filter_map(move |id| {
@@ -37,7 +37,7 @@ fn meshes_wanted(
         };
         let spec = spec.clone();
         let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
-        // With shafts that tilt the structure matters as well.
+        // With shafts that tilt, the table also depends on the structure.
         let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
         let key = (Arc::as_ptr(&spec), numbers, tilt);
         let new = seen.insert(key, spec.clone()).is_none();
@@ -45,12 +45,12 @@ fn meshes_wanted(
     })
 }
 
-/// Mesh tables that some points of a job need.
+/// Number of mesh tables that some points of a job need.
 pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
     meshes_wanted(job, points).count()
 }
 
-/// Where the source of a structure lies, and what is kept of its modes.
+/// Addresses of a structure's source, and its number of modes and retained modes.
 type Place = (usize, usize, usize, bool);
 
 fn place(spec: &ModelSpec) -> Place {
@@ -63,20 +63,20 @@ fn place(spec: &ModelSpec) -> Place {
     (address, spec.modes, spec.retained, spec.mta)
 }
 
-/// Different structures of a job; of a grid with very many combinations of model keys, of those
-/// that were judged.
+/// Number of different structures of a job. If a grid has very many combinations of model keys, only those that were
+/// judged count.
 pub fn structures(job: &Job) -> usize {
     let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
     places.collect::<HashSet<_>>().len()
 }
 
-/// Structures of all nodes.
+/// Structures that all nodes share.
 #[derive(Debug, Default)]
 struct Structures {
-    /// By the specification's own words: equal text is an equal structure.
+    /// By the text of the specification: equal text means an equal structure.
     by_text: HashMap<String, Arc<ModalStructure>>,
-    /// By the specification's place in memory, which writing it out takes much longer than. The
-    /// source is kept, so that the place stays taken.
+    /// By the address of the specification, which is much faster than its text. The source is kept, so that the address
+    /// stays in use.
     by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
 }
 
@@ -97,18 +97,18 @@ impl Structures {
     }
 }
 
-/// The table that a kernel reads at a point while it integrates, by number; none where nothing is
-/// kept of it. Two of one number would only be taken for one when chains are dealt out.
+/// A number for the table that a kernel reads at a point while it integrates; `None` if the kernel has no table. Equal
+/// numbers of different tables would only affect the order of chains.
 pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
     let (KernelSetting::Auto | KernelSetting::Named(KernelChoice::ClosedModes)) = point.run.kernel
     else {
         return None;
     };
-    // A mesh computed from the gears is another under another load.
+    // A mesh computed from the gears depends on the load.
     let load =
         matches!(point.mesh.stiffness, StiffnessSpec::Table(_)).then(|| point.load.to_bits());
     let mut hash = DefaultHasher::new();
-    // In words: places in memory would deal otherwise from run to run.
+    // By text: addresses would change the order between runs.
     format!("{:?} {:?} {load:?}", point.model, point.mesh).hash(&mut hash);
     Some(hash.finish())
 }
@@ -123,7 +123,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
+    /// Starts without structures; `tables` stores tables of meshes and kernels.
     pub fn new(tables: TableStore) -> Self {
         Self {
             structures: Arc::default(),
@@ -133,8 +133,8 @@ impl Prepared {
         }
     }
 
-    /// The parts of a job. Where axes are distributions, each sample may have a kernel table of its own, which no later
-    /// run needs: these are not kept.
+    /// The parts of a job. With distributions, each sample may need a separate kernel table that no later run uses:
+    /// these are not stored.
     pub fn of_job(job: &Job, tables: TableStore) -> Self {
         let mut parts = Self::new(tables);
         if job.samples.is_some() {
@@ -143,8 +143,8 @@ impl Prepared {
         parts
     }
 
-    /// The same parts, of which the workers of one NUMA node make copies of their own; of the
-    /// tables of kernels, which all nodes share otherwise, where there is room.
+    /// The same parts; the workers of one NUMA node make copies of them. Kernel tables are copied only if there is
+    /// room; otherwise all nodes share them.
     pub fn on_node(&self, room: Room) -> Self {
         Self {
             structures: self.structures.clone(),
@@ -164,15 +164,14 @@ impl Prepared {
         &self.kernels
     }
 
-    /// What the user should know of the cache of tables, each once.
+    /// Warnings about the cache of tables, each once.
     pub fn warnings(&self) -> Vec<String> {
         let mut all = self.meshes.warnings();
         all.extend(self.kernels.warnings());
         all
     }
 
-    /// NUMA nodes that the copies lie on; none where there are no copies or the system does not
-    /// tell.
+    /// NUMA nodes of the copies; empty if there are no copies or the system does not report it.
     pub fn nodes(&self, topology: &Topology) -> BTreeSet<u32> {
         let mut nodes = BTreeSet::new();
         if let Some(near) = &self.near {
@@ -189,15 +188,15 @@ impl Prepared {
     /// The piecewise-linear system of a point.
     ///
     /// # Errors
-    /// A structure, a mesh or a value that is refused.
+    /// A structure, a mesh or a value is refused.
     pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
         Ok(self.model_and_mesh(point)?.0)
     }
 
-    /// The same, and what the mean load makes of a mesh that is computed from the gears.
+    /// The same, and the mesh under the mean load if it is computed from the gears.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Self::model`].
     pub fn model_and_mesh(
         &self,
         point: &PointSpec,
@@ -208,9 +207,8 @@ impl Prepared {
         model(&*self.structure(&point.model)?, point, &self.meshes)
     }
 
-    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
-    /// current rayon pool, until `called_off` is raised; `progress` is told of every table. What fails is left
-    /// for its points to say.
+    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the current rayon pool,
+    /// until `called_off` is raised. Calls `progress` for every table. The affected points report failures.
     pub fn prepare(
         &self,
         job: &Job,
@@ -235,7 +233,7 @@ impl Prepared {
     /// The shaft model cannot be assembled or solved.
     pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
         let far = || {
-            // Computing under the lock keeps workers from computing the same one twice.
+            // Computing under the lock keeps workers from computing the same structure twice.
             let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
             known.get(spec)
         };

@@ -1,4 +1,4 @@
-//! One point, from specification to answer; whatever goes wrong becomes part of the answer.
+//! Computes one point, from specification to answer; every failure becomes part of the answer.
 
 use super::build::{BuildError, questions};
 use super::carried::CarriedState;
@@ -19,16 +19,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Who computes.
+/// The worker that computes a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Worker<'a> {
-    /// Its number, from 0.
+    /// Number, from 0.
     pub index: u32,
-    /// The machine, where it is known.
+    /// The machine, if known.
     pub topology: Option<&'a Topology>,
 }
 
-/// What was found of a point.
+/// The results of a point.
 #[derive(Debug)]
 pub(super) struct Answer {
     pub outcome: PointOutcome,
@@ -36,17 +36,17 @@ pub(super) struct Answer {
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
     pub covariant: Option<CovariantOutcome>,
-    /// What the mean load makes of a mesh computed from the gears.
+    /// The mesh under the mean load, if computed from the gears.
     pub mesh: Option<MeshUnderLoad>,
-    /// Where the integration ended; none where it diverged or was never begun.
+    /// State at the end of the integration; `None` if it diverged or never started.
     pub end: Option<ChainEnd>,
-    /// Name of the kernel that integrated the point, or of what was to choose it.
+    /// Name of the kernel that integrated the point, or of the setting that should have chosen it.
     pub kernel: &'static str,
-    /// What each [`Step`] took.
+    /// Processor time of each [`Step`].
     pub times: Times,
 }
 
-/// What a point is asked, in the order of its work.
+/// The steps of a point's work, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     Integration,
@@ -56,10 +56,10 @@ pub(super) enum Step {
     Covariant,
 }
 
-/// Processor time of each [`Step`] \[s\]: of this thread, or of all where they share the point.
+/// Processor time of each [`Step`] \[s\]: of this thread, or of all threads if they share the point.
 pub(super) type Times = [f64; 6];
 
-/// Tells what steps take.
+/// Measures the times of steps.
 struct Laps {
     clock: ProcessorClock,
     last: f64,
@@ -75,8 +75,8 @@ impl Laps {
         }
     }
 
-    /// `step` is over, and the next one begins. Reading the clock takes a while, so that it is left out
-    /// where nothing was asked.
+    /// Ends `step` and starts the next one. Reading the clock takes time, so it is omitted if the step was not
+    /// requested.
     fn end(&mut self, step: Step, asked: bool) {
         if !asked {
             return;
@@ -103,8 +103,8 @@ impl Answer {
     }
 }
 
-/// Answers a point, from `run.initial` or from where another point ended. A model that
-/// cannot be built, and a panic, give the status `failed` and the reason.
+/// Computes a point, from `run.initial` or from the end of another point. A model that cannot be built, or a panic,
+/// gives the status `failed` and the reason.
 pub(super) fn attempt(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
@@ -127,7 +127,7 @@ pub(super) fn attempt(
     }
 }
 
-/// The row of an answered point that belongs to no chain.
+/// The row of a computed point that belongs to no chain.
 pub(super) fn row(
     point: &PointSpec,
     answer: Answer,
@@ -191,16 +191,16 @@ fn answer(
     }
 }
 
-/// All that is asked of a point.
+/// All requests to a point.
 struct Ask<'a> {
     model: &'a Model,
     /// Name of its kernel.
     kernel: &'static str,
-    /// What the mean load makes of its mesh.
+    /// Its mesh under the mean load.
     mesh: Option<MeshUnderLoad>,
-    /// Where the point's trajectory starts.
+    /// Start of the point's trajectory.
     start: TrajectoryState,
-    /// The start that `run.initial` gives, about which probes start.
+    /// The start from `run.initial`, around which probes start.
     own: TrajectoryState,
     questions: PointConfig,
     probes: Option<Probes>,
@@ -231,7 +231,7 @@ impl KernelUse for Ask<'_> {
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
         laps.end(Step::Multistability, self.probes.is_some());
         let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
-        // The survey's own integration is no part of the chain.
+        // The integration of the survey is not part of the chain.
         let orbits = match &self.analyses.orbits {
             Some(question) if whole => {
                 let mut onward = trajectory.clone();
@@ -275,7 +275,7 @@ impl KernelUse for Ask<'_> {
         };
         outcome.cycles += covariant.iter().map(|c| c.cycles).sum::<u64>();
         laps.end(Step::Covariant, covariant.is_some());
-        // An integration that was cut short may have been taken for one that found nothing.
+        // An interrupted integration may look like one without results.
         CalledOff::check(called_off)?;
         Ok(Answer {
             outcome,

@@ -1,4 +1,4 @@
-//! Which kernel integrates a point, with which tables, and which kernels a run has taken.
+//! Which kernel integrates a point, with which tables? Which kernels has a run used?
 
 use super::build::{BuildError, affordable};
 use super::parts::Prepared;
@@ -13,22 +13,23 @@ use std::sync::Arc;
 /// The kernel of a point.
 #[derive(Debug)]
 pub struct PointKernel {
-    /// The one that integrates it.
+    /// The chosen kernel.
     pub taken: KernelChoice,
-    /// Why, where the manifest leaves it to the program.
+    /// Reason for the choice, if the program chose it.
     pub why: Option<Why>,
-    /// What the manifest says.
+    /// Setting in the manifest.
     asked: KernelSetting,
-    /// The tables that decided for closed modes.
+    /// The tables by which closed modes were chosen.
     systems: Option<Arc<KernelArrays>>,
     event_limit: u32,
 }
 
 impl PointKernel {
-    /// The kernel that a point names, or the one that its model gets: a model decides alone, whatever other points get.
+    /// The kernel that a point names, or the one for its model: the choice depends on the model alone, not on other
+    /// points.
     ///
     /// # Errors
-    /// The kernel does not get through a mesh cycle of the model, or kept tables cannot be used.
+    /// The kernel takes too long for a mesh cycle of the model, or stored tables cannot be used.
     pub fn of(point: &PointSpec, model: &Model, parts: &Prepared) -> Result<Self, BuildError> {
         let run = &point.run;
         let (taken, why, systems) = match run.kernel {
@@ -52,7 +53,7 @@ impl PointKernel {
         })
     }
 
-    /// The kernel of a point that comes to a set of closed contacts without a table, where the program may choose.
+    /// Another kernel for a point that reaches a set of closed contacts without a table, if the program may choose.
     pub fn instead(&self) -> Option<Self> {
         let (Some(Why::Met { .. }), KernelSetting::Auto) = (self.why, self.asked) else {
             return None;
@@ -68,7 +69,7 @@ impl PointKernel {
     /// Builds the kernel of the same model and uses it.
     ///
     /// # Errors
-    /// There are no tables of the kernel for the model.
+    /// The kernel has no tables for the model.
     pub fn apply<U: KernelUse>(
         &self,
         model: &Model,
@@ -84,7 +85,7 @@ impl PointKernel {
     }
 }
 
-/// Why a model gets closed modes, with their tables, or why it does not.
+/// Why a model gets closed modes, with their tables, or why not.
 fn systems(
     model: &Model,
     portable: bool,
@@ -105,14 +106,14 @@ fn systems(
     }
 }
 
-/// Which kernels integrated the points of a run: of how many each, and the first of them.
+/// The kernels that integrated the points of a run, each with the number of points and the first of them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KernelTally(BTreeMap<String, (u64, u64)>);
 
 impl KernelTally {
-    /// Counts a finished point, computed now or taken over.
+    /// Counts a finished point, whether computed now or read from a journal.
     pub(super) fn count(&mut self, row: &PointRow) {
-        // A point without a drive got no kernel.
+        // A point without a drive has no kernel.
         if row.kernel == KernelSetting::AUTO {
             return;
         }
@@ -127,7 +128,7 @@ impl KernelTally {
         }
     }
 
-    /// What a record says of them; nothing of a kernel that the manifest names.
+    /// The kernels for the record of a run; empty if the manifest names one.
     pub(super) fn records(&self, job: &Job, parts: &Prepared) -> Vec<KernelRecord> {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);

@@ -1,17 +1,15 @@
-//! Which chain comes next: the one that is expected to take longest of the first that wait,
-//! so that no long one is begun when the others are done.
+//! Which chain comes next? The one with the longest expected time among the first waiting ones, so that no long chain
+//! starts when the others have finished.
 //!
-//! Before a point was computed nobody knows whether its motion is chaotic (which takes five
-//! times as long as settled motion to answer), but its neighbours tell: expected is the work
-//! that the manifest asks for, times the mean time per work of the neighbours that are
-//! finished, or of all finished chains where no neighbour is. The order moves no number: a
-//! chain's results depend on the chain alone.
+//! Before a point is computed, its motion is unknown (chaos takes five times as long as settled motion), but neighbours
+//! are a good guess. The expected time is the requested work times the mean time per work of the finished neighbours.
+//! Without finished neighbours, the mean is over all finished chains. The order does not affect results: they depend on
+//! the chain alone.
 //!
-//! On a machine with several NUMA nodes whose workers have tables of kernels of their own, chains
-//! whose tables a worker's node has come before those whose tables are to be kept there, and these
-//! before those of other nodes; the longest is sought among the nearest.
+//! On a machine with several NUMA nodes whose workers have separate kernel tables, chains with tables at hand come
+//! first. Then follow chains whose tables have this node as home, then others. The longest is chosen among the nearest.
 //!
-//! Only a window of chains is in memory, however many there are.
+//! Only a window of chains is in memory, for any number of chains.
 
 use super::parts::table_number;
 use super::turns::{ChainTask, Share, TakenOver};
@@ -23,78 +21,75 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Rows that may wait in memory for the oldest unfinished point; a chain a worker where that
-/// is more.
+/// Number of rows that may wait in memory for the oldest unfinished point; at least one chain per worker.
 const AHEAD: usize = 4096;
 
-/// Chains that are looked at for the longest, a worker. What is begun before its turn waits in
-/// memory until the ones before it are written, so not all are.
+/// Number of chains per worker among which the longest is chosen. It is limited because the rows of a chain that starts
+/// early wait in memory until those before it are written.
 const LOOK: usize = 16;
 
-/// Longest rows of the grid whose next row is told how long their chains took: what is told to
-/// chains that are not in the window yet is kept.
+/// Longest row of the grid for which times are passed on to the next row: times for chains beyond the window are
+/// stored.
 const LONGEST_ROW: usize = 16_384;
 
-/// Modes whose work equals that of integrating a cycle of none (docs/measured.md).
+/// Number of modes whose work equals the fixed work of integrating a cycle (docs/measured.md).
 const FIXED_WORK: f64 = 40.0;
 
-/// Chains that may be begun before their turn.
+/// Number of chains that may start early.
 pub(super) fn look(workers: usize) -> usize {
     LOOK * workers
 }
 
-/// Rows that may wait in memory for the oldest unfinished point, with so many workers on chains of
-/// such a length.
+/// Rows that may wait in memory for the oldest unfinished point, for `workers` workers on chains of this length.
 fn ahead(workers: usize, length: usize) -> usize {
     AHEAD.max(workers * length)
 }
 
-/// Hands out chains.
+/// Distributes chains to workers.
 pub(super) struct Queue<'a> {
     job: &'a Job,
     share: Share,
     /// Points of a chain.
     length: usize,
-    /// Chains from one to its neighbour along the second fastest axis; 0 where that is not
-    /// regular, or far.
+    /// Distance between neighbours along the second fastest axis, in chains; 0 if it is irregular or large.
     row: usize,
     look: usize,
     ahead: u64,
     known: Mutex<Known>,
 }
 
-/// What changes while chains are handed out.
+/// The state that changes as chains are distributed.
 struct Known {
     taken_over: TakenOver,
-    /// The first place that has not been in the window.
+    /// The first place that has not entered the window.
     next: usize,
-    /// Chains that have been in the window.
+    /// Number of chains that have entered the window.
     entered: usize,
-    /// Chains that may come next, by place.
+    /// Chains that may be next, by place.
     window: VecDeque<Candidate>,
-    /// Over finished neighbours, of places beyond the window.
+    /// Mean time per work of finished neighbours, for places beyond the window.
     near: BTreeMap<usize, Mean>,
-    /// Over all finished chains.
+    /// Mean time per work of all finished chains.
     all: Mean,
-    /// Which tables lie on which node; of no node where all read the same ones.
+    /// The tables of each node; without nodes if all workers read the same tables.
     shelves: Shelves,
 }
 
-/// A chain that may come next.
+/// A chain that may be next.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     place: usize,
-    /// Chains that came into the window before it.
+    /// Number of chains that entered the window before it.
     number: usize,
-    /// In cycles times modes.
+    /// Cycles times modes.
     work: f64,
-    /// The table that it reads, where nodes have their own.
+    /// The table that it reads, if nodes have separate tables.
     table: Option<u64>,
-    /// Over finished neighbours.
+    /// Mean time per work of finished neighbours.
     near: Mean,
 }
 
-/// A mean that grows.
+/// A running mean.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mean {
     sum: f64,
@@ -112,20 +107,20 @@ impl Mean {
     }
 }
 
-/// What a worker is to do.
+/// The next action of a worker.
 #[derive(Debug)]
 enum Next {
-    /// Compute this chain, or what is left of it; its work is that in cycles times modes.
+    /// Compute this chain, or its remaining points; `work` is in cycles times modes.
     Chain { turn: ChainTask, work: f64 },
-    /// Ask again shortly: too much waits for older points.
+    /// Ask again later: too many rows wait for older points.
     Wait,
-    /// Nothing is left.
+    /// No chain is left.
     End,
 }
 
 impl<'a> Queue<'a> {
-    /// A queue of what an earlier run has left of a share, dealt to so many shards, for so many
-    /// workers on so many nodes with tables of their own.
+    /// A queue of the chains that an earlier run has left of a share. The job has `shards` shards; workers run on nodes
+    /// with separate tables.
     pub(super) fn new(
         job: &'a Job,
         share: Share,
@@ -136,7 +131,7 @@ impl<'a> Queue<'a> {
     ) -> Self {
         let length = job.chain_length();
         let row = row(job);
-        // Which points of a refined grid lie beside each other does not show in their numbers.
+        // The numbers of a refined grid's points do not show which points are neighbours.
         let regular =
             job.refine.is_none() && row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
         let known = Known {
@@ -163,7 +158,7 @@ impl<'a> Queue<'a> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Work that the chain at a place has left.
+    /// Remaining work of the chain at a place.
     fn work(&self, known: &Known, place: usize) -> f64 {
         let end = (place + 1) * self.length;
         let left = known.taken_over.left(&self.share, place);
@@ -172,13 +167,13 @@ impl<'a> Queue<'a> {
             .sum()
     }
 
-    /// The table that the chain at a place reads first, where nodes have their own.
+    /// The table that the chain at a place reads first, if nodes have separate tables.
     fn table(&self, known: &Known, place: usize) -> Option<u64> {
         let first = || self.job.points.at(self.share.id(place * self.length));
         (known.shelves.nodes() > 0).then(|| table_number(&first()))?
     }
 
-    /// Lets chains into the window until it reaches as far as may be looked.
+    /// Adds chains to the window until it has its full length.
     fn fill(&self, known: &mut Known) {
         while known.next < self.share.chains() {
             let oldest = known.window.front().map_or(known.entered, |c| c.number);
@@ -203,9 +198,8 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// What comes next for a worker of a node with tables of its own, when so many points have left
-    /// the writer's memory. The oldest chain is always among those that may be taken once all
-    /// before it are written.
+    /// The next chain for a worker of a node with separate tables, when `written` points have left the writer's memory.
+    /// The oldest chain can always be taken once all chains before it are written.
     fn next(&self, written: u64, node: Option<usize>) -> Next {
         let mut known = self.known();
         self.fill(&mut known);
@@ -239,9 +233,8 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Has a worker compute chains until nothing is left, the run is called off, or `compute` breaks one
-    /// off. `written` is how many points have left the writer's memory; `pause` waits where too much waits
-    /// for older points.
+    /// Makes a worker compute chains until none is left, the run is interrupted, or `compute` stops. `written` is the
+    /// number of points that have left the writer's memory. `pause` waits while too many rows wait for older points.
     pub(super) fn serve(
         &self,
         written: impl Fn() -> u64,
@@ -265,7 +258,7 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Tells what the chain at a place took; its neighbours are expected to take as long.
+    /// Records the time of the chain at a place as an estimate for its neighbours.
     fn finished(&self, place: usize, work: f64, time: Duration) {
         let ratio = time.as_secs_f64() / work;
         let mut known = self.known();
@@ -286,7 +279,7 @@ impl<'a> Queue<'a> {
     }
 }
 
-/// Chains from one to the next along the second fastest of the dimensions that tell them apart.
+/// Distance in chains along the second fastest dimension of chains.
 fn row(job: &Job) -> usize {
     let carried = job.carried.as_ref();
     let fastest = (job.dimensions.iter().rev())
@@ -295,7 +288,7 @@ fn row(job: &Job) -> usize {
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }
 
-/// Cycles that a point is asked to integrate at most, times what a cycle takes.
+/// Largest number of cycles that a point may integrate, times the work per cycle.
 pub(super) fn work(point: &Variant) -> f64 {
     let run = &point.run;
     let mut cycles = (run.transient + run.cycles) as f64;

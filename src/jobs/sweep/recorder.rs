@@ -1,5 +1,4 @@
-//! The writer's side of a sweep: every finished point goes to the journal, to those who
-//! watch, and to the result files.
+//! The writer's side of a sweep: passes every finished point to the journal, the watcher and the result files.
 
 use super::point_kernel::KernelTally;
 use super::refine::{Refinement, lock};
@@ -10,42 +9,42 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// What a sweep is about to do.
+/// The plan of a sweep.
 #[derive(Debug, Clone, Copy)]
 pub struct Begun<'a> {
-    /// Points known so far, of these those taken over from an earlier, interrupted run.
+    /// Points known so far, including those taken from an earlier, interrupted run.
     pub progress: Progress,
     /// Worker threads.
     pub threads: usize,
-    /// Where they are to run, in words.
+    /// Their intended placement, in words.
     pub asked: &'a str,
-    /// Where they run, in words.
+    /// Their actual placement, in words.
     pub obtained: &'a str,
 }
 
-/// Where a sweep stands, after every finished point.
+/// Progress of a sweep after a finished point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Progress {
     /// Points finished.
     pub done: u64,
-    /// Of these, with a status other than ok.
+    /// Number of these with a status other than ok.
     pub not_ok: u64,
-    /// Of these, with status failed, diverged, event_storm or inaccurate.
+    /// Number of these with status failed, diverged, event_storm or inaccurate.
     pub failed: u64,
-    /// Of `done`, taken over from an earlier, interrupted run.
+    /// Number of `done` that come from an earlier, interrupted run.
     pub resumed: u64,
-    /// Points of this run, as far as they are known.
+    /// Points of this run that are known so far.
     pub points: u64,
-    /// Whether more may follow from their results, as they do on a refined grid.
+    /// Whether more points may follow from results, as on a refined grid.
     pub open: bool,
     /// Mesh cycles integrated by this run.
     pub cycles: u64,
-    /// Time since the first point was begun.
+    /// Time since the first point was started.
     pub elapsed: Duration,
 }
 
 impl Progress {
-    /// Counts a finished point; its cycles only where this run integrated them.
+    /// Counts a finished point; its cycles only if this run integrated them.
     pub(super) fn count(&mut self, row: &PointRow) {
         let status = &row.outcome.status;
         self.done += 1;
@@ -59,8 +58,7 @@ impl Progress {
         if seconds > 0.0 { (self.done - self.resumed) as f64 / seconds } else { 0.0 }
     }
 
-    /// Time that the rest of the points takes at that rate \[s\]; none before the first, and where
-    /// nobody knows how many there are.
+    /// Time of the remaining points at that rate \[s\]; `None` before the first point, and if their number is unknown.
     pub fn left(&self) -> Option<f64> {
         let rate = self.rate();
         let known = rate > 0.0 && !self.open;
@@ -68,54 +66,53 @@ impl Progress {
     }
 }
 
-/// Told how a sweep goes; of points, from the writer's thread.
+/// Receives the progress of a sweep; points on the writer's thread.
 pub trait Watcher: Send {
-    /// Workers are ready and points of an earlier run were taken over; nothing has been computed
-    /// yet.
+    /// Workers are ready and points of an earlier run were read; nothing has been computed yet.
     fn begun(&mut self, begun: &Begun<'_>);
 
-    /// Something the user should know, a sentence.
+    /// A warning for the user, one sentence.
     fn warning(&mut self, sentence: &str);
 
-    /// So many mesh tables are at hand, and the first point is not begun.
+    /// The mesh tables are at hand, and the first point has not started.
     fn prepared(&mut self, _tables: u64) {}
 
-    /// No point is computed any more: what is finished is being written.
+    /// No more points are computed; the finished ones are being written.
     fn writing(&mut self) {}
 
     /// A point was finished and is in the journal.
     fn point(&mut self, row: &PointRow, progress: &Progress);
 
-    /// Some time has passed without a point; called about once a second then.
+    /// Some time has passed without a point; called about once per second then.
     fn tick(&mut self, progress: &Progress);
 }
 
-/// What the writer's thread works on.
+/// State of the writer's thread.
 pub(super) struct Recorder<'a> {
     pub writer: ResultWriter,
     pub journal: &'a mut Journal,
     pub progress: Progress,
     pub kernels: KernelTally,
     pub watcher: &'a mut dyn Watcher,
-    /// When the first point was begun.
+    /// Start of the first point.
     pub begun: Instant,
-    /// Points that have left the writer's memory, for the workers to see.
+    /// Number of points that have left the writer's memory; workers read it.
     pub written: &'a AtomicU64,
-    /// Points of this run, as far as they are known.
+    /// Points of this run that are known so far.
     pub points: &'a AtomicU64,
-    /// The refined grid, whose tables are written when all its points are known.
+    /// The refined grid; its tables are written when all its points are known.
     pub refinement: Option<&'a Mutex<Refinement>>,
-    /// Failed points, taken-over ones not counted, after which the sweep is called off.
+    /// Number of failed points, without those of earlier runs, that interrupts the sweep.
     pub most_failures: Option<u64>,
     pub called_off: &'a AtomicBool,
 }
 
-/// What was recorded when everything is written.
+/// Summary after everything is written.
 pub(super) struct Recorded {
     pub progress: Progress,
     pub kernels: KernelTally,
     pub written: Written,
-    /// Whether the sweep was called off for its failed points.
+    /// Whether too many failed points interrupted the sweep.
     pub gave_up: bool,
 }
 

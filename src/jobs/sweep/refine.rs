@@ -1,15 +1,14 @@
-//! Which points does a refined plane take: where do corners of its cells differ?
+//! Which points does a refined plane need? It is divided where corners of its cells differ.
 //!
-//! Points are asked for in rounds, the undivided grid first. Once all of a round are known, every
-//! cell is divided, all at the same time, of whose corners, or of the points that smaller neighbours
-//! have in the middle of its edges, two differ; and every cell beside which one lies of less than
-//! half its side. A change that leaves a divided cell through an edge is so followed into the next,
-//! however large that was. The points of a round follow from the results of those before alone, not
-//! from when they were computed: a journal is learnt first, and the rounds pass over what it holds.
+//! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the same
+//! time. A cell is divided if two points differ among its corners and those middles of its edges that smaller
+//! neighbours have. It is also divided if a neighbour has less than half its side. So a change that leaves a divided
+//! cell through an edge is followed into the next cell, whatever its size. The points of a round depend only on earlier
+//! results, not on the time of their computation: a journal is read first, and rounds omit its points.
 //!
-//! Two motions without a verdict that repeats (chaotic, quasi-periodic, and what has not settled)
-//! differ only where both are known; a long period is quasi-periodic for all that a map shows. A
-//! point without any motion, failed for instance, is compared with nothing.
+//! Two motions without a verdict that repeats (chaotic, quasi-periodic or not settled) differ only if both are known.
+//! On a map, a long period counts as quasi-periodic. A point without motion, for instance a failed one, is compared
+//! with nothing.
 
 use crate::analysis::{Class, NvhErrors, NvhOutcome};
 use crate::manifest::{Criterion, Refine};
@@ -18,34 +17,34 @@ use crate::store::PointRow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Standard errors of their difference that two numbers may differ by.
+/// Two numbers count as equal up to this number of standard errors of their difference.
 const SIGMAS: f64 = 5.0;
 
-/// What a point is compared by.
+/// The data by which a point is compared.
 #[derive(Debug, Clone, PartialEq)]
 struct Mark {
-    /// None where nothing is known of the motion.
+    /// `None` if the motion is unknown.
     class: Option<Class>,
     /// Value and standard error of every number that is compared.
     numbers: Vec<Option<[f64; 2]>>,
 }
 
-/// A plane on its way.
+/// A plane during its refinement.
 #[derive(Debug)]
 pub(super) struct Refinement {
     nested: NestedGrid,
     by: Vec<Criterion>,
     tolerance: f64,
     longest_period: u32,
-    /// What is known, also of points that are not asked for yet.
+    /// Known points, including those not requested yet.
     marks: HashMap<u64, Mark>,
     asked: BTreeSet<u64>,
-    /// The largest differences that count as none, of every number; known with the first round.
+    /// The largest differences that are ignored, one per number; known after the first round.
     allowed: Vec<f64>,
 }
 
 impl Refinement {
-    /// A plane of which nothing is known and nothing was asked for.
+    /// A plane without known or requested points.
     pub fn new(refine: &Refine) -> Self {
         Self {
             nested: refine.nested,
@@ -58,7 +57,7 @@ impl Refinement {
         }
     }
 
-    /// Takes note of a point.
+    /// Records a point.
     pub fn learn(&mut self, row: &PointRow) {
         let numbers = self.by.iter().filter(|criterion| criterion.is_number());
         let mark = Mark {
@@ -71,18 +70,18 @@ impl Refinement {
         self.marks.insert(row.point_id, mark);
     }
 
-    /// How many points were asked for.
+    /// Number of requested points.
     pub fn points(&self) -> u64 {
         self.asked.len() as u64
     }
 
-    /// All points asked for, ascending; none are afterwards.
+    /// Takes all requested points, ascending.
     pub fn take_asked(&mut self) -> BTreeSet<u64> {
         std::mem::take(&mut self.asked)
     }
 
-    /// Asks for the points of the next round that are not known, ascending; nothing where the plane
-    /// is complete, or where a point that was asked for is not known.
+    /// Requests the points of the next round and returns the unknown ones, ascending. Returns nothing if the plane is
+    /// complete, or if a requested point is not known yet.
     pub fn next_round(&mut self) -> Vec<usize> {
         loop {
             if self.asked.iter().any(|id| !self.marks.contains_key(id)) {
@@ -101,7 +100,7 @@ impl Refinement {
         }
     }
 
-    /// The points of the round that follows.
+    /// The new points of the next round.
     fn round(&mut self) -> BTreeSet<u64> {
         let coarse = self.nested.places(0) as u64;
         if self.asked.is_empty() {
@@ -122,7 +121,7 @@ impl Refinement {
         self.nested.number(place) as u64
     }
 
-    /// By how much numbers may differ: a part of what they span over the first points.
+    /// Largest ignored differences of numbers: a fraction of their range over the first points.
     fn spans(&self, coarse: u64) -> Vec<f64> {
         let numbers = self.by.iter().filter(|c| c.is_number()).count();
         let span = |which: usize| {
@@ -136,7 +135,7 @@ impl Refinement {
         (0..numbers).map(span).collect()
     }
 
-    /// Whether a leaf is to be divided.
+    /// Whether a leaf must be divided.
     fn divides(&self, cell: &Cell) -> bool {
         if cell.side == 1 {
             return false;
@@ -170,20 +169,19 @@ pub(super) fn lock(refinement: &Mutex<Refinement>) -> MutexGuard<'_, Refinement>
     refinement.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Whether two motions are of different kinds, periods aside.
+/// Whether two motions are of different kinds, without regard to periods.
 fn other_kind(a: Class, b: Class) -> bool {
     let unsettled = |class: Class| class == Class::NotConverged;
     let repeats = |class: Class| matches!(class, Class::SteadyContact(_) | Class::Periodic(_));
     match unsettled(a) || unsettled(b) {
         true => repeats(a) || repeats(b),
-        // Which trajectories leave chaos is chance.
+        // Chance decides which trajectories leave chaos.
         false if a.is_chaos() && b.is_chaos() => false,
         false => std::mem::discriminant(&a) != std::mem::discriminant(&b),
     }
 }
 
-/// Value and standard error of a number of a point, where it has one; the error is 0 where the
-/// motion repeats.
+/// Value and standard error of a number of a point, if it has one; the error is 0 if the motion repeats.
 fn number(row: &PointRow, criterion: Criterion) -> Option<[f64; 2]> {
     let outcome = &row.outcome;
     let nvh = |value: fn(&NvhOutcome) -> f64, error: fn(&NvhErrors) -> f64| {

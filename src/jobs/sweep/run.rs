@@ -1,4 +1,4 @@
-//! The pool and the channel between workers and writer.
+//! Runs a sweep: the thread pool, and the channel between workers and writer.
 
 use super::chain::compute;
 use super::layout::layout;
@@ -20,46 +20,46 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Rows on their way from workers to the writer.
+/// Capacity of the channel from workers to the writer, in rows.
 const CHANNEL: usize = 256;
 
-/// How a sweep is to be run.
+/// Options of a sweep.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Options<'a> {
-    /// Worker threads; one a core where absent.
+    /// Worker threads; one per core if absent.
     pub threads: Option<usize>,
     /// Whether workers are bound to their cores.
     pub pinning: Pinning,
-    /// Part of a split job.
+    /// The part of a split job.
     pub shard: Option<Shard>,
-    /// Only these points, whole chains of them; the files are those of an undivided run.
+    /// Only these points, with their whole chains; the files are those of an undivided run.
     pub only: Option<&'a BTreeSet<u64>>,
-    /// Failed points, those taken over not counted, after which the sweep is called off.
+    /// Number of failed points, without those of earlier runs, that interrupts the sweep.
     pub most_failures: Option<u64>,
 }
 
-/// How a sweep ended.
+/// The end of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finished {
-    /// Points of this run; of a refined grid that was called off, those known to be needed.
+    /// Points of this run; for an interrupted refined grid, those known to be needed.
     pub points: u64,
-    /// What was done of them.
+    /// Counts of finished points.
     pub progress: Progress,
-    /// Which kernels computed its points.
+    /// The kernels that computed its points.
     pub kernels: KernelTally,
-    /// The tables, and points not computed because the sweep was called off.
+    /// The tables, and the number of points that are missing because the sweep was interrupted.
     pub written: Written,
     /// Worker threads used.
     pub threads: usize,
-    /// Where they were to run, in words.
+    /// Their intended placement, in words.
     pub asked: String,
-    /// Where they ran.
+    /// Their actual placement.
     pub obtained: String,
-    /// Copies of structures and mesh tables that were to be made, in words.
+    /// Intended copies of structures and mesh tables, in words.
     pub copies_asked: String,
-    /// Where these lie.
+    /// Actual places of the copies.
     pub copies_obtained: String,
-    /// Whether it was called off for its failed points.
+    /// Whether too many failed points interrupted it.
     pub gave_up: bool,
 }
 
@@ -75,15 +75,15 @@ pub enum SweepError {
          on threads (`ulimit -u`, or pids.max of the control group)"
     )]
     Threads {
-        /// How many were asked for.
+        /// Requested number of threads.
         threads: usize,
-        /// What the system says.
+        /// Message of the system.
         reason: String,
     },
 }
 
 impl SweepError {
-    /// So many threads cannot be had.
+    /// This number of threads cannot be started.
     pub(super) fn threads(threads: usize, reason: &dyn std::error::Error) -> Self {
         Self::Threads {
             threads,
@@ -97,15 +97,15 @@ impl SweepError {
 pub struct Sweep<'a> {
     /// The job.
     pub job: &'a Job,
-    /// Where its tables are written.
+    /// Folder of its tables.
     pub folder: &'a Path,
-    /// How it is to be run.
+    /// Options.
     pub options: Options<'a>,
     /// Structures and mesh tables.
     pub parts: &'a Prepared,
-    /// The machine, where it can be described.
+    /// The machine, if it can be described.
     pub topology: Option<&'a Topology>,
-    /// Drops the points in flight once it is raised; what is finished is written.
+    /// If raised, unfinished points are dropped and finished ones written.
     pub called_off: &'a AtomicBool,
 }
 
@@ -115,17 +115,17 @@ struct TakenUp {
     progress: Progress,
     kernels: KernelTally,
     refinement: Option<Refinement>,
-    /// Points that are to be computed, or were.
+    /// Points of this run.
     share: Share,
     taken_over: TakenOver,
 }
 
 impl Sweep<'_> {
-    /// Runs the job and writes its tables. Points in the journal are taken over, the others are computed and appended
-    /// to it; it is the caller's to remove once everything else is written.
+    /// Runs the job and writes its tables. Points in the journal are taken from it; the others are computed and
+    /// appended to it. The caller removes the journal once everything else is written.
     ///
     /// # Errors
-    /// Threads cannot be started, or results cannot be written; the sweep then stops.
+    /// Threads cannot be started, or results cannot be written, which stops the sweep.
     pub fn run(
         &self,
         journal: &mut Journal,
@@ -196,7 +196,7 @@ impl Sweep<'_> {
             let record = move || {
                 let recorded = recorder.record_all(&receiver);
                 if recorded.is_err() {
-                    // Nothing more can be kept: no use in computing on.
+                    // Further points could not be recorded.
                     called_off.store(true, Ordering::Relaxed);
                 }
                 recorded
@@ -235,7 +235,7 @@ impl Sweep<'_> {
         shard.filter(|_| only.is_none())
     }
 
-    /// Takes over the points in the journal.
+    /// Reads the points in the journal.
     fn take_up(&self, journal: &mut Journal) -> Result<TakenUp, SweepError> {
         let (job, options) = (self.job, self.options);
         let mut share = Share::of_shard(job, options.shard);
@@ -274,7 +274,7 @@ impl Sweep<'_> {
         })
     }
 
-    /// Makes structures and mesh tables of the points that are left.
+    /// Prepares structures and mesh tables of the remaining points.
     fn prepare(&self, own: &TakenUp, crew: &Workers, watcher: &mut dyn Watcher) {
         let length = self.job.chain_length();
         // The writer cannot be shared with the workers.
@@ -309,7 +309,7 @@ struct Shared<'a> {
 }
 
 impl Shared<'_> {
-    /// Computes all points of a share, and of a refined grid those of all rounds.
+    /// Computes all points of a share; for a refined grid those of all rounds.
     fn compute(&self, share: Share, taken_over: TakenOver, sender: &Sender<PointRow>) {
         let Sweep {
             job,
@@ -343,8 +343,8 @@ impl Shared<'_> {
         }
     }
 
-    /// What the worker of a number does until nothing is left or the run is called off. Its chains are computed without
-    /// waiting for the results of others: all of a job, or a round of a refined grid.
+    /// The loop of worker `index` until no chain is left or the run is interrupted. Its chains do not depend on the
+    /// results of others: all chains of a job, or of a round of a refined grid.
     fn work(&self, queue: &Queue<'_>, index: usize, sender: &Sender<PointRow>) {
         let Sweep {
             job,
@@ -371,7 +371,7 @@ impl Shared<'_> {
                 if let Some(refinement) = self.refinement {
                     lock(refinement).learn(&row);
                 }
-                // The channel is closed where the writer has given up.
+                // The channel is closed if the writer has given up.
                 sender.send(row).ok()?;
                 if called_off.load(Ordering::Relaxed) {
                     return None;
@@ -382,27 +382,26 @@ impl Shared<'_> {
     }
 }
 
-/// Threads that are ready to work.
+/// Threads that are ready for work.
 pub(super) struct Workers {
     pub pool: rayon::ThreadPool,
     pub threads: usize,
-    /// Where they were to sit.
+    /// Their intended places.
     pub places: Plan,
-    /// Where they sit, in words.
+    /// Their actual placement, in words.
     pub obtained: String,
 }
 
-/// Most workers that are started: some a hardware thread, so that any number can be tried, and no
-/// more. Each holds the workspace of a point, and beyond the caches they only wait for memory and
-/// for each other.
+/// Upper limit of workers: four per hardware thread, so that other numbers can be tried. Each has the workspace of a
+/// point; more workers would only wait for memory and for each other.
 fn most_workers(hardware_threads: usize) -> usize {
     const A_HARDWARE_THREAD: usize = 4;
     const ANYWHERE: usize = 32;
     (A_HARDWARE_THREAD * hardware_threads).max(ANYWHERE)
 }
 
-/// Starts the workers for these chains: as many as asked for, or one a core, and no more than
-/// there are pieces of work, or than are of any use.
+/// Starts the workers for these chains: the requested number, or one per core, but not more than the pieces of work or
+/// the upper limit.
 pub(super) fn start_workers(
     job: &Job,
     share: &Share,
@@ -432,8 +431,8 @@ pub(super) fn start_workers(
     })
 }
 
-/// Binds every worker to its place where that is planned; says what came of it. A worker that
-/// cannot be bound works where the system puts it.
+/// Binds every worker to its place if planned, and describes the result. A worker that cannot be bound runs where the
+/// system puts it.
 fn take_places(pool: &rayon::ThreadPool, places: &Plan, topology: Option<&Topology>) -> String {
     let Some(topology) = topology.filter(|_| places.pinned) else {
         return "not pinned".into();
@@ -449,7 +448,7 @@ fn take_places(pool: &rayon::ThreadPool, places: &Plan, topology: Option<&Topolo
     }
 }
 
-/// Where the copies of nodes lie, in words.
+/// The actual nodes of the copies, in words.
 fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Topology>) -> String {
     if of_nodes.is_empty() {
         return copies.to_string();
@@ -473,8 +472,8 @@ fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Top
     words.collect::<Vec<String>>().join("; ")
 }
 
-/// Pieces of work that may be done at the same time: chains, and probes where there are any.
-/// Beyond `enough` they are not counted.
+/// Number of pieces of work that can run at the same time: chains, and probes if there are any. Counting stops at
+/// `enough`.
 pub(super) fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
     // Later rounds may have more points than the first.
     if job.refine.is_some() {

@@ -11,10 +11,10 @@ use crate::propagate::varying_speed::{VaryingSpeed, VaryingSpeedError};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
-/// Orders of the mesh that are tracked where none is asked for.
+/// Number of mesh orders that are tracked by default.
 const MESH_ORDERS: u32 = 5;
 
-/// What is to be run up.
+/// A point with its run-up.
 #[derive(Debug)]
 pub struct PointRunUp<'a> {
     /// The drive and its load.
@@ -25,13 +25,13 @@ pub struct PointRunUp<'a> {
     pub parts: &'a Prepared,
 }
 
-/// Why a drive was not run up.
+/// Why was a drive not run up?
 #[derive(Debug, thiserror::Error)]
 pub enum RunUpError {
-    /// There is no such drive.
+    /// The drive cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// Its speed cannot vary.
+    /// The kernel cannot vary its speed.
     #[error(transparent)]
     Kernel(#[from] VaryingSpeedError),
     /// A modal file has no rated torque.
@@ -39,13 +39,13 @@ pub enum RunUpError {
         "a run-up with torques needs a rated torque, but a modal file has none; give the column `load`, a fraction of rated_force"
     )]
     NoRatedTorque,
-    /// It was called off.
+    /// It was interrupted.
     #[error("interrupted")]
     CalledOff,
 }
 
 impl PointRunUp<'_> {
-    /// Runs the drive up; where the motion cannot go on, what is recorded ends there.
+    /// Runs the drive up. If the motion cannot continue, the record ends there.
     ///
     /// # Errors
     /// [`RunUpError`].
@@ -93,7 +93,7 @@ impl PointRunUp<'_> {
         Ok((config, run))
     }
 
-    /// The load, as a fraction of the rated one.
+    /// The load, as a fraction of the rated load.
     fn load(&self) -> Result<LoadLaw, RunUpError> {
         let Some(load) = &self.spec.load else {
             return Ok(LoadLaw::OverTime(PointCourse::constant(self.point.load)));

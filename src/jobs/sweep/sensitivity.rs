@@ -1,4 +1,4 @@
-//! How the answers of a point change with keys of its manifest.
+//! How do the results of a point change with keys of its manifest?
 
 use super::build::{BuildError, questions};
 use super::family::PointFamily;
@@ -21,25 +21,25 @@ use std::sync::atomic::AtomicBool;
 /// Harmonics of the mesh frequency whose amplitudes are differentiated.
 const HARMONICS: usize = 3;
 
-/// Step of the differences that derivatives are checked with, relative to the parameter's size.
+/// Step of the differences that check derivatives, relative to the parameter's size.
 const CHECK: f64 = 1e-5;
 
-/// Relative difference from which a derivative and a difference quotient disagree.
+/// Relative difference above which a derivative and a difference quotient disagree.
 const DISAGREE: f64 = 1e-2;
 
-/// Relative derivative `p ∂a/∂p / a` below which a key is not felt, and only round-off is compared.
+/// Relative derivative `p ∂a/∂p / a` below which a key has no effect, and only round-off would be compared.
 const UNFELT: f64 = 1e-5;
 
-/// What is said where they do.
+/// Note if they disagree.
 const KINK: &str = "finite differences disagree, because the model has a kink here or the orbit changes within a step";
 
-/// What is said of a size that is zero.
+/// Note for an amplitude of zero.
 const AT_ZERO: &str = "the amplitude is zero up to round-off, and amplitudes have a kink at zero";
 
 /// Cycles between the starts of an ensemble's members.
 const APART: u64 = 50;
 
-/// What a quantity does when a parameter changes.
+/// The change of a quantity with a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// The key.
@@ -54,13 +54,13 @@ pub struct Sensitivity {
     pub unit: &'static str,
     /// Its value.
     pub value: f64,
-    /// Its derivative by the key, in SI; none where there is none to be told.
+    /// Its derivative by the key, in SI; `None` if it has none.
     pub by: Option<f64>,
-    /// The same by differences, or from a step twice as large.
+    /// The same derivative from differences, or from a step twice as large.
     pub check: Option<f64>,
-    /// Standard error, of an estimate.
+    /// Standard error of an estimate.
     pub error: Option<f64>,
-    /// How it was come by: `orbit` (exact), `difference` or `ensemble`.
+    /// The method: `orbit` (exact), `difference` or `ensemble`.
     pub method: &'static str,
     /// Why there is no derivative.
     pub note: String,
@@ -69,39 +69,39 @@ pub struct Sensitivity {
 /// The sensitivities of a point.
 #[derive(Debug)]
 pub struct Sensitivities {
-    /// How the point moves.
+    /// Class of the motion.
     pub class: Class,
-    /// In words.
+    /// Reason for the class, in words.
     pub reason: String,
-    /// One row a key and quantity.
+    /// One row per key and quantity.
     pub rows: Vec<Sensitivity>,
 }
 
-/// A point whose answers are differentiated.
+/// A point whose results are differentiated.
 #[derive(Debug, Clone, Copy)]
 pub struct Differentiated<'a> {
     /// The point.
     pub point: &'a PointSpec,
-    /// Keys that have other values than the manifest gives them.
+    /// Keys whose values differ from the manifest.
     pub held: &'a [(Parameter, f64)],
 }
 
-/// Why there are none.
+/// Why a point has no sensitivities.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
-    /// There is no such drive.
+    /// The drive cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The motion has no kind.
+    /// The class of the motion is unknown.
     #[error("the point does not settle, so its results cannot be differentiated: {reason}")]
     Unsettled {
-        /// Why not.
+        /// Reason.
         reason: String,
     },
     /// The orbit cannot be integrated.
     #[error(transparent)]
     Stop(#[from] Stop),
-    /// It was called off.
+    /// It was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }
@@ -115,8 +115,8 @@ impl From<MemberError> for SensitivityError {
     }
 }
 
-/// The sensitivities of a point to some keys. Of a motion that repeats they are exact; of a chaotic one
-/// they are estimates over an ensemble, whose step is `step` relative to each key.
+/// The sensitivities of a point to some keys. They are exact for motion that repeats. For chaotic motion they are
+/// estimates over an ensemble, whose step is `step` relative to each key.
 ///
 /// # Errors
 /// [`SensitivityError`].
@@ -238,7 +238,7 @@ impl KernelUse for Orbit<'_> {
     }
 }
 
-/// Exact derivatives along an orbit, each beside a difference quotient of the fourth order.
+/// Exact derivatives along an orbit, each with a difference quotient of the fourth order.
 fn of_orbit(
     family: &PointFamily<'_>,
     model: &Model,

@@ -1,4 +1,4 @@
-//! The trajectory of one operating point, recorded.
+//! Records the trajectory of one operating point.
 
 use super::build::BuildError;
 use super::chain::lead_up;
@@ -10,15 +10,14 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Interruptible, Kernel, KernelUse};
 use std::sync::atomic::AtomicBool;
 
-/// What is to be recorded.
+/// A trajectory to be recorded.
 #[derive(Debug)]
 pub struct PointTrace<'a> {
     /// The job.
     pub job: &'a Job,
     /// The point; it need not be on the grid.
     pub point: &'a PointSpec,
-    /// Whether it starts where the sweep that the manifest asks for has come to, and not from
-    /// `run.initial`.
+    /// Whether it starts from the sweep that the manifest requests instead of `run.initial`.
     pub swept: bool,
     /// The trajectory and its samples.
     pub question: TraceConfig,
@@ -26,37 +25,36 @@ pub struct PointTrace<'a> {
     pub parts: &'a Prepared,
 }
 
-/// Why nothing was recorded.
+/// Why was nothing recorded?
 #[derive(Debug, thiserror::Error)]
 pub enum PointTraceError<E: std::error::Error + 'static> {
-    /// There is no such drive, or no kernel for it.
+    /// The drive or its kernel cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// It was called off before anything was recorded.
+    /// It was interrupted before anything was recorded.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
-    /// What takes the samples refuses one.
+    /// The sink refuses a sample.
     #[error(transparent)]
     Sink(E),
 }
 
 impl PointTrace<'_> {
-    /// The system of the point, which its kernel gets through.
+    /// The system of the point, which its kernel can integrate in reasonable time.
     ///
     /// # Errors
-    /// There is no such drive, or its mesh cycle would take too long.
+    /// The drive cannot be built, or its mesh cycle would take too long.
     pub fn model(&self) -> Result<Model, BuildError> {
         let model = self.parts.model(self.point)?;
         PointKernel::of(self.point, &model, self.parts)?;
         Ok(model)
     }
 
-    /// Integrates `model` and hands samples and events to the sink that `open` gives once the kernel
-    /// is ready; the sink comes back with what the trace amounts to.
+    /// Integrates `model` and passes samples and events to the sink that `open` returns once the kernel is ready.
+    /// Returns the sink and a summary of the trace.
     ///
     /// # Errors
-    /// [`PointTraceError`]. Where the integration stops, or `called_off` is raised meanwhile, the
-    /// outcome says so.
+    /// [`PointTraceError`]. If the integration stops, or `called_off` is raised meanwhile, the outcome has the reason.
     pub fn record<S: TraceSink<Error: std::error::Error>>(
         &self,
         model: &Model,
@@ -68,7 +66,7 @@ impl PointTrace<'_> {
             lead_up(self.job, self.point, self.parts, called_off)?
                 .start(self.job, self.point, model)
         } else {
-            // Nothing to go through before.
+            // There is no sweep before the point.
             None
         };
         let recording = Recording {
@@ -84,7 +82,7 @@ impl PointTrace<'_> {
     }
 }
 
-/// A recording on its way to a kernel.
+/// A recording that a kernel is being built for.
 struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,

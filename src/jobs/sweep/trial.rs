@@ -1,9 +1,9 @@
-//! A point tried out over a few cycles, and what it takes in a run.
+//! How long does a point take in a run? It is tried out over a few cycles.
 //!
-//! A motion that settles does so over its transient or shortly after: such a point is computed whole.
-//! Of another one a few cycles are measured, which tell how many it takes ([`Outlook`]), and some more from
-//! where it ended, with all observers and nothing else, which tell what one of them takes. What is asked beside the
-//! integration is asked of fewer probes, guesses and cycles.
+//! A motion that settles does so during its transient or shortly after: such a point is computed completely. For other
+//! motion, a few cycles are measured to predict the number of cycles ([`Outlook`]). Some more cycles from their end,
+//! with all observers and nothing else, give the time of one cycle. Other analyses have fewer probes, guesses and
+//! cycles.
 
 use super::build::questions;
 use super::carried::CarriedState;
@@ -22,40 +22,40 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Measured cycles of a motion that does not settle: beyond the fewest that have an error bar.
+/// Measured cycles of motion that does not settle: more than the fewest with an error bar.
 const MEASURED: u64 = 400;
 
-/// Cycles over which the time of one is taken.
+/// Number of cycles for timing one cycle.
 const TIMED: u64 = 128;
 
-/// What is asked beside the integration is asked of so small a part.
+/// Other analyses are reduced by this factor.
 const PART: u32 = 32;
 
 /// Fewest cells along each side of a slice.
 const CELLS: u32 = 8;
 
-/// Standard deviation of a time that such a part tells, over that time.
+/// Relative standard deviation of a time that is extrapolated from a reduced analysis.
 const UNEVEN: f64 = 0.5;
 
 /// A point that was tried out.
 pub(super) struct Tried {
     pub id: usize,
-    /// Processor time of mesh tables and structures that were not there yet \[s\].
+    /// Processor time of mesh tables and structures that were not at hand \[s\].
     pub prepared: f64,
     pub sampled: Sampled,
-    /// What it would take if it did not settle \[s\].
+    /// Its time if it did not settle \[s\].
     pub most: f64,
-    /// Its motion, where there is a verdict; one that did not settle is taken for chaos.
+    /// Its motion, if there is a verdict; motion that did not settle counts as chaos.
     pub motion: Option<Class>,
-    /// None where it was given up.
+    /// `None` if the point was abandoned.
     pub row: Option<PointRow>,
 }
 
-/// Tries out point `id`, until `over` is raised; of a chain behind the point before it, as if that were the
-/// first.
+/// Tries out point `id`, until `over` is raised. A point of a chain is tried out after the point before it, which is
+/// treated as the first.
 ///
 /// # Errors
-/// [`CalledOff`] when `over` was raised before anything was learnt of the point.
+/// [`CalledOff`] if `over` was raised before the point had a result.
 pub(super) fn try_out(
     job: &Job,
     id: usize,
@@ -67,7 +67,7 @@ pub(super) fn try_out(
     let point = job.points.at(id);
     let begun = clock.now();
     parts.prepare(job, [id], over, &mut || ());
-    // A structure is assembled once and kept; what is wrong with a point is for the point to say.
+    // A structure is assembled once and kept; the point reports errors of its model.
     _ = parts.model(&point);
     let prepared = clock.now() - begun;
     let before = if id.is_multiple_of(job.chain_length()) {
@@ -146,7 +146,7 @@ pub(super) fn try_out(
     })
 }
 
-/// Processor time of a measured cycle from `end` on \[s\]; 0 where there is none.
+/// Processor time of a measured cycle from `end` on \[s\]; 0 without an end.
 fn cycle_time(
     point: &PointSpec,
     end: Option<&ChainEnd>,
@@ -171,8 +171,8 @@ fn cycle_time(
     Ok(answer.times[Step::Integration as usize] / answer.outcome.cycles.max(1) as f64)
 }
 
-/// The point without what is asked beside its integration, and without a twin and an audit, which
-/// take no more cycles of a long one.
+/// The point without other analyses. It has no twin and no audit either, because their cycles do not grow with those of
+/// the point.
 fn integrated_only(mut point: PointSpec) -> PointSpec {
     Arc::make_mut(&mut point.run).audit_cycles = 0;
     let asked = &point.analyses;
@@ -188,7 +188,7 @@ fn integrated_only(mut point: PointSpec) -> PointSpec {
     point
 }
 
-/// A point of which only the motion is wanted.
+/// A point of which only the motion is needed.
 fn led_to(point: PointSpec) -> PointSpec {
     let mut before = integrated_only(shortened(&point));
     let analyses = Arc::make_mut(&mut before.analyses);
@@ -196,7 +196,7 @@ fn led_to(point: PointSpec) -> PointSpec {
     before
 }
 
-/// The point with fewer cycles, and with less of what is asked beside them.
+/// The point with fewer cycles and reduced analyses.
 fn shortened(point: &PointSpec) -> PointSpec {
     let mut short = point.clone();
     let run = Arc::make_mut(&mut short.run);
@@ -224,7 +224,7 @@ fn shortened(point: &PointSpec) -> PointSpec {
     short
 }
 
-/// Processor time that what is asked beside the integration takes more than its part did \[s\].
+/// Processor time of the other analyses, minus that of their reduced form \[s\].
 fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
     let more = |step: Step, whole: f64, part: f64| {
         answer.times[step as usize] * (whole / part.max(1.0) - 1.0).max(0.0)
@@ -247,7 +247,7 @@ fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
     time
 }
 
-/// Cycles of all probes and cells that are asked for, by those of some.
+/// Cycles of all requested probes and cells, extrapolated from some.
 fn probed(found: &MultistabilityOutcome, asked: &MultistabilityConfig) -> f64 {
     let all = |cycles: Vec<u64>, count: f64| {
         cycles.iter().sum::<u64>() as f64 * count / cycles.len().max(1) as f64
@@ -258,7 +258,7 @@ fn probed(found: &MultistabilityOutcome, asked: &MultistabilityConfig) -> f64 {
     all(probes, asked.initial_conditions.into()) + all(cells, side * side)
 }
 
-/// Repeats probes and cells until there are as many as are asked for: rows of that size.
+/// Repeats probes and cells up to the requested number, for rows of the final size.
 fn enlarge(found: &mut MultistabilityOutcome, asked: &MultistabilityConfig) {
     fn repeat<T: Clone>(list: &mut Vec<T>, count: usize) {
         *list = list.iter().cloned().cycle().take(count).collect();
@@ -275,7 +275,7 @@ mod tests {
     use crate::store::TableStore;
     use std::path::Path;
 
-    /// A tried out point that settles is the point itself; of all points trying out takes a twentieth of the cycles.
+    /// The trial of a point that settles is its full computation. Trials of all points take a twentieth of the cycles.
     #[test]
     fn points_are_tried_out_over_few_cycles() {
         let text = include_str!("../../../tests/data/oscillator.toml")
@@ -312,7 +312,7 @@ mod tests {
         assert!(20 * few < all, "{few} of {all} cycles");
     }
 
-    /// Of what is asked beside the integration a part is tried out, and counted as the whole.
+    /// Other analyses are tried out in a reduced form and extrapolated.
     #[test]
     fn a_part_stands_for_the_whole_of_what_is_asked_beside() {
         let text = include_str!("../../../tests/data/oscillator.toml").replace(

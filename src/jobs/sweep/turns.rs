@@ -1,34 +1,34 @@
-//! Which chains belong to a run, and which of them are still to be computed.
+//! Which chains belong to a run, and which of them are still to be computed?
 
 use super::chain::ChainState;
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, Shard, StoreError};
 use std::collections::{BTreeSet, HashMap};
 
-/// Chains of a job that belong to a run, in order. `place` counts them.
+/// Chains of a job that belong to a run, in order; `place` is an index among them.
 #[derive(Debug, Clone)]
 pub struct Share {
-    /// Points of a chain, 1 where points are independent.
+    /// Points of a chain, 1 if points are independent.
     length: usize,
     chains: Chains,
 }
 
 #[derive(Debug, Clone)]
 enum Chains {
-    /// Every `step`-th from `first` on.
+    /// Every `step`-th chain from `first` on.
     Every {
         first: usize,
         step: usize,
         count: usize,
     },
-    /// These.
+    /// These chains.
     Listed(Vec<usize>),
 }
 
 impl Share {
-    /// Every n-th chain of a job for its n-th shard, so that neighbours, which cost alike, are
-    /// dealt out evenly; all chains where there is no shard. Of a refined grid the points that are
-    /// computed in any case, which have the first numbers.
+    /// Every n-th chain of a job for its n-th shard, so that neighbours, which take similar time, are evenly
+    /// distributed; all chains without a shard. For a refined grid, the points that are computed in any case, which
+    /// have the first numbers.
     pub fn of_shard(job: &Job, shard: Option<Shard>) -> Self {
         let points = match &job.refine {
             Some(refine) => refine.nested.places(0),
@@ -54,8 +54,8 @@ impl Share {
         }
     }
 
-    /// Of these chains, those that hold one of some points: what one point has left, the next
-    /// starts from, so a chain is computed as a whole.
+    /// Those of these chains that contain one of `points`: each point starts from the end of the previous one, so
+    /// chains are computed as a whole.
     pub fn with(&self, points: &BTreeSet<u64>) -> Self {
         let of = |id: &u64| *id as usize / self.length;
         let wanted: BTreeSet<usize> = points.iter().map(of).collect();
@@ -66,7 +66,7 @@ impl Share {
         }
     }
 
-    /// How many chains.
+    /// Number of chains.
     pub fn chains(&self) -> usize {
         match &self.chains {
             Chains::Every { count, .. } => *count,
@@ -74,12 +74,12 @@ impl Share {
         }
     }
 
-    /// How many points.
+    /// Number of points.
     pub fn points(&self) -> usize {
         self.chains() * self.length
     }
 
-    /// Which chain of the job stands at a place.
+    /// The chain of the job at a place.
     fn chain(&self, place: usize) -> usize {
         match &self.chains {
             Chains::Every { first, step, .. } => first + place * step,
@@ -98,31 +98,30 @@ impl Share {
     }
 }
 
-/// A chain that is to be computed, or the rest of one.
+/// A chain to be computed, or the rest of one.
 #[derive(Debug)]
 pub(super) struct ChainTask {
-    /// Where it stands among the chains of this run.
+    /// Its place among the chains of this run.
     pub place: usize,
     /// Its first point.
     pub first: usize,
-    /// What is known of it from an earlier run.
+    /// State of the chain from an earlier run.
     pub link: ChainState,
 }
 
-/// Which chains an earlier run has finished, wholly or in part.
+/// Chains that an earlier run has finished, completely or partly.
 #[derive(Debug, Default)]
 pub(super) struct TakenOver {
-    /// By chain; those beyond the end are not finished.
+    /// By chain; chains beyond the end are not finished.
     done: Vec<bool>,
     links: HashMap<usize, ChainState>,
 }
 
 impl TakenOver {
-    /// Reads the journal; every point in it is handed to `take` once.
+    /// Reads the journal and passes every point in it to `take` once.
     ///
     /// # Errors
-    /// The journal cannot be read or holds points that are not of this job, or what `take`
-    /// says.
+    /// The journal cannot be read, it has points of another job, or an error of `take`.
     pub(super) fn replay(
         job: &Job,
         journal: &mut Journal,
@@ -133,14 +132,14 @@ impl TakenOver {
             if taken.pass(job, &row)? {
                 take(row)
             } else {
-                // Twice the same point, twice the same numbers.
+                // Repeated records of a point have the same numbers.
                 Ok(())
             }
         })?;
         Ok(taken)
     }
 
-    /// Whether the point is new.
+    /// Adds a point; returns whether it is new.
     fn pass(&mut self, job: &Job, row: &PointRow) -> Result<bool, StoreError> {
         let point_id = row.point_id;
         let length = job.chain_length();
@@ -178,7 +177,7 @@ impl TakenOver {
         self.is_done(share.chain(place))
     }
 
-    /// Points that a chain has left.
+    /// Number of remaining points of a chain.
     pub(super) fn left(&self, share: &Share, place: usize) -> usize {
         let passed = self
             .links
@@ -187,7 +186,7 @@ impl TakenOver {
         share.length - passed
     }
 
-    /// The chain at a place, to be computed; to be asked for once.
+    /// The chain at a place, to be computed; call this once per chain.
     pub(super) fn turn(&mut self, share: &Share, place: usize) -> ChainTask {
         let chain = share.chain(place);
         ChainTask {
@@ -241,7 +240,7 @@ mod tests {
         let whole: Vec<u64> = (0..12).collect();
         assert_eq!(of(&[3, 4, 11], 4, None), whole);
         assert_eq!(of(&[], 4, None), [0; 0]);
-        // Of another shard: not this one's to compute.
+        // A point of another shard is ignored.
         let second = Some(Shard { index: 2, count: 2 });
         assert_eq!(of(&[1, 5, 8], 4, second), [4, 5, 6, 7]);
     }

@@ -1,34 +1,34 @@
-//! Whose work is it? Chains read tables of kernels; a worker takes those first whose tables its
-//! own NUMA node has, then those whose tables are to be kept there, and others' last.
+//! Which worker should take which work? Chains read tables of kernels. A worker prefers tables that its NUMA node has
+//! at hand, then tables whose home is this node, then others.
 //!
-//! Pure bookkeeping. Which worker computes a chain moves no number of its results.
+//! Pure bookkeeping. The choice of a worker does not change results.
 
 use std::collections::VecDeque;
 
-/// Tables that a node has at hand at most; of more the one not used for longest is let go.
+/// Most tables that a node keeps at hand; the least recently used one is dropped.
 pub const TABLES_AT_HAND: usize = 4;
 
-/// How near a table is to a worker, nearest first.
+/// Nearness of a table to a worker, nearest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Nearness {
-    /// Its node has it at hand, or none is read.
+    /// The node has the table at hand, or the work reads no table.
     AtHand,
-    /// Its node is the one to keep it.
+    /// The node is the table's home.
     Home,
-    /// Another node is to keep it: taking it is a steal.
+    /// Another node is the table's home: taking the work is a steal.
     Elsewhere,
 }
 
 /// Which tables lie on which node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shelves {
-    /// Tables at hand of every node, the one last used first.
+    /// Tables at hand of every node, most recently used first.
     at_hand: Vec<VecDeque<u64>>,
     steals: u64,
 }
 
 impl Shelves {
-    /// Empty ones of so many nodes.
+    /// Empty shelves of `nodes` nodes.
     pub fn new(nodes: usize) -> Self {
         Self {
             at_hand: vec![VecDeque::new(); nodes],
@@ -36,13 +36,13 @@ impl Shelves {
         }
     }
 
-    /// How many nodes.
+    /// Number of nodes.
     pub fn nodes(&self) -> usize {
         self.at_hand.len()
     }
 
-    /// How near a table is to the workers of a node. Homes are dealt by the tables' own numbers,
-    /// so that nothing is kept of tables that are not at hand.
+    /// Nearness of a table to the workers of a node. The table's number determines its home, so that tables need no
+    /// record while they are not at hand.
     pub fn nearness(&self, table: Option<u64>, node: usize) -> Nearness {
         let Some(table) = table else {
             return Nearness::AtHand;
@@ -70,7 +70,7 @@ impl Shelves {
         shelf.truncate(TABLES_AT_HAND);
     }
 
-    /// Tables that were taken to a node other than their own.
+    /// Number of tables that another node than their home took.
     pub fn steals(&self) -> u64 {
         self.steals
     }

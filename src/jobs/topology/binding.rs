@@ -1,14 +1,14 @@
-//! Binds the calling thread to hardware threads, and says so only where it took effect.
+//! Binds the calling thread to hardware threads, and reports success only if it took effect.
 
 use super::description::Topology;
 use super::system::BindingError;
 
 impl Topology {
-    /// Binds the calling thread to hardware threads, as the system numbers them. Pages that it
-    /// touches first then come from the memory near them.
+    /// Binds the calling thread to hardware threads, numbered as by the system. Pages that it touches first then come
+    /// from the memory near them.
     ///
     /// # Errors
-    /// The topology is of another machine, or the system does not bind.
+    /// The topology describes another machine, or the system refuses.
     pub fn bind_current_thread(&self, threads: &[u32]) -> Result<(), BindingError> {
         if self.is_this_system() {
             self.system.bind_thread(threads)
@@ -17,11 +17,10 @@ impl Topology {
         }
     }
 
-    /// Lets pages that the calling thread touches first come from a NUMA node, which may have no
-    /// cores.
+    /// Makes pages that the calling thread touches first come from a NUMA node, which may have no cores.
     ///
     /// # Errors
-    /// The topology is of another machine, or the system does not bind.
+    /// The topology describes another machine, or the system refuses.
     pub fn bind_memory_of_current_thread(&self, node: u32) -> Result<(), BindingError> {
         if self.is_this_system() {
             self.system.bind_memory(node)
@@ -36,7 +35,7 @@ mod tests {
     use super::*;
     use crate::topology::sysfs;
 
-    /// A thread is bound through one reading of this machine, and every reading sees it.
+    /// Binds a thread through one reading of this machine; every reading then reports it.
     fn a_thread_stays_where_it_was_bound(topology: &Topology) {
         let thread = topology.cores[topology.cores.len() - 1].threads[0];
         match topology.bind_current_thread(&[thread]) {
@@ -53,7 +52,7 @@ mod tests {
                     assert_eq!(node, topology.numa_node_of(thread));
                 }
             }
-            // Some sandboxes forbid it, and say so.
+            // Some sandboxes forbid it and report so.
             Err(error) => assert!(matches!(error, BindingError::Refused { .. }), "{error}"),
         }
     }
@@ -61,7 +60,7 @@ mod tests {
     #[test]
     fn threads_stay_where_they_were_bound() {
         for read in [Topology::current, sysfs::of_this_machine] {
-            // A thread of its own: others of the test keep their freedom.
+            // A separate thread: the other threads of the test stay unbound.
             std::thread::spawn(move || a_thread_stays_where_it_was_bound(&read().unwrap()))
                 .join()
                 .unwrap();

@@ -1,8 +1,8 @@
-//! Which NUMA nodes get a copy of what all workers read?
+//! Which NUMA nodes get a copy of data that all workers read?
 //!
-//! A pure decision over the places of workers: where workers are bound and run on several nodes,
-//! each of these nodes has a copy, which its own workers make and read; anywhere else one copy
-//! does for all, since a worker that moves would leave its copy behind.
+//! A pure decision over the places of workers. If workers are bound and run on several nodes, each node has a copy,
+//! which its workers make and read. Otherwise all share one copy, since a worker that moves would leave its copy
+//! behind.
 
 use super::{Plan, TABLES_AT_HAND, Topology};
 use std::fmt;
@@ -10,9 +10,9 @@ use std::fmt;
 /// Copies of read-only data, by NUMA node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copies {
-    /// Node of each copy, as the system numbers it; none where one copy does for all.
+    /// Node of each copy, numbered as by the system; empty if all workers share one copy.
     pub nodes: Vec<u32>,
-    /// Which copy each worker reads, an index into `nodes`; none for the one of all.
+    /// The copy that each worker reads, as an index into `nodes`; `None` for the shared one.
     pub of_worker: Vec<Option<usize>>,
 }
 
@@ -35,22 +35,21 @@ pub fn copies(plan: &Plan) -> Copies {
     }
 }
 
-/// What a NUMA node offers to copies of tables that kernels read while they integrate.
+/// The room of a NUMA node for copies of tables that kernels read while they integrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Room {
-    /// Memory free on the node \[bytes\]; none where the system does not tell.
+    /// Free memory of the node \[bytes\]; `None` if the system does not report it.
     pub free: Option<u64>,
-    /// Largest cache that a core of it has to itself \[bytes\]; 0 where that is not known.
+    /// Largest private cache of a core \[bytes\]; 0 if unknown.
     pub own_cache: u64,
 }
 
 impl Room {
-    /// Copies take at most this part of the memory that is free.
+    /// Copies take at most one in this number of bytes of the free memory.
     const SHARE: u64 = 8;
 
-    /// Whether a copy of a table of so many bytes on this node pays: one that stays in a core's
-    /// own cache is read from afar once, and as many as are kept at hand must leave most of the
-    /// free memory to others.
+    /// Whether a copy of a table of `bytes` on this node pays. A table that fits in a core's private cache is read from
+    /// afar only once. All tables at hand must leave most of the free memory to others.
     pub fn takes(&self, bytes: u64) -> bool {
         let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
         let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);
@@ -59,7 +58,7 @@ impl Room {
 }
 
 impl Topology {
-    /// What the nodes of some copies offer, in their order.
+    /// The room of each node with a copy, in the order of the copies.
     pub fn rooms(&self, copies: &Copies) -> Vec<Room> {
         let own = self.caches.iter().filter(|cache| {
             let threads = self.cores.iter().map(|core| core.threads.len());
@@ -115,7 +114,7 @@ mod tests {
         assert_eq!(found.of_worker[4..], [Some(0), Some(0), Some(1), Some(1)]);
         let four = planned("package:2 numa:2 core:1 pu:1", 4, Pinning::Full);
         assert_eq!(four.nodes, [0, 1, 2, 3]);
-        // Three of four nodes are used.
+        // Workers use three of four nodes.
         let three = planned("package:2 numa:2 core:1 pu:1", 3, Pinning::Always);
         assert_eq!(three.nodes, [0, 1, 2]);
     }
@@ -138,7 +137,7 @@ mod tests {
         assert!(unknown.nodes.is_empty() && unknown.of_worker.is_empty());
     }
 
-    /// One node, two sockets, four nodes of unequal memory, and a package cut into eight.
+    /// One node, two sockets, four nodes of unequal memory, and a package divided into eight.
     #[test]
     fn tables_are_copied_where_there_is_room_and_a_use() {
         const TABLE: u64 = 7 << 20;

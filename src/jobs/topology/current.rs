@@ -1,5 +1,4 @@
-//! Who is asked about this machine? hwloc where the program was built with it and it answers, the
-//! files of the system anywhere else.
+//! Who describes this machine? hwloc if the program was built with it and it works, otherwise the files of the system.
 
 use super::description::{Topology, TopologyError};
 #[cfg(feature = "hwloc")]
@@ -7,10 +6,10 @@ use super::hwloc;
 use super::sysfs;
 
 impl Topology {
-    /// The machine this runs on, or, with hwloc, the one that `HWLOC_SYNTHETIC` describes.
+    /// The machine that the program runs on, or, with hwloc, the one that `HWLOC_SYNTHETIC` describes.
     ///
     /// # Errors
-    /// Nobody tells which processors there are.
+    /// No source reports the processors.
     pub fn current() -> Result<Self, TopologyError> {
         #[cfg(feature = "hwloc")]
         if let Some(found) = hwloc::of_this_machine() {
@@ -19,8 +18,8 @@ impl Topology {
         sysfs::of_this_machine()
     }
 
-    /// A machine that does not exist, in hwloc's notation (`package:2 core:4 pu:2`); for
-    /// trying out decisions. Nothing is bound to it.
+    /// A machine that does not exist, in hwloc's notation (`package:2 core:4 pu:2`), for trying out decisions. Nothing
+    /// is bound to it.
     ///
     /// # Errors
     /// hwloc does not accept the description.
@@ -50,7 +49,7 @@ mod tests {
         }
     }
 
-    /// On the machine of the test both tell the same, to the last thread and byte.
+    /// On the machine of the test both sources agree, to the last thread and byte.
     #[test]
     #[cfg(feature = "hwloc")]
     fn hwloc_and_the_files_of_the_system_agree() {
@@ -64,7 +63,7 @@ mod tests {
         assert_eq!(by_hwloc.caches, by_files.caches);
         let nodes = |topology: &Topology| {
             let nodes = topology.numa_nodes.iter();
-            // What is free changes from one reading to the next.
+            // Free memory changes between readings.
             let known = nodes.map(|node| (node.index, node.memory, node.threads.clone()));
             known.collect::<Vec<_>>()
         };

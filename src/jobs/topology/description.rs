@@ -1,7 +1,6 @@
-//! Which cores may this process use, what do they share, and on which NUMA node is the
-//! calling thread?
+//! Which cores may this process use, what do they share, and on which NUMA node is the calling thread?
 //!
-//! Machines without NUMA show as one node, so nothing else in the program needs a special case.
+//! A machine without NUMA has one node, so the rest of the program needs no special case.
 
 use super::system::{MemoryPath, Source, System};
 use serde::{Deserialize, Serialize};
@@ -10,7 +9,7 @@ use thiserror::Error;
 /// The machine cannot be described.
 #[derive(Debug, Error)]
 pub enum TopologyError {
-    /// The system tells of no processor.
+    /// The system reports no processor.
     #[error(
         "the system reports neither its processors nor the processors that this process may use; check that /proc and \
          /sys are mounted"
@@ -22,7 +21,7 @@ pub enum TopologyError {
     Synthetic {
         /// The text.
         description: String,
-        /// hwloc's own words.
+        /// hwloc's message.
         detail: String,
     },
 }
@@ -30,41 +29,41 @@ pub enum TopologyError {
 /// A core that this process may use, at least in part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Core {
-    /// Package it lies in, counted from 0.
+    /// Package, counted from 0.
     pub package: usize,
-    /// NUMA node its memory comes from first, as the system numbers it.
+    /// The NUMA node from which it prefers memory, numbered as by the system.
     pub numa_node: u32,
-    /// Which kind of core, slow ones first; all 0 where they are alike or nobody tells.
+    /// Kind of core, slow ones first; all 0 if they are alike or the kind is unknown.
     pub kind: u32,
-    /// Its hardware threads that this process may use, as the system numbers them.
+    /// Hardware threads of the core that this process may use, numbered as by the system.
     pub threads: Vec<u32>,
 }
 
 /// A NUMA node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NumaNode {
-    /// As the system numbers it.
+    /// Number by the system.
     pub index: u32,
     /// Memory it reports \[bytes\]; virtual machines and containers often report none.
     pub memory: Option<u64>,
-    /// Memory free on it when the topology was read \[bytes\], where the system tells.
+    /// Free memory when the topology was read \[bytes\]; `None` if unknown.
     pub free: Option<u64>,
     /// Hardware threads near it that this process may use.
     pub threads: Vec<u32>,
 }
 
-/// A kind of data cache; all of one kind are taken to be alike.
+/// A kind of data cache; all caches of a kind are assumed to be alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cache {
     /// 1, 2, 3 …
     pub level: usize,
     /// Size of one \[bytes\].
     pub size: u64,
-    /// Length of a line \[bytes\], where known.
+    /// Length of a line \[bytes\]; `None` if unknown.
     pub line: Option<usize>,
-    /// How many there are.
+    /// Number of caches.
     pub count: usize,
-    /// Hardware threads that share one.
+    /// Number of hardware threads that share one.
     pub shared_by: usize,
 }
 
@@ -73,13 +72,13 @@ pub struct Cache {
 pub struct Topology {
     /// Processor packages.
     pub packages: usize,
-    /// Cores: neighbours share caches.
+    /// Cores, in an order in which neighbours share caches.
     pub cores: Vec<Core>,
     /// NUMA nodes, at least one.
     pub numa_nodes: Vec<NumaNode>,
     /// Data and unified caches, smallest level first.
     pub caches: Vec<Cache>,
-    /// Who told of all this.
+    /// Source of the description.
     pub source: Source,
     pub(super) system: Box<dyn System>,
 }
@@ -90,12 +89,12 @@ impl Topology {
         self.cores.iter().map(|core| core.threads.len()).sum()
     }
 
-    /// Whether this describes the machine it runs on: only then does binding take place.
+    /// Whether this describes the machine that the program runs on: only then are threads bound.
     pub fn is_this_system(&self) -> bool {
         self.system.is_here()
     }
 
-    /// NUMA node near a hardware thread, both as the system numbers them.
+    /// NUMA node near a hardware thread, both numbered as by the system.
     pub fn numa_node_of(&self, thread: u32) -> Option<u32> {
         self.numa_nodes
             .iter()
@@ -103,8 +102,8 @@ impl Topology {
             .map(|node| node.index)
     }
 
-    /// NUMA node where the calling thread last ran; none where the system does not tell
-    /// or the topology is not that of this machine.
+    /// NUMA node on which the calling thread last ran; `None` if the system does not report it or the topology
+    /// describes another machine.
     pub fn current_numa_node(&self) -> Option<u32> {
         if self.is_this_system() {
             self.numa_node_of(self.system.last_thread()?)
@@ -113,8 +112,8 @@ impl Topology {
         }
     }
 
-    /// NUMA nodes that the memory of some values lies on, as the system numbers them; none where
-    /// it does not tell or the topology is not that of this machine.
+    /// NUMA nodes whose memory holds the values, numbered as by the system; empty if the system does not report it or
+    /// the topology describes another machine.
     pub fn nodes_of_memory(&self, values: &[f64]) -> Vec<u32> {
         if self.is_this_system() && !values.is_empty() {
             self.system.nodes_of_memory(values)
@@ -123,8 +122,7 @@ impl Topology {
         }
     }
 
-    /// All ways from the cores of a node to the memory of a node of which the firmware tells
-    /// something.
+    /// All pairs of a node's cores and a node's memory for which the firmware reports a bandwidth or latency.
     pub fn memory_paths(&self) -> Vec<MemoryPath> {
         self.system.memory_paths()
     }

@@ -1,4 +1,4 @@
-//! The machine as hwloc describes it; the one file that knows this library.
+//! The machine as hwloc describes it. Only this file uses the library.
 
 use super::description::{Cache, Core, NumaNode, Topology};
 use super::machine::free_memory;
@@ -15,12 +15,12 @@ use hwlocality::object::attributes::ObjectAttributes;
 use hwlocality::object::types::{CacheType, ObjectType};
 use std::path::Path;
 
-/// This machine, or the one that `HWLOC_SYNTHETIC` describes; none where hwloc cannot read it.
+/// This machine, or the one that `HWLOC_SYNTHETIC` describes; `None` if hwloc cannot read it.
 pub(super) fn of_this_machine() -> Option<Topology> {
     Hwloc::new().ok().map(describe)
 }
 
-/// A machine that does not exist; hwloc's own words where it does not accept the description.
+/// A machine that does not exist; hwloc's message if it does not accept the description.
 pub(super) fn synthetic(description: &str) -> Result<Topology, String> {
     let builder = Hwloc::builder().from_synthetic(description);
     let builder = builder.map_err(|error| error.to_string())?;
@@ -133,7 +133,7 @@ impl System for Hwloc {
                 continue;
             };
             for memory in nodes.iter().copied() {
-                // Attributes that this machine does not have are refused: nothing is told.
+                // Attributes that this machine does not have give an error: their values are unknown.
                 let told = |attributes: &[MemoryAttribute<'_>; 2]| {
                     let value = |a: &MemoryAttribute<'_>| a.value(Some((&*cpuset).into()), memory);
                     attributes.iter().find_map(|a| value(a).ok().flatten())
@@ -153,7 +153,7 @@ impl System for Hwloc {
     }
 }
 
-/// hwloc numbers every object used here; one without a number counts as 0.
+/// hwloc numbers every object that is used here; one without a number counts as 0.
 fn os_index(object: &TopologyObject) -> u32 {
     object
         .os_index()
@@ -161,7 +161,7 @@ fn os_index(object: &TopologyObject) -> u32 {
         .unwrap_or(0)
 }
 
-/// Hardware threads that the system allows this process and that it is bound to (`taskset`).
+/// Hardware threads that the system allows this process and that the process is bound to (`taskset`).
 fn usable(hwloc: &Hwloc) -> CpuSet {
     let allowed = hwloc.allowed_cpuset().clone_target();
     match hwloc.cpu_binding(CpuBindingFlags::THREAD) {
@@ -184,7 +184,7 @@ fn usable_threads(usable: &CpuSet, object: &TopologyObject) -> Vec<u32> {
 
 fn describe_cores(hwloc: &Hwloc, usable: &CpuSet) -> Vec<Core> {
     let kinds: Vec<CpuSet> = match hwloc.cpu_kinds() {
-        // Sorted by speed where that is known.
+        // The kinds are sorted by speed if it is known.
         Ok(kinds) if kinds.clone().all(|kind| kind.efficiency.is_some()) => {
             kinds.map(|kind| kind.cpuset).collect()
         }

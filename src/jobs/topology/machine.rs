@@ -1,16 +1,15 @@
-//! What the machine is called, how much memory it has and which instruction sets it
-//! offers: for the record, not for decisions.
+//! Name, memory and instruction sets of the machine, for the record and not for decisions.
 
 use rustix::time::{ClockId, clock_gettime};
 use std::fs;
 use std::path::Path;
 
-/// A machine in words.
+/// Description of a machine in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
-    /// Processor, as it names itself.
+    /// Name of the processor.
     pub cpu: String,
-    /// Memory \[bytes\]; 0 when the system does not tell.
+    /// Memory \[bytes\]; 0 if unknown.
     pub memory: u64,
     /// Instruction sets beyond the baseline, widest last.
     pub isa: Vec<&'static str>,
@@ -19,7 +18,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The machine this runs on. What cannot be found out is left empty or 0.
+    /// The machine that the program runs on. Unknown parts are empty or 0.
     pub fn current() -> Self {
         let read = |path| fs::read_to_string(path).unwrap_or_default();
         Self {
@@ -33,19 +32,18 @@ impl Machine {
     }
 }
 
-/// Most memory that this process has held at once \[bytes\]; none where the system does not
-/// tell.
+/// Largest memory of this process so far \[bytes\]; `None` if the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     kibibytes(&status, "VmHWM")
 }
 
-/// A clock of processor time, which other programs on the machine do not move.
+/// A clock of processor time, which does not run while other programs use the core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProcessorClock {
-    /// Of the calling thread.
+    /// Time of the calling thread.
     Thread,
-    /// Of all threads of the process.
+    /// Time of all threads of the process.
     Process,
 }
 
@@ -60,8 +58,7 @@ impl ProcessorClock {
     }
 }
 
-/// Memory free on a NUMA node \[bytes\]; none where the system does not tell.
-/// `root` is `/` but in tests.
+/// Free memory of a NUMA node \[bytes\]; `None` if the system does not report it. `root` is `/` except in tests.
 pub(super) fn free_memory(root: &Path, node: u32) -> Option<u64> {
     let path = format!("sys/devices/system/node/node{node}/meminfo");
     let text = fs::read_to_string(root.join(path)).ok()?;
@@ -76,7 +73,7 @@ pub fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     })
 }
 
-/// Value of a line that gives a number of KiB \[bytes\].
+/// Value in bytes of a line that gives KiB.
 pub fn kibibytes(text: &str, key: &str) -> Option<u64> {
     let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)

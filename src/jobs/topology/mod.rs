@@ -1,7 +1,7 @@
 //! Cores, caches and NUMA nodes of this machine.
 //!
-//! hwloc tells of them where the program is built with the feature `hwloc`, the files of the system
-//! anywhere else; nothing outside this module knows the difference.
+//! hwloc describes them if the program is built with the feature `hwloc`, otherwise the files of the system. Nothing
+//! outside this module depends on the source.
 
 mod affinity;
 mod binding;

@@ -1,10 +1,9 @@
 //! Which core does a worker run on?
 //!
-//! A pure decision over a list of cores: one worker a core, fast cores before slow ones,
-//! spread over NUMA nodes and packages where there are fewer workers than cores, second
-//! hardware threads only where there are more. Workers are pinned where they take every core:
-//! with fewer, the system may move them out of the way of other programs (and of other
-//! shards of the same job, which would run on the same cores).
+//! A pure decision over a list of cores. Each core gets one worker, fast cores first, spread over NUMA nodes and
+//! packages if cores outnumber workers. Second hardware threads are used only if workers outnumber cores. Workers are
+//! pinned if they take every core. With fewer workers, the system may move them away from other programs, and from
+//! other shards of the job, which would use the same cores.
 
 use super::Core;
 use std::cmp::Reverse;
@@ -14,40 +13,40 @@ use std::fmt;
 /// Whether workers are bound to their cores.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Pinning {
-    /// Where they take every core.
+    /// If they take every core.
     #[default]
     Full,
-    /// In any case.
+    /// Always.
     Always,
-    /// In no case.
+    /// Never.
     Never,
 }
 
-/// Where a worker runs.
+/// The place of a worker.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// Index into the list of cores.
     pub core: usize,
-    /// NUMA node of the core, as the system numbers it.
+    /// NUMA node of the core, numbered as by the system.
     pub numa_node: u32,
-    /// Hardware threads it may use, as the system numbers them: all of the core where it is
-    /// alone there.
+    /// Hardware threads that the worker may use, numbered as by the system: all of the core if no other worker runs
+    /// there.
     pub threads: Vec<u32>,
 }
 
-/// Where all workers run, in the order of their numbers.
+/// The places of all workers, in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// A place a worker.
+    /// One place per worker.
     pub places: Vec<Place>,
-    /// Whether they are to be bound to them.
+    /// Whether workers are bound to their places.
     pub pinned: bool,
-    /// Cores that could be used.
+    /// Number of usable cores.
     pub cores: usize,
 }
 
-/// Workers where nobody asked for a number: one a core, or as many as the system gives this
-/// process time for (`parallelism`, which knows quotas that a list of cores does not show).
+/// The default number of workers: one per core, or fewer if the system gives this process less time (`parallelism`
+/// includes quotas that a list of cores does not show).
 pub fn default_workers(cores: usize, parallelism: Option<usize>) -> usize {
     match (cores, parallelism) {
         (0, None) => 1,
@@ -56,7 +55,7 @@ pub fn default_workers(cores: usize, parallelism: Option<usize>) -> usize {
     }
 }
 
-/// Places `workers` on cores, which may be none where the machine is not known.
+/// Places `workers` on cores; `cores` is empty if the machine is unknown.
 pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
     let pinned = !cores.is_empty()
         && match pinning {
@@ -84,7 +83,7 @@ pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
             places.push((lap, place));
         }
     }
-    // First threads of all cores, then second ones.
+    // First threads of all cores, then second threads.
     places.sort_by_key(|(lap, place)| (*lap, place.core));
     Plan {
         places: places.into_iter().map(|(_, place)| place).collect(),
@@ -93,7 +92,7 @@ pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
     }
 }
 
-/// Cores in the order in which they are taken.
+/// Cores in order of preference.
 fn preference(cores: &[Core]) -> Vec<usize> {
     let mut in_node: HashMap<(u32, u32), usize> = HashMap::new();
     let mut nodes_of_package: HashMap<usize, Vec<u32>> = HashMap::new();
@@ -199,7 +198,7 @@ mod tests {
 
     #[test]
     fn clusters_of_a_package_come_after_other_packages() {
-        // Two packages of two nodes of two cores.
+        // Two packages, each with two nodes of two cores.
         let clusters = "package:2 numa:2 core:2 pu:1";
         assert_eq!(cores(&placed(clusters, 2)), [0, 4]);
         assert_eq!(cores(&placed(clusters, 4)), [0, 2, 4, 6]);
@@ -215,8 +214,8 @@ mod tests {
         assert!(plan.pinned);
     }
 
-    /// Fast cores with two threads, slow ones with one, as sold for desks; and a package of
-    /// which a cpuset leaves one core.
+    /// Fast cores with two threads and slow ones with one, as in desktop processors; and a package of which a cpuset
+    /// leaves one core.
     #[test]
     fn hybrid_and_asymmetric_machines() {
         let core = |package, kind, threads: &[u32]| Core {

@@ -1,10 +1,10 @@
-//! The machine as the files of Linux describe it: `/sys/devices/system` for what there is,
-//! `/proc/thread-self` and the control group for what of it this process may use.
+//! The machine as the files of Linux describe it. `/sys/devices/system` lists the hardware; `/proc/thread-self` and the
+//! control group list the part that this process may use.
 //!
-//! Any file may be missing, as many are in containers, sandboxes and virtual machines: hardware
-//! threads without a core are cores of their own, without a package they lie in one, and without
-//! nodes all memory is one node's. Threads are bound by `sched_setaffinity`; memory comes from the
-//! node of the thread that touches it first, and is not bound otherwise.
+//! Any file may be missing, as in containers, sandboxes and virtual machines. Hardware threads without a core each
+//! count as a core. Cores without a package lie in one package. Without nodes, all memory belongs to one node.
+//! `sched_setaffinity` binds threads. Memory comes from the node of the thread that touches it first; it is not bound
+//! in any other way.
 
 mod tree;
 
@@ -16,16 +16,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use tree::{Set, Tree};
 
-/// Levels of cache that are told of, as by hwloc.
+/// Levels of cache that are reported, the same as by hwloc.
 const LEVELS: std::ops::RangeInclusive<usize> = 1..=3;
-/// Cores whose capacity differs by less than this part are of one kind: those of one kind of
-/// hybrid machines differ by what each reaches in turbo.
+/// Cores are of one kind if their capacities differ by less than this ratio. Cores of one kind in hybrid machines
+/// differ by their turbo frequencies.
 const ALIKE: f64 = 0.9;
 
 /// This machine.
 ///
 /// # Errors
-/// The system tells of no processor.
+/// The system reports no processor.
 pub(super) fn of_this_machine() -> Result<Topology, TopologyError> {
     let bound = sched_getaffinity(None).ok().map(|set| {
         let threads = 0..CpuSet::MAX_CPU;
@@ -37,8 +37,8 @@ pub(super) fn of_this_machine() -> Result<Topology, TopologyError> {
     read(Tree::new(Path::new("/")), bound, true)
 }
 
-/// The machine of a tree. `bound` is what the calling thread is bound to, where it is known beside
-/// the tree: more than 1024 processors have no place in a mask of the usual size.
+/// The machine of a tree. `bound` is the set of threads that the calling thread is bound to, if known from another
+/// source than the tree. A mask of the usual size holds at most 1024 processors.
 fn read(tree: Tree, bound: Option<Set>, here: bool) -> Result<Topology, TopologyError> {
     let bound = bound.or_else(|| tree.bound());
     let online = tree.list("sys/devices/system/cpu/online");
@@ -94,17 +94,17 @@ fn read(tree: Tree, bound: Option<Set>, here: bool) -> Result<Topology, Topology
     })
 }
 
-/// What two sets have in common; the first where the other is not known, or nothing is.
+/// The intersection of two sets; the first set if the other is unknown or the intersection is empty.
 fn common(all: &Set, of: Option<&Set>) -> Set {
     let both: Set = of.map_or_else(Set::new, |of| all.intersection(of).copied().collect());
     if both.is_empty() { all.clone() } else { both }
 }
 
-/// A core, whole: what the process may not use included, where the system tells.
+/// A whole core, including threads that the process may not use, if the system reports them.
 struct Unit {
     threads: Set,
     package: Option<Set>,
-    /// Sets of threads that the core lies in: package, die, cluster, caches.
+    /// Sets of threads that contain the core: package, die, cluster, caches.
     around: Vec<Set>,
     caches: Vec<OwnCache>,
     capacity: Option<u64>,
@@ -117,7 +117,7 @@ struct OwnCache {
     threads: Set,
 }
 
-/// The cores that some threads lie in.
+/// The cores of some threads.
 fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
     let mut units = BTreeMap::new();
     for &thread in threads {
@@ -173,7 +173,7 @@ fn own_caches(tree: &Tree, thread: u32) -> Vec<OwnCache> {
     caches
 }
 
-/// `32K` in bytes; 0 where it is not a size.
+/// `32K` in bytes; 0 if it is not a size.
 fn bytes(text: &str) -> u64 {
     let (digits, unit) = match text.strip_suffix('K') {
         Some(digits) => (digits, 1 << 10),
@@ -184,8 +184,8 @@ fn bytes(text: &str) -> u64 {
     digits.parse::<u64>().map_or(0, |number| number * unit)
 }
 
-/// Cores by what they lie in, the largest first: neighbours share caches. Sets around a core hold
-/// each other, so that their first threads, from the largest to the smallest, order a tree.
+/// Orders cores by the sets around them, largest first, so that neighbours share caches. Sets around a core contain
+/// each other, so their first threads, from the largest set to the smallest, order a tree.
 fn order(units: Vec<Unit>, nodes: &[Node]) -> Vec<Unit> {
     let place = |unit: &Unit| {
         let mut around = unit.around.clone();
@@ -203,7 +203,7 @@ fn order(units: Vec<Unit>, nodes: &[Node]) -> Vec<Unit> {
     units
 }
 
-/// Which kind each core is, slow ones first: as Intel's hybrid processors tell, or by capacity.
+/// The kind of each core, slow ones first: from Intel's hybrid processors, or by capacity.
 fn kinds(tree: &Tree, units: &[Unit]) -> Vec<u32> {
     let hybrid =
         ["cpu_atom", "cpu_core"].map(|kind| tree.list(&format!("sys/devices/{kind}/cpus")));
@@ -216,7 +216,7 @@ fn kinds(tree: &Tree, units: &[Unit]) -> Vec<u32> {
         return vec![0; units.len()];
     }
     capacities.sort_unstable();
-    // The least capacity of every kind.
+    // The smallest capacity of every kind.
     let mut least: Vec<u64> = Vec::new();
     for pair in std::iter::once(&0).chain(&capacities).zip(&capacities) {
         if (*pair.0 as f64) < ALIKE * *pair.1 as f64 {
@@ -231,7 +231,7 @@ fn kinds(tree: &Tree, units: &[Unit]) -> Vec<u32> {
     units.iter().map(of).collect()
 }
 
-/// Every kind of cache; the first of a level stands for all.
+/// Every kind of cache; the first cache of a level represents all.
 fn caches(units: &[Unit], allowed: &Set) -> Vec<Cache> {
     let mut levels: BTreeMap<usize, (Cache, BTreeSet<&Set>)> = BTreeMap::new();
     for cache in units.iter().flat_map(|unit| &unit.caches) {
@@ -255,13 +255,13 @@ fn caches(units: &[Unit], allowed: &Set) -> Vec<Cache> {
 struct Node {
     index: u32,
     memory: Option<u64>,
-    /// Threads near it.
+    /// Threads near the node.
     near: Set,
-    /// Those of them that the process is granted.
+    /// Threads near the node that the process may use.
     threads: Set,
 }
 
-/// The nodes that this process is granted, at least one.
+/// The nodes that this process may use, at least one.
 fn nodes(tree: &Tree, allowed: &Set) -> Vec<Node> {
     let memory = |path: &str, key: &str| {
         let found = tree.text(path).and_then(|text| kibibytes(&text, key));
@@ -296,7 +296,7 @@ fn nodes(tree: &Tree, allowed: &Set) -> Vec<Node> {
     }]
 }
 
-/// The smallest node that a core lies in, the first where it lies in none.
+/// The smallest node that contains a core, or the first node if none does.
 fn nearest(nodes: &[Node], threads: &Set) -> u32 {
     let near = nodes
         .iter()
@@ -305,12 +305,12 @@ fn nearest(nodes: &[Node], threads: &Set) -> u32 {
     nearest.or(nodes.first()).map_or(0, |node| node.index)
 }
 
-/// The files, to be asked again.
+/// The files, for later queries.
 #[derive(Debug)]
 struct Files {
     tree: Tree,
     here: bool,
-    /// The node of all memory, where there is one.
+    /// The node of all memory, if there is only one.
     only_node: Option<u32>,
 }
 
@@ -355,7 +355,7 @@ impl System for Files {
         let nodes = self.tree.list("sys/devices/system/node/online");
         let nodes = nodes.unwrap_or_default();
         let path = |memory_node: u32, cpu_node: u32| {
-            // Class 1 knows processors alone, class 0 everything that reads memory.
+            // Class 1 covers processors only, class 0 everything that reads memory.
             ["access1", "access0"].into_iter().find_map(|class| {
                 let folder =
                     format!("sys/devices/system/node/node{memory_node}/{class}/initiators");

@@ -1,11 +1,11 @@
-//! What a topology asks of the system that it was read from: the one seam between this program
-//! and whoever knows the machine.
+//! The queries of a topology to the system that it was read from: the only interface between this program and its
+//! sources.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
 
-/// Who told of cores, caches and NUMA nodes.
+/// Source of the description of cores, caches and NUMA nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The library hwloc.
@@ -25,28 +25,28 @@ impl fmt::Display for Source {
     }
 }
 
-/// Why a thread, or its memory, is not bound.
+/// Why a thread, or its memory, was not bound.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BindingError {
     /// The topology describes another machine.
     #[error("the topology describes another machine")]
     Elsewhere,
-    /// The system does not bind.
+    /// The system refuses to bind.
     #[error("the system does not bind threads: {detail}")]
     Refused {
-        /// The system's own words.
+        /// The system's message.
         detail: String,
     },
-    /// The system accepted it and did something else.
+    /// The system accepted the request and did something else.
     #[error("the system bound a thread to a core that was not requested")]
     NotKept,
-    /// Memory of nodes without cores is reached through hwloc only.
+    /// Only hwloc can bind memory to nodes without cores.
     #[error("binding memory to a NUMA node needs hwloc, which is not available here")]
     NoMemoryBinding,
 }
 
-/// The way from the cores of a node to the memory of a node, as the firmware tells of it (ACPI's
-/// Heterogeneous Memory Attribute Table); most machines tell nothing.
+/// The path from the cores of a node to the memory of a node, as reported by the firmware (ACPI's Heterogeneous Memory
+/// Attribute Table); most machines report none.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MemoryPath {
     /// Node of the cores, as the system numbers it.
@@ -59,7 +59,7 @@ pub struct MemoryPath {
     pub latency: Option<u64>,
 }
 
-/// A machine that can be asked and told more than what it consists of.
+/// A machine that accepts queries and bindings.
 pub(super) trait System: fmt::Debug + Send + Sync {
     /// Whether this is the machine that the program runs on.
     fn is_here(&self) -> bool;
@@ -67,15 +67,15 @@ pub(super) trait System: fmt::Debug + Send + Sync {
     /// Binds the calling thread to hardware threads.
     fn bind_thread(&self, threads: &[u32]) -> Result<(), BindingError>;
 
-    /// Lets pages that the calling thread touches first come from a NUMA node.
+    /// Makes pages that the calling thread touches first come from a NUMA node.
     fn bind_memory(&self, node: u32) -> Result<(), BindingError>;
 
     /// The hardware thread that the calling thread last ran on.
     fn last_thread(&self) -> Option<u32>;
 
-    /// NUMA nodes that the memory of some values lies on; empty where nobody tells.
+    /// NUMA nodes whose memory holds the values; empty if unknown.
     fn nodes_of_memory(&self, values: &[f64]) -> Vec<u32>;
 
-    /// All ways between nodes of which something is told.
+    /// All pairs of nodes with a known path.
     fn memory_paths(&self) -> Vec<MemoryPath>;
 }

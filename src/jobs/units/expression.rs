@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-/// Exponents of kg, m, s, rad. The angle counts as a dimension of its own, so that a
-/// torque is no tilt stiffness and a rate per second no angular speed.
+/// Exponents of kg, m, s, rad. The angle counts as a dimension, so that a torque differs from a tilt stiffness, and a
+/// rate per second from an angular speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Exponents(pub [i32; 4]);
 
@@ -16,12 +16,12 @@ pub(super) struct Unit {
     pub exponents: Exponents,
 }
 
-/// The part of an expression that is no unit.
+/// The part of an expression that is not a unit.
 pub(super) struct UnitError {
     pub part: String,
 }
 
-/// A unit with a name of its own.
+/// A unit with a symbol.
 pub(super) struct Symbol {
     pub text: &'static str,
     ten: i32,
@@ -84,7 +84,7 @@ pub(super) const PREFIXES: [(char, i32); 10] = [
     ('p', -12),
 ];
 
-/// Largest power of a factor; more is a slip of the pen.
+/// Largest power of a factor; larger ones are typing errors.
 const MAX_POWER: u32 = 9;
 
 /// Reads a unit expression without blanks at its ends.

@@ -1,4 +1,4 @@
-//! SI quantities and their text form; the one place where units are converted.
+//! SI quantities and their text form. Only this module converts units.
 //!
 //! A quantity is a bare number in SI, or text `number unit` such as `"15 um"`,
 //! `"11460 rpm"`, `"2e-3 kg*m^2"`. Powers of ten are applied to the decimal text, before
@@ -11,7 +11,7 @@ mod tests;
 
 use expression::{Exponents, UnitError};
 
-/// A number to so many decimals, in scientific form where that would be too long to read.
+/// A number with `decimals` decimals, in scientific form if that would be too long.
 pub fn short(value: f64, decimals: usize) -> String {
     if value.abs() < 1e7 {
         format!("{value:.decimals$}")
@@ -20,7 +20,7 @@ pub fn short(value: f64, decimals: usize) -> String {
     }
 }
 
-/// What a quantity measures, and so which units it accepts.
+/// The dimension of a quantity, which determines the accepted units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Dimension {
     /// Length \[m\].
@@ -59,8 +59,7 @@ pub enum Dimension {
     Ratio,
     /// Participation of a mass-normalised mode \[1/√kg\]; bare numbers only.
     Participation,
-    /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare
-    /// numbers only.
+    /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare numbers only.
     ParticipationByLength,
     /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
     ForceByDisplacement,
@@ -107,7 +106,7 @@ impl Dimension {
         TEXT_FORMS.iter().map(|(dimension, _)| *dimension)
     }
 
-    /// The name with its article, as it stands in messages: `a length`.
+    /// The name with its article, as in messages: `a length`.
     pub fn name(self) -> &'static str {
         self.words()[0]
     }
@@ -117,7 +116,7 @@ impl Dimension {
         self.words()[1]
     }
 
-    /// Units that the text form accepts, the usual ones; empty where only bare numbers do.
+    /// The usual units that the text form accepts; empty if only bare numbers are accepted.
     pub fn units(self) -> &'static str {
         self.words()[2]
     }
@@ -165,7 +164,7 @@ impl Dimension {
         }
     }
 
-    /// The exponents of kg, m, s and rad; none where only bare numbers have it.
+    /// The exponents of kg, m, s and rad; `None` if only bare numbers are accepted.
     pub fn powers(self) -> Option<[i32; 4]> {
         self.exponents().map(|Exponents(powers)| powers)
     }
@@ -183,7 +182,7 @@ impl Dimension {
     }
 }
 
-/// Why a text is not a quantity of the wanted dimension.
+/// Why a text is not a quantity of the expected dimension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum QuantityError {
     /// The text does not begin with a number.
@@ -204,10 +203,10 @@ pub enum QuantityError {
         /// The text.
         text: String,
     },
-    /// A unit that is not known.
+    /// An unknown unit.
     #[error("`{unit}` is not a known unit")]
     UnknownUnit {
-        /// The part that is not known.
+        /// The unknown part.
         unit: String,
     },
     /// A known unit of another dimension.
@@ -215,9 +214,9 @@ pub enum QuantityError {
     WrongKind {
         /// The unit as written.
         unit: String,
-        /// What it measures, where it has a name here.
+        /// Its dimension, if it has a name here.
         found: Option<Dimension>,
-        /// What is wanted.
+        /// The expected dimension.
         wanted: Dimension,
     },
     /// The value does not fit in a double.
@@ -239,7 +238,7 @@ fn kind_of_unit(found: Option<Dimension>) -> String {
     }
 }
 
-/// Reads text `number unit` as a quantity of the wanted dimension, in SI.
+/// Reads text `number unit` as a quantity of the expected dimension, in SI.
 ///
 /// Units are products and quotients of `m g s N Pa rad deg rev rpm Hz min h %` with the
 /// decimal prefixes `G M k c m u µ n p`, `*` or `·` or a space between factors, `/` before
@@ -247,7 +246,7 @@ fn kind_of_unit(found: Option<Dimension>) -> String {
 ///
 /// # Errors
 ///
-/// Every way the text can fail is a variant of [`QuantityError`].
+/// Each variant of [`QuantityError`] is one reason.
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let (value, dimension, unit) = parse_exponents(text)?;
     if wanted.exponents() == Some(dimension) {
@@ -260,12 +259,11 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     })
 }
 
-/// Reads text `number unit` as a quantity of whichever dimension its unit has.
+/// Reads text `number unit` as a quantity of the dimension of its unit.
 ///
 /// # Errors
 ///
-/// As [`parse`]; [`QuantityError::UnknownUnit`] too when the unit, though well formed,
-/// measures nothing that has a name here.
+/// As [`parse`]; also [`QuantityError::UnknownUnit`] if the unit is well formed but its dimension has no name here.
 pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
     let (value, exponents, unit) = parse_exponents(text)?;
     match Dimension::from_exponents(exponents) {
@@ -274,8 +272,8 @@ pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
     }
 }
 
-/// How many of the unit `to` make one of the unit `from`, such as 60/(2π) of `rpm` one `rad/s`; none
-/// where either is not known here, or they measure different things.
+/// The factor that converts a number from one unit to another, such as 60/(2π) from `rad/s` to `rpm`; `None` if a unit
+/// is unknown or their dimensions differ.
 pub fn conversion(from: &str, to: &str) -> Option<f64> {
     let [from, to] = [from, to].map(|unit| expression::parse(unit.trim()).ok());
     let (from, to) = (from?, to?);
@@ -283,8 +281,8 @@ pub fn conversion(from: &str, to: &str) -> Option<f64> {
     (from.exponents == to.exponents && ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
-/// The number of a text `number unit`, and its unit, empty where there is none; none where it does not
-/// begin with a number.
+/// The number of a text `number unit`, and its unit, which may be empty; `None` if the text does not begin with a
+/// number.
 pub fn split(text: &str) -> Option<(f64, &str)> {
     let (number, unit) = split_number(text.trim())?;
     let number = scaled(number, 0).filter(|number| number.is_finite())?;

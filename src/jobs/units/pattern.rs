@@ -1,4 +1,4 @@
-//! The text form as a regular expression, for editors that check a file while it is written.
+//! The text form as a regular expression, for editors that check a file as it is written.
 
 use super::Dimension;
 use super::expression::{PREFIXES, SYMBOLS};
@@ -7,9 +7,9 @@ use super::expression::{PREFIXES, SYMBOLS};
 const NUMBER: &str = r"[+-]?(?:\d[\d_]*\.?[\d_]*|\.[\d_]*\d[\d_]*)(?:[eE][+-]?\d+)?";
 
 impl Dimension {
-    /// A regular expression (ECMA 262) for the texts that stand for a quantity of this dimension;
-    /// none where only bare numbers do. It knows numbers, the units and how they are combined. It
-    /// does not add up powers: it refuses `"15 N"` as a length, but not `"15 N/mm"` as a force.
+    /// A regular expression (ECMA 262) for texts of this dimension; `None` if only bare numbers are accepted. It
+    /// includes numbers, units and their combinations. It does not add up powers: it refuses `"15 N"` as a length, but
+    /// not `"15 N/mm"` as a force.
     pub fn pattern(self) -> Option<String> {
         let mut allowed = self.exponents()?.0.map(|exponent| exponent != 0);
         // Units of force and pressure cancel metres and seconds: N/m is kg/s².
@@ -24,7 +24,7 @@ impl Dimension {
                 .iter()
                 .filter(|symbol| symbol.takes_prefix == prefixed && fits(symbol.exponents))
                 .map(|symbol| symbol.text)
-                // The numerator of units such as 1/s, none of which stand here; "0.1" has no unit.
+                // The numerator of units such as 1/s is not in the list, and "0.1" has no unit.
                 .filter(|text| *text != "1")
                 .collect()
         };

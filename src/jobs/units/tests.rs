@@ -59,7 +59,7 @@ fn a_unit_of_the_wrong_kind_says_what_was_found() {
         }
     );
     assert_eq!(error.to_string(), "`N` is a unit of force, not a length");
-    // A torque is no tilt stiffness, a rate per second no angular speed.
+    // A torque differs from a tilt stiffness, and a rate per second from an angular speed.
     assert!(parse("2e4 N*m", Dimension::TiltStiffness).is_err());
     assert!(parse("3 1/s", Dimension::AngularSpeed).is_err());
     // Modal coordinates have no text form.
@@ -116,7 +116,7 @@ fn texts_that_are_no_quantity_are_told_apart() {
     );
 }
 
-/// Exponents that would wrap round are refused, one by one and in sum.
+/// Exponents that would overflow are refused, both single and summed.
 #[test]
 fn powers_without_bound_are_no_unit() {
     let wrapping = "10 um*m^-2147483648*m^-2147483648";
@@ -155,7 +155,7 @@ fn every_dimension_reads_its_own_units() {
 }
 
 proptest! {
-    /// In the SI unit the text form of a double reads back as the same double.
+    /// A double written in SI units reads back as the same double.
     #[test]
     fn si_text_round_trips(value in proptest::num::f64::NORMAL, index in 0..TEXT_FORMS.len()) {
         let (dimension, _) = TEXT_FORMS[index];
@@ -163,7 +163,7 @@ proptest! {
         prop_assert_eq!(parse(&text, dimension).map(f64::to_bits), Ok(value.to_bits()));
     }
 
-    /// A decimal prefix is the same double as the shifted decimal exponent.
+    /// A decimal prefix gives the same double as the shifted decimal exponent.
     #[test]
     fn decimal_prefixes_are_exact(mantissa in -1_000_000_i64..1_000_000, exponent in -20_i32..20) {
         for (unit, ten) in [("mm", -3), ("um", -6), ("nm", -9), ("km", 3)] {
@@ -173,7 +173,7 @@ proptest! {
         }
     }
 
-    /// Angles and speeds convert back within a few roundings.
+    /// Angles and speeds convert back within a few rounding errors.
     #[test]
     fn revolutions_round_trip(value in 1e-6..1e6_f64) {
         let rpm = parse(&format!("{value} rpm"), Dimension::AngularSpeed).unwrap();

@@ -1,11 +1,11 @@
-//! What of a manifest has no effect on a run.
+//! Which keys of a manifest have no effect on a run?
 
 use crate::manifest::tree::{Node, Value};
 use crate::manifest::{
     AxisKey, FrictionSpec, Job, PointSpec, StiffnessSpec, StructureSource, sections,
 };
 
-/// Keys of `[gear]` that only a mesh computed from the drawing takes up.
+/// Keys of `[gear]` that only a mesh computed from the drawing uses.
 const OF_FLANKS: [&str; 13] = [
     "tip_relief",
     "root_relief",
@@ -22,7 +22,7 @@ const OF_FLANKS: [&str; 13] = [
     "bore",
 ];
 
-/// Keys and what is to be said of them.
+/// Keys with messages about them.
 pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let varied = |key: &str| job.axes.iter().any(|axis| axis.name() == key);
@@ -30,7 +30,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
     if drawn && imposed {
         let why = "has no effect because the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
-        // The middle of faces that are offset follows their widths, and the mesh acts there.
+        // The mesh acts at the middle of offset faces, which depends on their widths.
         let offset = root.at("gear.face_offset").is_some()
             || ["", ".0", ".1"]
                 .iter()
@@ -46,7 +46,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     }
     found.extend(unfelt_shafts(first, root));
     found.extend(overridden_shafts(job, root));
-    // Amplitudes that the grid varies are 0 at some points only.
+    // Amplitudes that the grid varies may be 0 at some points only.
     found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
     if job.continuation.is_some() {
         let why = "is only used by `atlas follow`, not by `atlas run`";
@@ -72,12 +72,12 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     found
 }
 
-/// Whether a key stands in the manifest, or an axis of its grid varies it.
+/// Whether the manifest has a key, or an axis of its grid varies it.
 fn given(job: &Job, root: &Node, path: &str) -> bool {
     root.at(path).is_some() || job.axes.iter().any(|axis| axis.name() == path)
 }
 
-/// Keys that `[shafts]` gives both shafts and each of them has for itself.
+/// Keys that `[shafts]` gives for both shafts although each shaft has them.
 fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
     let axes = job.axes.iter().map(|axis| axis.name());
     let mut shared: Vec<String> = axes
@@ -107,7 +107,7 @@ fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Keys of `[shafts]` that are given and that the kind of model does not feel.
+/// Given keys of `[shafts]` that have no effect for the kind of model.
 fn unfelt_shafts(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let StructureSource::Rigid(drive) = &first.model.source else {
         return Vec::new();

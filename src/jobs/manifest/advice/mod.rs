@@ -1,5 +1,5 @@
-//! What of a valid manifest is worth a word: what has no effect, and what no gear drive is built like.
-//! Nothing here is refused.
+//! What in a valid manifest deserves advice? Keys without effect, and values that no gear drive has. Nothing here is
+//! refused.
 
 mod idle;
 mod sizes;
@@ -8,38 +8,38 @@ mod suspect;
 use super::tree::Node;
 use super::{AxisKey, Job, reader, schema};
 
-/// Why something is worth a word.
+/// The reason for advice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AdviceKind {
-    /// It may be left out without a change of any result.
+    /// The key may be omitted without a change of any result.
     NoEffect,
-    /// No gear drive is built like that; mostly a unit is another one than was meant.
+    /// No gear drive has such a value; usually the unit is wrong.
     Suspect,
 }
 
-/// Where a key is given.
+/// The place of a key's value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
-    /// This line of the manifest, from 1.
+    /// A line of the manifest, from 1.
     Line(usize),
-    /// Another value than in the manifest, by the command.
+    /// A value that the command sets.
     Set,
 }
 
-/// A word on a key of a manifest.
+/// Advice about a key of a manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
-    /// Why.
+    /// Reason.
     pub kind: AdviceKind,
-    /// Its path, such as `mesh.half_gap`.
+    /// Path of the key, such as `mesh.half_gap`.
     pub key: String,
-    /// Where it is given; none where its default is meant, or what a drawing or a modal file makes of it.
+    /// Place of its value; `None` for a default, or a value from a drawing or a modal file.
     pub place: Option<Place>,
-    /// In a sentence.
+    /// Message, one sentence.
     pub message: String,
 }
 
-/// All there is to say of a job beside its warnings, a key at most once, in the order of the manifest.
+/// All advice on a job beside its warnings, at most once per key, in the order of the manifest.
 pub fn advice(job: &Job) -> Vec<Advice> {
     let text = Text {
         root: job.written().tree(),
@@ -48,7 +48,7 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     let mut found: Vec<Advice> = Vec::new();
     let mut add = |kind, (key, mut message): (String, String)| {
         let place = text.place_of(&key);
-        // Harmonics of deviations that are given tooth by tooth are nobody's to change.
+        // Harmonics computed from deviations of each tooth cannot be changed directly.
         let derived = place.is_none() && key.starts_with("excitation.");
         let warned = job.warnings.diagnostics.iter().any(|own| own.key == key);
         if kind == AdviceKind::Suspect
@@ -94,19 +94,19 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     found
 }
 
-/// What a number without a unit may have been meant as.
+/// Likely meaning of a number without a unit.
 fn bare(node: &Node, key: &str) -> Option<String> {
     reader::meant(&node.value, schema::find(schema::MANIFEST, key)?)
 }
 
-/// A manifest and where its keys stand.
+/// A manifest and the places of its keys.
 struct Text<'t> {
     root: Node,
     text: &'t str,
 }
 
 impl Text<'_> {
-    /// Where a key is given, or the axis of the grid that varies it.
+    /// Place of a key, or of the axis of the grid that varies it.
     fn place_of(&self, key: &str) -> Option<Place> {
         let axis = self.root.at("grid").and_then(|grid| grid.entry(key));
         let span = match axis {

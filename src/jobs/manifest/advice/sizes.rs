@@ -1,9 +1,9 @@
-//! Which lengths and diameters has no shaft?
+//! Which lengths and diameters are impossible for a shaft?
 
 use crate::manifest::StructureSource;
 use crate::manifest::slip::{DIAMETERS, LENGTHS, of_length};
 
-/// Keys of lengths and diameters that no drive is built with, and what is to be said of them.
+/// Keys of impossible lengths and diameters, with messages about them.
 pub(super) fn of_shafts(source: &StructureSource) -> Vec<(String, String)> {
     let words = match source {
         StructureSource::Flexible(drive) => (drive.shafts.iter().zip(["pinion", "wheel"]))

@@ -1,6 +1,6 @@
-//! What no gear drive is built like. Bounds are far outside what handbooks show (module, face width, backlash:
-//! ISO 53, ISO 6336-1, ISO/TR 10064-2; stresses: ISO 6336-5, the best case-hardened steels), so that a value
-//! beyond one is mostly of another unit than was meant.
+//! Which values does no gear drive have? Bounds are far outside the values in handbooks (module, face width, backlash:
+//! ISO 53, ISO 6336-1, ISO/TR 10064-2; stresses: ISO 6336-5, the best case-hardened steels). A value beyond a bound
+//! usually has the wrong unit.
 
 use super::sizes;
 use crate::analysis::Effort;
@@ -14,9 +14,9 @@ use std::f64::consts::PI;
 /// Largest load and speed of a grid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Operating {
-    /// Part of the rated mesh force.
+    /// Load, divided by the rated mesh force.
     pub load: f64,
-    /// Of the pinion \[rad/s\].
+    /// Speed of the pinion \[rad/s\].
     pub speed: f64,
 }
 
@@ -24,18 +24,18 @@ pub(super) struct Operating {
 const MOST_GAP: f64 = 0.2;
 /// Half gap without a drawing \[m\].
 const MOST_GAP_LENGTH: f64 = 1e-3;
-/// Half gap without a drawing in deflections of the mesh under the rated force; drives have 1 to 1000. Oscillators in
-/// scales of their own have as many, whatever their gap is in metres.
+/// Half gap without a drawing, divided by the mesh deflection under the rated force; drives have 1 to 1000. So do
+/// dimensionless oscillators, whatever their gap is in metres.
 const MOST_GAP_DEFLECTIONS: f64 = 1e3;
-/// Smallest half gap \[m\]: roughness is more.
+/// Smallest half gap \[m\]: less than roughness.
 const LEAST_GAP: f64 = 1e-7;
 /// Modules \[m\].
 const MODULE: [f64; 2] = [1e-4, 0.1];
-/// Face width in reference diameters of the pinion; 0.2 to 1.5 is usual.
+/// Face width, divided by the pinion's reference diameter; 0.2 to 1.5 is usual.
 const MOST_WIDTH: f64 = 4.0;
 /// Mesh stiffness per face width \[N/m²\]; steel has 1e10 to 2.5e10, plastic 1e8.
 const STIFFNESS: [f64; 2] = [2e7, 1e11];
-/// Contact damping ratio; measured ones are 0.01 to 0.2.
+/// Contact damping ratio; measured values are 0.01 to 0.2.
 const MOST_DAMPING: f64 = 0.5;
 /// Damping ratio of elastic modes.
 const MOST_MODAL_DAMPING: f64 = 0.3;
@@ -43,9 +43,9 @@ const MOST_MODAL_DAMPING: f64 = 0.3;
 const MOST_FRICTION: f64 = 0.5;
 /// Hertzian pressure \[Pa\]; the static strength of case-hardened flanks is 2.5e9.
 const MOST_PRESSURE: f64 = 4e9;
-/// Nominal stress at the root \[Pa\]; case-hardened teeth bear 1e9 a million times, 2.5e9 once.
+/// Nominal stress at the root \[Pa\]; case-hardened teeth withstand 1e9 a million times, 2.5e9 once.
 const MOST_ROOT_STRESS: f64 = 3e9;
-/// Form factor and stress correction of a tooth that bears its force at the tip, ISO 6336-3: 3.5 to 5.
+/// Form factor times stress correction of a tooth loaded at its tip, ISO 6336-3: 3.5 to 5.
 const ROOT_FACTOR: f64 = 4.3;
 /// Speed of the pitch circle \[m/s\]; turbo gears reach 200.
 const MOST_PITCH_SPEED: f64 = 300.0;
@@ -55,14 +55,14 @@ const MOST_SPEED: f64 = 2e4;
 const MOST_ERROR: f64 = 0.05;
 /// The same without a drawing, in half gaps.
 const MOST_ERROR_GAPS: f64 = 100.0;
-/// Amplitude of torque ripple in rated torques.
+/// Amplitude of torque ripple, divided by the rated torque.
 const MOST_RIPPLE: f64 = 20.0;
 /// Density \[kg/m³\]: foamed plastic, tungsten.
 const DENSITY: [f64; 2] = [300.0, 2e4];
 /// Young's modulus \[Pa\]: soft plastic, tungsten carbide.
 const YOUNG: [f64; 2] = [1e8, 8e11];
 
-/// Keys and what is to be said of them.
+/// Keys with messages about them.
 pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, String)> {
     let mut found = Words(Vec::new());
     let gears = variant.model.source.gears();
@@ -98,7 +98,7 @@ impl Words {
     }
 }
 
-/// A budget below the first look at which verified errors are read.
+/// A budget below the first look of verified error bars.
 fn budget(variant: &Variant, found: &mut Words) {
     let Some(asked) = variant.analyses.lyapunov else {
         return;
@@ -185,7 +185,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
     }
 }
 
-/// Deflection of the mesh under the rated force \[m\]; 0 where it is not known.
+/// Deflection of the mesh under the rated force \[m\]; 0 if unknown.
 fn deflection(variant: &Variant) -> f64 {
     let force = variant.model.source.rated_force();
     let stiffness = variant.mesh.stiffness.mean();
@@ -343,7 +343,7 @@ fn drive(variant: &Variant, found: &mut Words) {
     }
 }
 
-/// Revolutions a minute.
+/// Revolutions per minute.
 fn rpm(speed: f64) -> f64 {
     speed * 30.0 / PI
 }

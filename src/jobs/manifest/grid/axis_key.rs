@@ -1,4 +1,4 @@
-//! Which key an entry of `[grid]` varies.
+//! Which key does an entry of `[grid]` vary?
 
 use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -16,7 +16,7 @@ pub(super) fn path_of(name: &str) -> String {
     }
 }
 
-/// What the values of an axis measure; none where the first of them says.
+/// Dimension of an axis's values; `None` if the first value determines it.
 pub(super) fn dimension_of(spec: &Key) -> Option<Dimension> {
     match spec.kind {
         Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
@@ -25,7 +25,7 @@ pub(super) fn dimension_of(spec: &Key) -> Option<Dimension> {
     }
 }
 
-/// The schema's entry for what an axis varies.
+/// The schema's entry for the key of an axis.
 pub(super) fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
     let name = entry.key.as_str();
     if !AxisKey::of(name).is_model_key() {
@@ -46,7 +46,7 @@ pub(super) fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option
     spec
 }
 
-/// What is said of a name that has the form of a number of a modal file and is none.
+/// The message about a name that looks like a number of a modal file but is not one.
 fn no_number(entry: &Entry, path: &str) -> Diagnostic {
     let message = format!("the axis `{}` is no number of a modal file", entry.key);
     Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message)
@@ -58,7 +58,7 @@ fn no_number(entry: &Entry, path: &str) -> Diagnostic {
         .suggestion(modal_keys::nearest(&entry.key).map(|near| format!("\"{near}\"")))
 }
 
-/// Why an entry of `[grid]` is no axis.
+/// Why is an entry of `[grid]` not an axis?
 fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
     let name = entry.key.as_str();
     let fault = |message: String| {
@@ -102,7 +102,7 @@ fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
     }
 }
 
-/// The nearest thing that can be an axis: by its whole name, or by its last part.
+/// The nearest possible axis, by its whole name or by its last part.
 fn nearest_axis(name: &str) -> Option<String> {
     let paths: Vec<&str> = ["load", "torque", "speed", "points", "tied"]
         .into_iter()

@@ -1,4 +1,4 @@
-//! Axes that other axes give: each is tied to those whose values it takes.
+//! Axes given by expressions: each is tied to the axes in its expression.
 
 use super::axis_key::{axis_key, dimension_of, path_of};
 use super::grid_axis::GridAxis;
@@ -24,7 +24,7 @@ pub(super) fn is_one(entry: &Entry) -> bool {
     matches!(&entry.node.value, Value::Text(text) if Expression::is_one(text))
 }
 
-/// Reads an entry; none where it is faulty, reported.
+/// Reads an entry; `None` if it is faulty, which is reported.
 pub(super) fn read<'t>(issues: &mut Issues, entry: &'t Entry) -> Option<Pending<'t>> {
     let path = path_of(&entry.key);
     let spec = axis_key(issues, entry, &path)?;
@@ -53,8 +53,8 @@ pub(super) fn read<'t>(issues: &mut Issues, entry: &'t Entry) -> Option<Pending<
     }
 }
 
-/// Adds the axes that expressions give, each tied to those it needs, and returns their expressions by name, those that
-/// others need first. Names of those with faults go to `faulty`.
+/// Adds the axes given by expressions, each tied to those it needs. Returns their expressions by name, each after those
+/// that it needs. Names of faulty axes go to `faulty`.
 pub(super) fn add(
     issues: &mut Issues,
     mut pending: Vec<Pending<'_>>,
@@ -77,7 +77,7 @@ pub(super) fn add(
         }
     }
     for own in &pending {
-        // What a faulty axis would give has been reported with that.
+        // If an axis in the expression is faulty, that has been reported.
         if !own
             .expression
             .names()
@@ -91,7 +91,7 @@ pub(super) fn add(
     found
 }
 
-/// The axis of an expression of known axes, which joins their group.
+/// The axis of an expression of known axes; it joins their group.
 fn axis(
     issues: &mut Issues,
     own: &Pending<'_>,
@@ -172,7 +172,7 @@ fn axis(
     })
 }
 
-/// Why an expression has no value: a name that is no axis, or a circle of expressions.
+/// Why does an expression have no value: an unknown name, or a circle of expressions?
 fn without_value(own: &Pending<'_>, pending: &[Pending<'_>], axes: &[GridAxis]) -> Diagnostic {
     let (names, text) = (own.expression.names(), own.expression.text());
     let known: Vec<&str> = (axes.iter().map(|axis| axis.axis.name()))

@@ -1,4 +1,4 @@
-//! An axis of the grid in the text: how its values go into the tree.
+//! An axis of the grid in the text, and the insertion of its values into the tree.
 
 use super::values::Spans;
 use crate::manifest::axis::{AxisKey, AxisValues};
@@ -7,18 +7,18 @@ use crate::manifest::spec::Axis;
 use crate::manifest::tree::{Node, Value};
 use crate::units::Dimension;
 
-/// An axis and where its values stand.
+/// An axis and the places of its values.
 #[derive(Debug)]
 pub(in crate::manifest) struct GridAxis {
     pub axis: Axis,
-    /// Where its name stands.
+    /// Place of its name.
     pub key_span: Span,
     pub(super) dimension: Dimension,
     pub(super) spans: Spans,
 }
 
 impl GridAxis {
-    /// A ratio that is the same at all points, for a place in the text that does not say so.
+    /// A ratio that is the same at all points, for a place in the text without this ratio.
     pub(super) fn single(key: AxisKey, value: f64, span: Span) -> Self {
         Self {
             axis: Axis {
@@ -32,7 +32,7 @@ impl GridAxis {
         }
     }
 
-    /// What its values measure.
+    /// Dimension of its values.
     pub fn dimension(&self) -> Dimension {
         self.dimension
     }
@@ -42,7 +42,7 @@ impl GridAxis {
         self.axis.key.is_model_key()
     }
 
-    /// Any value of the axis's kind as it goes into the tree.
+    /// A value as a node for the tree.
     pub fn sample(&self, value: f64) -> Node {
         Node {
             span: self.key_span,
@@ -50,7 +50,7 @@ impl GridAxis {
         }
     }
 
-    /// The i-th value as it goes into the tree.
+    /// The i-th value as a node for the tree.
     pub fn node(&self, i: usize) -> Node {
         Node {
             span: match &self.spans {

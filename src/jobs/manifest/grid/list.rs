@@ -1,5 +1,4 @@
-//! `grid.points`: operating points one by one, in the manifest or in a file. What their columns name are axes that
-//! are tied.
+//! `grid.points`: a list of operating points, in the manifest or in a file. Its columns are tied axes.
 
 use super::axis_key::{axis_key, dimension_of, path_of};
 use super::grid_axis::GridAxis;
@@ -19,18 +18,18 @@ const POINTS: ListOf = ListOf {
     header: "speed [rpm],torque [N m]",
 };
 
-/// What a list of points makes of the grid.
+/// The axes from a list of points.
 #[derive(Debug, Default)]
 pub(super) struct List {
     /// Its columns; all are tied.
     pub axes: Vec<GridAxis>,
-    /// Names of the columns that have faults.
+    /// Names of faulty columns.
     pub faulty: Vec<String>,
-    /// Whether it cannot be told which columns there are.
+    /// Whether the columns are unknown.
     pub unknown: bool,
 }
 
-/// The list, where there is one.
+/// The list, if there is one.
 pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<List> {
     let entry = section.entry("points")?;
     let columns = columns::read(issues, entry, &POINTS, base_dir);

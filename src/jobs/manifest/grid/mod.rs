@@ -1,5 +1,5 @@
-//! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key; those of a list
-//! of points, those that are tied and those that are distributions advance in step.
+//! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key. Three kinds of
+//! axes advance in step: those of a list of points, tied axes, and distributions.
 
 mod axis_key;
 mod expressions;
@@ -26,10 +26,10 @@ use samples::{Drawn, DrawnAxes};
 use std::path::Path;
 use values::{AxisReader, MAX_POINTS};
 
-/// Axes named where there are too many points.
+/// Number of axes that the message about too many points names.
 const MOST_FACTORS: usize = 8;
 
-/// Keys of `[grid]` that are no axes.
+/// Keys of `[grid]` that are not axes.
 const NOT_AXES: [&str; 8] = [
     "order",
     "along",
@@ -45,27 +45,26 @@ const NOT_AXES: [&str; 8] = [
 #[derive(Debug, Default)]
 pub(super) struct Axes {
     pub valid: Vec<GridAxis>,
-    /// Along which dimensions they go.
+    /// Their dimensions.
     pub dimensions: Vec<GridDimension>,
-    /// Names of the axes that have faults or are missing.
+    /// Names of axes that are faulty or missing.
     pub faulty: Vec<String>,
-    /// Along which of the valid axes the state is carried, and how; none where points are
-    /// independent.
+    /// The valid axis along which the state is carried, and how; `None` if points are independent.
     pub carried: Option<Carried>,
-    /// How the grid is refined, where it is; values are then those of the finest grid.
+    /// How the grid is refined, if it is; values are then those of the finest grid.
     pub refine: Option<Refine>,
-    /// How values are drawn, where axes are distributions.
+    /// How values are drawn; `None` without distributions.
     pub samples: Option<Samples>,
-    /// What gives axes that other axes give, by name, in the order in which they are known.
+    /// Expressions of axes by name, in the order of their evaluation.
     pub expressions: Vec<(String, Expression)>,
-    /// Whether a list of points cannot be read, which may have any key as a column.
+    /// Whether a list of points, which may have any key as a column, cannot be read.
     pub unknown: bool,
     /// Whether there are more points than accepted.
     pub too_large: bool,
 }
 
-/// Reads the grid; relative paths in it start at `base_dir`, and samples depend on `seed`. Model keys come first, by
-/// name, then load or torque, then speed: points that share a structure lie together, and the order of the text is of
+/// Reads the grid. Relative paths in it start at `base_dir`, and samples depend on `seed`. Model keys come first, by
+/// name, then load or torque, then speed. So points that share a structure are adjacent, and the order of the text has
 /// no effect.
 pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u64) -> Axes {
     let mut axes = Axes::default();
@@ -120,7 +119,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     let (valid, faulty) = (&mut axes.valid, &mut axes.faulty);
     axes.expressions = expressions::add(issues, derived, valid, &mut groups, faulty);
     load_and_torque(&axes.valid, issues);
-    // The groups follow the axes to their places.
+    // The groups refer to the new indices of their axes.
     let mut order: Vec<usize> = (0..axes.valid.len()).collect();
     order.sort_by(|&a, &b| {
         axes.valid[a]
@@ -160,7 +159,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     axes
 }
 
-/// Records axes that the grid lacks; `names` are columns of a list of points.
+/// Records missing axes; `names` are columns of a list of points.
 fn find_missing(
     section: &Section,
     issues: &mut Issues,
@@ -169,7 +168,7 @@ fn find_missing(
     axes: &mut Axes,
 ) {
     let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
-    // A list that cannot be read may have any column.
+    // An unreadable list may have any column.
     if axes.unknown {
         let absent = ["load", "torque", "speed"]
             .into_iter()
@@ -179,7 +178,7 @@ fn find_missing(
     }
     let mut load = has("load") || has("torque");
     if oscillator && !load {
-        // No load acts on an oscillator unless one is given.
+        // An oscillator has no load by default.
         axes.valid
             .push(GridAxis::single(AxisKey::Load, 0.0, section.span));
         load = true;
@@ -192,7 +191,7 @@ fn find_missing(
     }
 }
 
-/// Whether a manifest has a modal file and no `[mesh]`.
+/// Whether a manifest has a modal file but no `[mesh]`.
 fn is_without_mesh(root: &Section) -> bool {
     let model = root
         .entry("model")
@@ -202,7 +201,7 @@ fn is_without_mesh(root: &Section) -> bool {
     modal && !root.has("mesh")
 }
 
-/// The axes that are distributions with their values; those that have no values are faulty.
+/// The axes that are distributions, with their values; axes without values are faulty.
 fn draw(
     section: &Section,
     issues: &mut Issues,
@@ -219,7 +218,7 @@ fn draw(
     drawn
 }
 
-/// An axis that the list of points has as a column.
+/// The fault of an axis that is also a column of the list of points.
 fn twice(entry: &Entry) -> Diagnostic {
     let name = &entry.key;
     Diagnostic::new(
@@ -232,7 +231,7 @@ fn twice(entry: &Entry) -> Diagnostic {
     .remedy("keep one of the two")
 }
 
-/// Records a grid that gives the load in two ways.
+/// Records a grid with both load and torque.
 fn load_and_torque(axes: &[GridAxis], issues: &mut Issues) {
     let of = |key: AxisKey| axes.iter().find(|axis| axis.axis.key == key);
     if let (Some(_), Some(torque)) = (of(AxisKey::Load), of(AxisKey::Torque)) {
@@ -298,7 +297,7 @@ fn size_is_accepted(
     false
 }
 
-/// An axis; values of a tied one may come again.
+/// Reads an axis; values of a tied one may repeat.
 fn read_axis(issues: &mut Issues, entry: &Entry, tied: bool) -> Option<GridAxis> {
     let name = entry.key.as_str();
     let path = path_of(name);

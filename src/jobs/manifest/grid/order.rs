@@ -1,5 +1,5 @@
-//! `grid.order`, `grid.along` and `grid.displacement`: whether points are independent, or follow from
-//! each other along one axis, and from how near.
+//! `grid.order`, `grid.along` and `grid.displacement`: are points independent, or does each start near the end of the
+//! previous one along an axis?
 
 use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
@@ -14,15 +14,15 @@ use crate::manifest::tree::Value;
 /// Tables whose keys change the system but not its modes.
 const SWEPT_TABLES: [&str; 2] = ["mesh.", "excitation."];
 
-/// Whether `[grid]` asks for an order that carries the state, as far as it can be told.
+/// Whether `[grid]` asks for an order that carries the state, as far as can be determined.
 pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
     let order = root.entry("grid").and_then(|grid| grid.node.entry("order"));
     let independent = |value: &Value| matches!(value, Value::Text(word) if word == "independent");
     order.is_some_and(|order| !independent(&order.node.value))
 }
 
-/// The order of the points over `axes`, which are valid; none when they are independent, or
-/// when anything is wrong, reported.
+/// The order of the points over the valid `axes`; `None` if they are independent, or if there is a fault, which is
+/// reported.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
@@ -94,7 +94,7 @@ pub(super) fn read(
     }
 }
 
-/// Why an axis cannot be swept: kind of fault, message, label.
+/// Why can an axis not be swept? Kind of fault, message, label.
 fn fault(
     axes: &[GridAxis],
     dimensions: &[GridDimension],
@@ -188,7 +188,7 @@ fn comes_again(axis: &GridAxis) -> Option<f64> {
         .map(value)
 }
 
-/// Axes that could be swept.
+/// Axes that can be swept.
 fn fitting<'a>(axes: &'a [GridAxis], dimensions: &[GridDimension]) -> Vec<&'a str> {
     (axes.iter().enumerate())
         .map(|(place, axis)| (place, axis.axis.name()))

@@ -1,4 +1,4 @@
-//! `grid.refine`: whether the cells of the grid are divided where their corners differ, and how.
+//! `grid.refine`: are the cells of the grid divided if their corners differ, and how?
 
 use super::grid_axis::GridAxis;
 use super::values::MAX_POINTS;
@@ -9,8 +9,8 @@ use crate::manifest::spec::{Criterion, Refine};
 use crate::numerics::nested_grid::NestedGrid;
 use strum::VariantArray;
 
-/// How the grid over `axes` is refined; their values become those of the finest grid. None where it
-/// is not, or where anything is wrong, reported; `whole` tells whether no axis has a fault.
+/// How the grid over `axes` is refined; their values become those of the finest grid. `None` if it is not refined, or
+/// if there is a fault, which is reported. `whole` means that no axis has a fault.
 pub(super) fn read(
     root: &Section,
     grid: &Section,
@@ -73,7 +73,7 @@ pub(super) fn read(
     })
 }
 
-/// What is compared; a column must be computed.
+/// The criteria of comparison; a column must be computed.
 fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Vec<Criterion>> {
     let words = section.choices_or_default(issues, "by")?;
     let named = |criterion: &&Criterion| words.contains(&criterion.name());
@@ -105,8 +105,7 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     Some(by)
 }
 
-/// The section as it is read for a key that says how criteria are compared: as if nothing stood in it where none of
-/// these is named.
+/// The section for a key about the comparison of some criteria; without entries if `by` has none of these.
 fn felt<'t>(
     section: &Section<'t>,
     issues: &mut Issues,
@@ -132,7 +131,7 @@ fn felt<'t>(
     section.felt(felt)
 }
 
-/// The two axes that vary, which must be even ranges of what can be halved.
+/// The two axes that vary. They must be even ranges that can be halved.
 fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
     let several = |axis: &usize| axes[*axis].axis.values.len() > 1;
     let varied: Vec<usize> = (0..axes.len()).filter(several).collect();
@@ -180,7 +179,7 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
     fits.then_some(varied)
 }
 
-/// Whether the finest grid has no more points than a grid may have.
+/// Whether the finest grid is within the limit of points.
 fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()> {
     let points = |levels: u32| {
         let [rows, columns] = nested

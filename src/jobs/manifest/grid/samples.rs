@@ -1,4 +1,4 @@
-//! Axes that are distributions: what the text says of them, and the values that are drawn.
+//! Axes that are distributions: their text, and the values that are drawn.
 
 use super::axis_key::{axis_key, dimension_of, path_of};
 use super::grid_axis::GridAxis;
@@ -15,16 +15,16 @@ use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::Dimension;
 use std::path::Path;
 
-/// Names of laws, one of which a distribution has.
+/// Names of laws; a distribution has exactly one.
 const LAWS: [&str; 4] = ["normal", "lognormal", "uniform", "empirical"];
 
 const TRUNCATE: &str = "truncate";
 
-/// What an axis that is a distribution may be.
+/// The accepted forms of a distribution.
 const ACCEPTED: &str = "{ normal = [mean, standard deviation] }, { lognormal = [median, standard deviation of the \
                         logarithm] }, { uniform = [low, high] } or { empirical = [values] }, with truncate = [low, high]";
 
-/// Least part of a law that a truncation may keep: below, its quantiles lose digits.
+/// Smallest share of a law that a truncation may keep: below it, quantiles lose digits.
 const LEAST_KEPT: f64 = 1e-6;
 
 const VALUES: ListOf = ListOf {
@@ -37,17 +37,17 @@ const VALUES: ListOf = ListOf {
 pub(super) struct Drawn {
     key: AxisKey,
     key_span: Span,
-    /// Where the distribution stands.
+    /// Place of the distribution.
     span: Span,
     spec: &'static Key,
     dimension: Dimension,
     distribution: Distribution,
 }
 
-/// The axes of a grid that are drawn, and how.
+/// The drawn axes of a grid, with their samples.
 pub(super) struct DrawnAxes {
     pub axes: Vec<GridAxis>,
-    /// How each is distributed; places count among these axes.
+    /// The distribution of each; indices count among these axes.
     pub samples: Samples,
 }
 
@@ -57,7 +57,7 @@ pub(super) fn is_distribution(node: &Node) -> bool {
     matches!(&node.value, Value::Table(entries) if entries.iter().any(known))
 }
 
-/// The distribution of an axis; none where anything is wrong, reported. Relative paths start at `base_dir`.
+/// The distribution of an axis; `None` if there is a fault, which is reported. Relative paths start at `base_dir`.
 pub(super) fn read(
     issues: &mut Issues,
     entry: &Entry,
@@ -112,8 +112,8 @@ pub(super) fn read(
     })
 }
 
-/// Draws the values of the axes; `whole` tells whether all of them could be read. None where there are no distributions,
-/// or where anything is wrong, reported.
+/// Draws the values of the axes; `whole` means that all of them could be read. `None` if there are no distributions, or
+/// if there is a fault, which is reported.
 pub(super) fn draw(
     section: &Section,
     issues: &mut Issues,
@@ -199,7 +199,7 @@ impl Drawn {
         }
     }
 
-    /// Whether all values lie in the range of the key; reported where not. A damping coefficient has no range.
+    /// Whether all values are in the range of the key; reports if not. A damping coefficient has no range.
     fn in_range(&self, issues: &mut Issues, values: &[f64]) -> bool {
         let bounds = self.spec.bounds;
         let bounded = self.dimension != Dimension::Damping;
@@ -349,7 +349,7 @@ impl DistributionReader<'_> {
         Some(law)
     }
 
-    /// Two finite values, measured as the axis is, or the second of them a ratio.
+    /// Two finite values of the axis's dimension; with `ratio`, the second is a ratio.
     fn pair(&mut self, issues: &mut Issues, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
         let path = format!("{}.{}", self.axis.path, entry.key);
         let wrong = |issues: &mut Issues, message: String| {

@@ -1,4 +1,4 @@
-//! `grid.tied`: axes that advance in step, so that the grid has a point for every value of them instead of every
+//! `grid.tied`: axes that advance in step. The grid then has one point per value of them instead of one per
 //! combination.
 
 use super::grid_axis::GridAxis;
@@ -14,7 +14,7 @@ pub(super) struct Tie {
     span: Span,
 }
 
-/// The groups of `grid.tied`; those with faults are left out, reported.
+/// The groups of `grid.tied`; faulty ones are omitted and reported.
 pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
     let Some(entry) = section.entry("tied") else {
         return Vec::new();
@@ -90,9 +90,9 @@ fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
     })
 }
 
-/// The places of the axes of every group; a group that names no axis, or axes of different lengths, is left out,
-/// reported. `columns` are those of a list of points, which advance in step without being tied; axes named in `faulty`
-/// have been reported before.
+/// The indices of the axes of every group. A group with an unknown axis or with axes of different lengths is omitted
+/// and reported. `columns` are those of a list of points, which already advance in step. Faults of axes in `faulty`
+/// have been reported.
 pub(super) fn places(
     ties: &[Tie],
     axes: &[GridAxis],

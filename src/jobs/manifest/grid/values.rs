@@ -15,7 +15,7 @@ pub(super) const MAX_POINTS: u64 = 10_000_000;
 
 static COUNT: Key = schema::integer("count", 1.0, MAX_POINTS as f64, "8");
 
-/// Where the values of an axis stand.
+/// The places of an axis's values.
 #[derive(Debug)]
 pub(super) enum Spans {
     Each(Vec<Span>),
@@ -26,13 +26,13 @@ pub(super) enum Spans {
 pub(super) struct AxisReader<'a> {
     pub spec: &'static Key,
     pub path: &'a str,
-    /// What the values measure; fixed by the first value where the key leaves it open.
+    /// Dimension of the values; the first value determines it if the key does not.
     pub dimension: Option<Dimension>,
 }
 
 impl AxisReader<'_> {
-    /// The values in SI and where they stand; `None` when anything is wrong, reported.
-    /// Only where `repeats` may a value come again.
+    /// The values in SI and their places; `None` if there is a fault, which is reported. A value may repeat only if
+    /// `repeats`.
     pub fn read(
         &mut self,
         issues: &mut Issues,
@@ -58,15 +58,14 @@ impl AxisReader<'_> {
         self.value(issues, node, path)
     }
 
-    /// One value in SI, in the range of its own key; whether it fits the others shows when a
-    /// point is resolved.
+    /// One value in SI, in the range of its key. Consistency with other keys is checked when a point is resolved.
     fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
         if self.spec.kind == Kind::Integer {
             return self.whole(issues, node, path);
         }
         let value = self.unbounded(issues, node, path)?;
         let dimension = self.dimension.unwrap_or(Dimension::Ratio);
-        // A damping coefficient has no range, only a damping ratio has.
+        // A damping ratio has a range, but a damping coefficient has none.
         if value.is_finite() && dimension == Dimension::Damping {
             return Some(value);
         }
@@ -104,7 +103,7 @@ impl AxisReader<'_> {
         reader::quantity_unbounded(issues, node, path, dimension, self.spec)
     }
 
-    /// A whole number; an axis keeps it as a double, which the largest seeds are not.
+    /// A whole number. An axis stores it as a double, which cannot represent the largest seeds.
     fn whole(&self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
         const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
         let value = reader::integer(issues, node, path, self.spec)?;

@@ -1,19 +1,19 @@
-//! The manual in a terminal: all keys with a line each, or everything about one.
+//! The manual in a terminal: all keys with one line each, or one key in detail.
 
 use super::DRIVE;
 use super::words::{default, first_sentence, home, name, range, stands_alone, takes};
 use crate::manifest::schema::{self, HOUSING_FILE, Key, Kind, MANIFEST, MODAL_FILE, Schema};
 
-/// Characters of a line.
+/// Characters per line.
 const WIDTH: usize = 96;
 
 /// A topic that is neither a table nor a key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no table or key `{topic}` in a manifest or in a file that it names{}", advice(.nearest))]
 pub struct NoSuchKey {
-    /// What was asked for.
+    /// The topic.
     pub topic: String,
-    /// The nearest key, if any is near enough to be meant.
+    /// The nearest key, if one is similar enough.
     pub nearest: Option<String>,
 }
 
@@ -24,7 +24,7 @@ fn advice(nearest: &Option<String>) -> String {
     }
 }
 
-/// Every table and key of a manifest, a modal file and a housing file, with a line each.
+/// Every table and key of a manifest, a modal file and a housing file, with one line each.
 pub fn overview() -> String {
     let mut text = String::from(
         "Keys of a manifest. `atlas help KEY` describes one in full, for example `atlas help mesh.half_gap`.\n",
@@ -43,7 +43,7 @@ fn is_header(key: &Key) -> bool {
     key.kind == Kind::Table && stands_alone(key)
 }
 
-/// The keys of one table, a line each.
+/// The keys of one table, with one line each.
 fn listed(schema: Schema, table: &str) -> String {
     let keys: Vec<&Key> = schema::all(schema)
         .filter(|key| key.kind != Kind::Table && stands_alone(key) && home(key) == table)
@@ -66,19 +66,19 @@ fn every_key() -> impl Iterator<Item = &'static Key> {
     schemas.flat_map(schema::all)
 }
 
-/// The tables and keys of a manifest and of the files that it may name by their whole names, but those of entries of lists.
+/// The full names of tables and keys of a manifest and of the files that it may name, except those in entries of lists.
 pub fn topics() -> impl Iterator<Item = &'static str> {
     every_key()
         .map(|key| key.path)
         .filter(|path| !path.contains(['*', '<']))
 }
 
-/// Everything about a table or a key. A table's name may stand in brackets; the last part of a
-/// key's path stands for all keys of that name.
+/// A table or a key in detail. A table's name may have brackets. The last part of a key's path means all keys with that
+/// name.
 ///
 /// # Errors
 ///
-/// There is none of that name; the nearest is named.
+/// There is no such key; the error has the nearest one.
 pub fn explain(topic: &str) -> Result<String, NoSuchKey> {
     let plain = topic.trim_start_matches('[').trim_end_matches(']');
     let exact = |schema| schema::find(schema, plain).map(|key| (schema, key, plain.to_owned()));
@@ -142,7 +142,7 @@ fn of_key(schema: Schema, key: &Key, path: &str) -> String {
         () if is(HOUSING_FILE) => " (of a housing file)",
         () => "",
     };
-    // The elements of a list are described with it.
+    // A list's description covers its elements.
     let list = key.path.strip_suffix(".*");
     let about = list
         .and_then(|list| schema::find(schema, list))
@@ -182,7 +182,7 @@ fn of_key(schema: Schema, key: &Key, path: &str) -> String {
     text
 }
 
-/// A text broken into lines, all but the first indented.
+/// A text wrapped into lines, all but the first indented.
 fn wrapped(text: &str, indent: usize) -> String {
     let mut out = String::new();
     let mut column = indent;

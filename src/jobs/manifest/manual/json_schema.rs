@@ -1,7 +1,7 @@
-//! The manual for editors: a JSON Schema (draft 7), as Taplo and Even Better TOML read it.
+//! The manual for editors: a JSON Schema (draft 7), for Taplo and Even Better TOML.
 //!
-//! It knows tables, keys, types, ranges, words and units. What depends on several keys only
-//! `atlas check` judges: a manifest that the program accepts satisfies the schema.
+//! It has tables, keys, types, ranges, words and units. Only `atlas check` judges rules about several keys. A manifest
+//! that the program accepts satisfies the schema.
 
 mod value;
 
@@ -29,7 +29,7 @@ pub fn json_schema() -> String {
     {
         add_axes(grid, &axes);
     }
-    // None of its keys must stand there by itself.
+    // The grid is required, although none of its keys is.
     if let Some(required) = root.get_mut("required").and_then(Value::as_array_mut) {
         required.push(json!("grid"));
     }
@@ -37,7 +37,7 @@ pub fn json_schema() -> String {
     format!("{:#}\n", Value::Object(root))
 }
 
-/// A table and all that is below it.
+/// A table and everything below it.
 fn table(path: &str) -> Map<String, Value> {
     let mut properties = Map::new();
     let mut required = Vec::new();
@@ -72,7 +72,7 @@ fn children(path: &str) -> impl Iterator<Item = (&'static str, String, &'static 
         })
 }
 
-/// Whether a key must stand in its table. One that the grid may vary need not: an axis gives it.
+/// Whether a key is required in its table. A key that the grid may vary is not: an axis may give it.
 fn must_stand(path: &str, key: &Key) -> bool {
     key.default == DefaultValue::Required
         && match key.kind {
@@ -81,7 +81,7 @@ fn must_stand(path: &str, key: &Key) -> bool {
         }
 }
 
-/// A key and all that is below it.
+/// A key and everything below it.
 fn node(path: &str, key: &Key) -> Value {
     let of_one = key.is_of_one_gear(path);
     let key = &Key {
@@ -110,7 +110,7 @@ fn node(path: &str, key: &Key) -> Value {
         _ => value(key),
     };
     describe(&mut node, key);
-    // Examples of lists in [gear] name their gear.
+    // Examples of lists in [gear] include the name of a gear.
     if of_one && key.kind == Kind::List("tables") {
         node.remove("examples");
     }
@@ -143,7 +143,7 @@ fn describe(node: &mut Map<String, Value>, key: &Key) {
     }
 }
 
-/// Paths that can be axes besides load, torque and speed. A key that other tables share stands for several.
+/// Paths that can be axes besides load, torque and speed. A key that several tables share has several paths.
 fn axes() -> Vec<(String, &'static Key)> {
     let mut axes = Vec::new();
     for key in schema::all(MANIFEST).filter(|key| key.can_be_axis()) {
@@ -206,7 +206,7 @@ fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
     );
 }
 
-/// The name of what one value of a key may be: keys of one kind and range have one.
+/// The name of the definition of a key's value: keys of the same kind and range share one.
 fn value_name(key: &Key) -> String {
     let kind = match key.kind {
         Kind::Quantity(dimension) | Kind::Axis(dimension) => format!("{dimension:?}"),
@@ -226,7 +226,7 @@ fn reference(name: &str) -> Value {
 
 fn axis_reference(key: &Key) -> Map<String, Value> {
     let mut axis = Map::new();
-    // Beside `$ref` draft 7 reads nothing else.
+    // Draft 7 ignores everything beside `$ref`.
     let form = reference(&format!("axis_{}", value_name(key)));
     axis.insert("allOf".into(), json!([form]));
     axis
@@ -247,7 +247,7 @@ fn definitions(axes: &[(String, &'static Key)]) -> Value {
     Value::Object(definitions)
 }
 
-/// One value, a list, an even range, or a distribution of what is no whole number.
+/// One value, a list, an even range, or, except for whole numbers, a distribution.
 fn axis(one: &Value, whole: bool) -> Value {
     let mut axis = json!({ "anyOf": [
         one,

@@ -1,4 +1,4 @@
-//! What the tables of keys say, for people and for editors: the text of `atlas help`, the page
+//! The manual from the tables of keys, for people and for editors: the text of `atlas help`, the page
 //! `docs/manifest.md`, the JSON Schema `docs/manifest.schema.json`.
 
 mod help;
@@ -12,5 +12,5 @@ pub use help::{NoSuchKey, explain, overview, topics};
 pub use json_schema::json_schema;
 pub use page::page;
 
-/// The drive with the keys that measure it.
+/// Picture of the drive with the keys of its dimensions.
 const DRIVE: &str = include_str!("drive.txt");

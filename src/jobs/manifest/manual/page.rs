@@ -9,7 +9,7 @@ use crate::units::Dimension;
 
 const INTRODUCTION: &str = include_str!("introduction.md");
 
-/// The keys that most manifests give, which the page begins with.
+/// The keys that most manifests have, for the start of the page.
 const MOST_USED: [&str; 12] = [
     "job.name",
     "model.kind",
@@ -51,7 +51,7 @@ pub fn page() -> String {
     text + &rows(HOUSING_FILE, "")
 }
 
-/// A table of the keys used most, with links to their tables.
+/// A table of the most used keys, with links to their tables.
 fn most_used() -> String {
     let row = |path: &&str| {
         let key = schema::find(MANIFEST, path).expect("a key of the manifest");
@@ -103,7 +103,7 @@ fn rows(schema: Schema, table: &str) -> String {
     text
 }
 
-/// A text in a cell of a table.
+/// A text escaped for a cell of a table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('*', "\\*")
 }

@@ -9,7 +9,7 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
-/// The files that the tables make. ATLAS_WRITE_MANUAL=1 writes them again.
+/// The files made from the tables. ATLAS_WRITE_MANUAL=1 writes them again.
 #[test]
 fn the_written_manual_is_what_the_tables_say() {
     let files = [
@@ -74,7 +74,7 @@ fn every_key_has_its_place_in_overview_page_and_help() {
 #[test]
 fn help_finds_what_is_meant() {
     let half_gap = explain("mesh.half_gap").unwrap();
-    // The name alone finds all keys that have it.
+    // The name alone finds all keys with this name.
     assert!(explain("half_gap").unwrap().contains(&half_gap));
     for part in [
         "mesh.half_gap",
@@ -104,8 +104,7 @@ fn help_finds_what_is_meant() {
     assert!(explain("").is_err() && explain("..").is_err());
 }
 
-/// A train in which a key has an effect where it stands: lists are there, unless the key is one,
-/// and the first table of each has what must be there.
+/// A train in which a key has an effect. The other lists exist, and the first table of each has the required keys.
 fn train(path: &str) -> String {
     let list = |of: &str, entries: &str| {
         let name = of.rsplit('.').next().unwrap();
@@ -217,7 +216,7 @@ fn rolling(path: &str) -> Option<&'static str> {
     }
 }
 
-/// A manifest with planets, in which a key of theirs is absent.
+/// A manifest with planets, without one of their keys.
 fn planetary(path: &str) -> String {
     let text = include_str!("../../../../manifests/trains/planetary.toml");
     let (before, own) = text.split_once("[[train.planetary]]").unwrap();
@@ -235,7 +234,7 @@ fn planetary(path: &str) -> String {
     format!("{before}[[train.planetary]]{own}")
 }
 
-/// A manifest in which a key has an effect where it stands.
+/// A manifest in which a key has an effect.
 fn surroundings(path: &str) -> String {
     if path.starts_with("train.planetary.*.") {
         return planetary(path);
@@ -243,7 +242,7 @@ fn surroundings(path: &str) -> String {
     if path.starts_with("train.") {
         return analyses(&train(path), "");
     }
-    // Keys with defaults that the default is compared with.
+    // Keys whose defaults are compared with the absent key.
     let given = ["pressure_angle =", "transient =", "cycles ="];
     let kept = |line: &&str| !given.iter().any(|key| line.starts_with(key));
     let lines: Vec<&str> = QUICKSTART.lines().filter(kept).collect();
@@ -358,9 +357,9 @@ fn analyses(text: &str, tables: &str) -> String {
     format!("{head}[analyses]\n{tables}\n")
 }
 
-/// The text with a line in the table of a key, which is there where `line` is empty, too.
+/// The text with a line in the table of a key; the table exists even if `line` is empty.
 fn with(text: &str, key: &Key, line: &str) -> String {
-    // What belongs to one shaft belongs to either.
+    // A key of one shaft is tested with the wheel's.
     let path = key.path.replace("<shaft>", "wheel");
     let (table, name) = path.rsplit_once('.').unwrap();
     if let Some(own) = ["body", "loose", "ball", "roller"]
@@ -417,7 +416,7 @@ fn with(text: &str, key: &Key, line: &str) -> String {
 
 fn hash(text: &str) -> String {
     match manifest::parse(text, "test.toml", root()) {
-        // What is followed changes no result of a run, and so not the hash.
+        // Followed orbits and run-ups do not change results of a run, so the hash does not include them.
         Ok(job) => {
             let others = format!("{} {:?} {:?}", job.hash, job.continuation, job.run_up);
             blake3::hash(others.as_bytes()).to_string()
@@ -426,12 +425,12 @@ fn hash(text: &str) -> String {
     }
 }
 
-/// What is wrong with the default of a key, said to be `value`.
+/// What is wrong with the stated default `value` of a key.
 fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     let name = key.path.rsplit('.').next().unwrap();
     let with = |value: &str| hash(&with(text, key, &format!("{name} = {value}")));
     let (absent, written) = (hash(&self::with(text, key, "")), with(value));
-    // Of these another value takes more than the key itself.
+    // For these keys, the other value would need further keys.
     let alone = !matches!(
         key.path,
         "analyses.poincare.refine"
@@ -443,7 +442,7 @@ fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     (!valid).then(|| format!("{}\nabsent: {absent}\nwritten: {written}", key.path))
 }
 
-/// A default that is written out changes nothing, and another value does.
+/// Writing out a default changes nothing, and another value changes the hash.
 #[test]
 fn defaults_are_what_an_absent_key_resolves_to() {
     let keys = schema::all(MANIFEST).filter_map(|key| match key.default {
@@ -459,7 +458,7 @@ fn defaults_are_what_an_absent_key_resolves_to() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Defaults that other keys make are written in words; these are their values.
+/// Defaults that depend on other keys are described in words; these are their values.
 #[test]
 fn defaults_in_words_are_what_is_computed() {
     let short = |cycles: u64| {

@@ -1,4 +1,4 @@
-//! A key in words: what it takes, its range, its default.
+//! A key in words: its values, range and default.
 
 use crate::manifest::schema::{self, DefaultValue, Key, Kind, Schema};
 use crate::units::Dimension;
@@ -13,7 +13,7 @@ fn measure(dimension: Dimension) -> String {
     }
 }
 
-/// What a key takes, with its unit.
+/// The values of a key, with their unit.
 pub(super) fn takes(key: &Key) -> String {
     let one = match key.kind {
         Kind::Quantity(dimension) => measure(dimension),
@@ -37,7 +37,7 @@ pub(super) fn takes(key: &Key) -> String {
     }
 }
 
-/// The range of a key's numbers, of a list those of its elements; empty where any will do.
+/// The range of a key's numbers, or of its list's elements; empty if any number is accepted.
 pub(super) fn range(schema: Schema, key: &Key) -> String {
     match key.kind {
         Kind::List(_) => {
@@ -49,7 +49,7 @@ pub(super) fn range(schema: Schema, key: &Key) -> String {
     }
 }
 
-/// What holds where a key is absent.
+/// The value of an absent key.
 pub(super) fn default(key: &Key) -> String {
     match key.default {
         DefaultValue::Required => "required".to_owned(),
@@ -62,13 +62,12 @@ pub(super) fn first_sentence(about: &str) -> &str {
     about.split_once(". ").map_or(about, |(first, _)| first)
 }
 
-/// Whether a key has an entry of its own: elements of lists belong to their list.
+/// Whether a key has a separate entry: elements of lists belong to their list.
 pub(super) fn stands_alone(key: &Key) -> bool {
     !key.path.ends_with(".*")
 }
 
-/// The table that a key is listed in, as its header names it: the innermost one that is no entry
-/// of a list.
+/// The table of a key, as its header names it: the innermost one that is not an entry of a list.
 pub(super) fn home(key: &Key) -> &'static str {
     let of_list = key.path.split(".*.").next().unwrap_or(key.path);
     let parent = if of_list.len() < key.path.len() {
@@ -77,7 +76,7 @@ pub(super) fn home(key: &Key) -> &'static str {
         key.path.rsplit_once('.')
     };
     let home = parent.map_or("", |(parent, _)| parent);
-    // A modal state is a table that stands for a word.
+    // A modal state is a table in place of a word.
     home.strip_suffix(".initial").unwrap_or(home)
 }
 

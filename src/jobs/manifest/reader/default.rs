@@ -1,4 +1,4 @@
-//! Keys that may be absent: read like the others where they stand, else the schema's default.
+//! Keys that may be absent: reads them like others if they are given, otherwise uses the schema's default.
 
 use super::Section;
 use crate::manifest::diagnostic::Issues;

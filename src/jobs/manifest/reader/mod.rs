@@ -1,5 +1,5 @@
-//! Typed reading of a table: every accessor checks type, unit and range by the schema,
-//! records what is wrong and answers `None`, so that one pass finds every fault.
+//! Typed reading of a table: every accessor checks type, unit and range by the schema, records faults and returns
+//! `None`, so that one pass finds every fault.
 
 mod default;
 mod value;
@@ -15,9 +15,9 @@ use super::tree::{Entry, Node, Value, entries};
 /// A table of a file, with its dotted path.
 #[derive(Debug, Clone)]
 pub(super) struct Section<'t> {
-    /// Dotted path, empty for the top of a file.
+    /// Dotted path, empty for the top level of a file.
     pub path: String,
-    /// Where missing keys are reported: the table's header.
+    /// Place for reports of missing keys: the table's header.
     pub span: Span,
     entries: &'t [Entry],
     schema: Schema,
@@ -33,7 +33,7 @@ pub(super) enum Child<'t> {
 }
 
 impl<'t> Section<'t> {
-    /// The top of a file.
+    /// The top level of a file.
     pub fn root(node: &'t Node, schema: Schema) -> Self {
         let entries = match &node.value {
             Value::Table(entries) => entries.as_slice(),
@@ -63,7 +63,7 @@ impl<'t> Section<'t> {
         self.entry(name).is_some()
     }
 
-    /// Whether a key below this table is given, by its dotted path from here.
+    /// Whether a key below this table is given, by its dotted path relative to it.
     pub fn has_below(&self, path: &str) -> bool {
         let (first, rest) = path.split_once('.').unwrap_or((path, ""));
         self.entry(first)
@@ -79,7 +79,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// The schema's entry of a path, which must be in it.
+    /// The schema's entry for a path, which must exist.
     pub fn spec(&self, path: &str) -> &'static Key {
         schema::find(self.schema, path)
             .unwrap_or_else(|| unreachable!("`{path}` is read but not in the schema"))
@@ -133,7 +133,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// A table without entries, for one that may be left out.
+    /// A table without entries, for an optional one.
     pub fn empty_child(&self, name: &str) -> Section<'t> {
         Self {
             path: self.path_of(name),
@@ -143,7 +143,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// A subtable that must be there.
+    /// A required subtable.
     pub fn required_child(&self, issues: &mut Issues, name: &str) -> Option<Section<'t>> {
         match self.child(issues, name) {
             Child::Present(section) => Some(section),
@@ -155,7 +155,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// A table that stands as a value.
+    /// A table as a value.
     fn of_node(node: &'t Node, path: String, schema: Schema) -> Option<Self> {
         match &node.value {
             Value::Table(entries) => Some(Self {
@@ -176,32 +176,32 @@ impl<'t> Section<'t> {
         entry
     }
 
-    /// A quantity in SI that must be there.
+    /// A required quantity in SI.
     pub fn quantity(&self, issues: &mut Issues, name: &str) -> Option<f64> {
         let entry = self.required(issues, name)?;
         let path = self.path_of(name);
         quantity(issues, &entry.node, &path, self.spec(&path))
     }
 
-    /// A whole number that must be there.
+    /// A required whole number.
     pub fn integer(&self, issues: &mut Issues, name: &str) -> Option<u64> {
         let entry = self.required(issues, name)?;
         let path = self.path_of(name);
         integer(issues, &entry.node, &path, self.spec(&path))
     }
 
-    /// A whole number, or what other keys make of it.
+    /// A whole number, or `default`, which depends on other keys.
     pub fn integer_or(&self, issues: &mut Issues, name: &str, default: u64) -> Option<u64> {
         if self.has(name) { self.integer(issues, name) } else { Some(default) }
     }
 
-    /// A whole number that counts things in memory and must be there.
+    /// A required whole number that counts things in memory.
     pub fn count(&self, issues: &mut Issues, name: &str) -> Option<usize> {
         let count = self.integer(issues, name)?;
         usize::try_from(count).ok()
     }
 
-    /// A whole number that counts things in memory, or what other keys make of it.
+    /// A whole number that counts things in memory, or `default`, which depends on other keys.
     pub fn count_or(&self, issues: &mut Issues, name: &str, default: usize) -> Option<usize> {
         let count = self.integer_or(issues, name, default as u64)?;
         usize::try_from(count).ok()
@@ -218,7 +218,7 @@ impl<'t> Section<'t> {
         None
     }
 
-    /// A text that must be there.
+    /// A required text.
     pub fn text(&self, issues: &mut Issues, name: &str) -> Option<&'t str> {
         let entry = self.required(issues, name)?;
         if let Value::Text(text) = &entry.node.value {
@@ -229,7 +229,7 @@ impl<'t> Section<'t> {
         None
     }
 
-    /// A list of texts that must be there, with this many elements if a length is given.
+    /// A required list of texts, with this many elements if a length is given.
     pub fn texts(
         &self,
         issues: &mut Issues,
@@ -250,25 +250,25 @@ impl<'t> Section<'t> {
         texts.into_iter().collect()
     }
 
-    /// One of the schema's words for this key, which must be there.
+    /// One of the schema's words for this key, which is required.
     pub fn choice(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
         let entry = self.required(issues, name)?;
         let path = self.path_of(name);
         choice(issues, &entry.node, &path, self.spec(&path))
     }
 
-    /// A list of the schema's words for its elements.
+    /// A list with the schema's words as elements.
     pub fn choices(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
         let items = self.list(issues, name, None)?;
         let spec = self.spec(&self.path_of(&format!("{name}.*")));
-        // Every element is read before any failure counts, so that all faults are found.
+        // Read every element before failing, so that all faults are found.
         let words: Vec<_> = (items.iter().enumerate())
             .map(|(i, item)| choice(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
             .collect();
         words.into_iter().collect()
     }
 
-    /// The elements of a list; `None` when it is no list or not of the wanted length.
+    /// The elements of a list; `None` if it is not a list or has another length than expected.
     pub fn list(
         &self,
         issues: &mut Issues,
@@ -316,7 +316,7 @@ impl<'t> Section<'t> {
         let items = self.list(issues, name, length)?;
         let element = self.path_of(name) + ".*";
         let spec = self.spec(&element);
-        // Every element is read before any failure counts, so that all faults are found.
+        // Read every element before failing, so that all faults are found.
         let values: Vec<_> = items
             .iter()
             .enumerate()
@@ -329,7 +329,7 @@ impl<'t> Section<'t> {
     pub fn rows(&self, issues: &mut Issues, name: &str) -> Option<Vec<Vec<f64>>> {
         let items = self.list(issues, name, None)?;
         let spec = self.spec(&self.path_of(&format!("{name}.*.*")));
-        // Every element is read before any failure counts, so that all faults are found.
+        // Read every element before failing, so that all faults are found.
         let rows: Vec<Option<Vec<f64>>> = (items.iter().enumerate())
             .map(|(i, item)| {
                 let path = self.path_of(&format!("{name}.{i}"));
@@ -372,7 +372,7 @@ impl<'t> Section<'t> {
 
     /// Two quantities in SI, `[first, second]`, or one for both.
     pub fn one_or_pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
-        // In the table of one gear a key of both has one value.
+        // A key of both gears has one value in the table of one gear.
         let of_one = self.spec(&self.path_of(name)).is_of_one_gear(&self.path);
         match self.entry(name).map(|entry| &entry.node.value) {
             Some(Value::Array(_)) if !of_one => self.pair(issues, name),
@@ -380,7 +380,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// The tables of a list, empty when the key is absent.
+    /// The tables of a list, empty if the key is absent.
     pub fn tables(&self, issues: &mut Issues, name: &str) -> Option<Vec<Section<'t>>> {
         if !self.has(name) {
             return Some(Vec::new());
@@ -401,7 +401,7 @@ impl<'t> Section<'t> {
         sections.into_iter().collect()
     }
 
-    /// This table as if nothing stood in it, for keys that have no effect.
+    /// This table without its entries, for keys that have no effect.
     pub fn bare(&self) -> Section<'t> {
         Section {
             entries: &[],
@@ -409,13 +409,13 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// This table for keys that have an effect where `felt`; else as if nothing stood in it.
+    /// This table if its keys have an effect, otherwise the table without its entries.
     pub fn felt(&self, felt: bool) -> Section<'t> {
         if felt { self.clone() } else { self.bare() }
     }
 
-    /// Warns of keys that another choice makes meaningless, and says why. Whoever calls this must
-    /// not look at them: they may hold anything.
+    /// Warns of keys without effect because of another choice, with the reason. The caller must not read them: they may
+    /// hold anything.
     pub fn without_effect(&self, issues: &mut Issues, names: &[&str], why: &str, remedy: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
@@ -432,8 +432,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// Records keys that give what another key gives already: which of the two is meant cannot be told.
-    /// `what` ends the sentence "both ...".
+    /// Records keys that repeat another key: which of the two is meant is unknown. `what` ends the sentence "both ...".
     pub fn given_twice(&self, issues: &mut Issues, names: &[&str], other: &str, what: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
@@ -450,7 +449,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// Where the value of a key stands; the table's header when it is absent.
+    /// Place of a key's value; the table's header if it is absent.
     pub fn span_of(&self, name: &str) -> Span {
         self.entry(name).map_or(self.span, |entry| entry.node.span)
     }

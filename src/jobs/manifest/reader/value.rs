@@ -1,11 +1,11 @@
-//! Single values: type, unit and range by the schema's entry of their key.
+//! Single values: checks type, unit and range by the schema's entry of their key.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
 
-/// Records a value of another type than the schema's.
+/// Records a value of another type than in the schema.
 pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &str, spec: &Key) {
     let wanted = match spec.kind {
         Kind::Quantity(dimension) => dimension.name(),
@@ -70,7 +70,7 @@ pub(in crate::manifest) fn quantity(
     in_range(issues, node, path, value, dimension, spec)
 }
 
-/// The value when it lies in the key's range.
+/// The value if it is in the key's range.
 pub(in crate::manifest) fn in_range(
     issues: &mut Issues,
     node: &Node,
@@ -107,8 +107,7 @@ pub(in crate::manifest) fn in_range(
     None
 }
 
-/// What a bare number may have been meant as: the same number in the unit of the key's example, where that is in
-/// range.
+/// Likely meaning of a bare number: the same number in the unit of the key's example, if that is in range.
 pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
     let number = match value {
         Value::Integer(number) => *number as f64,
@@ -131,7 +130,7 @@ pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
     })
 }
 
-/// Records text that is no quantity of the wanted dimension.
+/// Records text that is not a quantity of the expected dimension.
 pub(in crate::manifest) fn wrong_unit(
     issues: &mut Issues,
     node: &Node,

@@ -1,4 +1,4 @@
-//! A key's default as a value. The table writes it as it would stand in the file.
+//! A key's default as a value. The table of keys has it as text for a file.
 
 use super::{DefaultValue, Key, Kind};
 use crate::units;
@@ -38,7 +38,7 @@ impl Key {
         }
     }
 
-    /// A default that is a list of words; `elements` says which there are.
+    /// A default that is a list of words; `elements` has the accepted words.
     pub fn default_words(&self, elements: &Self) -> Vec<&'static str> {
         let known = |text: &'static str| match (elements.kind, quoted(text.trim())) {
             (Kind::Choice(choices), Some(word)) if choices.contains(&word) => word,
@@ -61,7 +61,7 @@ impl Key {
         self.quantity_in(self.default_text())
     }
 
-    /// A default that is a list of quantities in SI; `elements` says what they are.
+    /// A default that is a list of quantities in SI; `elements` has their dimension.
     pub fn default_quantities(&self, elements: &Self) -> Vec<f64> {
         let numbers = self.listed().map(str::trim);
         numbers.map(|number| elements.quantity_in(number)).collect()
@@ -76,7 +76,7 @@ impl Key {
     }
 }
 
-/// What stands in a pair of quotes.
+/// The text inside a pair of quotes.
 fn quoted(text: &str) -> Option<&str> {
     text.strip_prefix('"')?.strip_suffix('"')
 }

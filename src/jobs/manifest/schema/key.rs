@@ -1,4 +1,4 @@
-//! One key of a file: what it takes, its range, its default, what it means, an example.
+//! One key of a file: its values, range, default, meaning, and an example.
 
 use super::{MANIFEST, children, number, quoted};
 use crate::units::Dimension;
@@ -6,27 +6,26 @@ use crate::units::Dimension;
 /// A key of the manifest or of a modal file.
 #[derive(Debug)]
 pub(in crate::manifest) struct Key {
-    /// Dotted path; `*` stands for an index, `shafts.<shaft>` for either shaft.
+    /// Dotted path; `*` means an index, `shafts.<shaft>` either shaft.
     pub path: &'static str,
     pub kind: Kind,
     pub bounds: Bounds,
     pub default: DefaultValue,
-    /// What it is, what it does, when it matters; empty for the elements of a plain list, which
-    /// the list describes.
+    /// What it is, what it does, when it matters. Empty for the elements of a plain list, which the list describes.
     pub about: &'static str,
-    /// A value as it would stand in the file.
+    /// A value as text for a file.
     pub example: &'static str,
-    /// Why the range ends where it does, where that is not plain.
+    /// Reason for the limits of the range, unless it is obvious.
     pub why: &'static str,
-    /// Names of the two values, where the key takes one value for both or a pair `[a, b]`.
+    /// Names of the two values if the key accepts one value for both or a pair `[a, b]`.
     pub pair: Option<&'static str>,
-    /// How many entries a list has, where that is fixed.
+    /// Number of entries of a list, if it is fixed.
     pub length: Option<usize>,
-    /// The other tables in which it may stand.
+    /// Other tables that may have the key.
     pub elsewhere: Elsewhere,
 }
 
-/// Tables in which a key of another table may stand.
+/// Other tables that may have a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::manifest) enum Elsewhere {
     Nowhere,
@@ -38,7 +37,7 @@ pub(in crate::manifest) enum Elsewhere {
     FurtherMesh,
 }
 
-/// The tables where keys of another one may stand, that one, and which of its keys may.
+/// Tables that may have keys of another table, that table, and which of its keys.
 pub(in crate::manifest) const SHARED: [(&str, &str, Elsewhere); 4] = [
     ("shafts.<shaft>", "shafts", Elsewhere::EitherShaft),
     ("train.shaft.*.gears.*", "gear", Elsewhere::OneGear),
@@ -51,18 +50,18 @@ pub(in crate::manifest) fn draws_one_gear(path: &str) -> bool {
     path.starts_with("train.")
 }
 
-/// What holds where a key is absent.
+/// The value of an absent key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::manifest) enum DefaultValue {
-    /// Nothing does: the key must be there.
+    /// None: the key is required.
     Required,
-    /// A value, as it would stand in the file.
+    /// A value as text for a file.
     Value(&'static str),
-    /// What other keys make of it, in words.
+    /// Depends on other keys, in words.
     Words(&'static str),
 }
 
-/// What a key takes.
+/// The type of a key's values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::manifest) enum Kind {
     /// A number in SI or a text with a unit.
@@ -81,7 +80,7 @@ pub(in crate::manifest) enum Kind {
     ContactDamping,
     /// `"static"`, `"rest"` or a modal state.
     Initial,
-    /// A table; its keys are listed on their own.
+    /// A table; its keys have separate entries.
     Table,
     /// An axis of the grid.
     Axis(Dimension),
@@ -105,7 +104,7 @@ pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
 /// Damping ratios: the kernels take underdamped and undamped modes only.
 pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 
-/// Counts that only memory and patience limit; the bound catches slips of the pen.
+/// Counts that only memory and time limit; the bound catches typing errors.
 pub(super) const MANY: f64 = 1e9;
 
 /// Tables whose keys can be axes of the grid.
@@ -120,10 +119,10 @@ pub(in crate::manifest) const VARIABLE_TABLES: [&str; 8] = [
     "analyses",
 ];
 
-/// The one key of another table that can be.
+/// The only key of another table that can be an axis.
 pub(in crate::manifest) const SEED: &str = "job.seed";
 
-/// Keys of those tables that cannot, since all points share what they name.
+/// Keys of those tables that cannot be axes, because all points share their values.
 const OF_THE_WHOLE_RUN: [(&str, &str); 2] = [
     (
         "analyses.multistability.slice.modes.*",
@@ -200,7 +199,7 @@ impl Key {
         Self { about, ..self }
     }
 
-    /// The key with a default, as it would stand in the file.
+    /// The key with a default as text for a file.
     pub const fn or(self, value: &'static str) -> Self {
         Self {
             default: DefaultValue::Value(value),
@@ -208,7 +207,7 @@ impl Key {
         }
     }
 
-    /// The key with a default that other keys make, in words.
+    /// The key with a default that depends on other keys, in words.
     pub const fn otherwise(self, words: &'static str) -> Self {
         Self {
             default: DefaultValue::Words(words),
@@ -221,7 +220,7 @@ impl Key {
         Self { why, ..self }
     }
 
-    /// The key taking one value for both of these, or a pair.
+    /// The key with one value for both of `names`, or a pair.
     pub const fn or_pair(self, names: &'static str) -> Self {
         Self {
             pair: Some(names),
@@ -237,17 +236,17 @@ impl Key {
         }
     }
 
-    /// The key of `[shafts]` standing in the table of either shaft too.
+    /// The key of `[shafts]`, also in the table of either shaft.
     pub const fn on_either_shaft(self) -> Self {
         self.also(Elsewhere::EitherShaft)
     }
 
-    /// The key of `[gear]` standing in the table of one gear too.
+    /// The key of `[gear]`, also in the table of one gear.
     pub const fn on_one_gear(self) -> Self {
         self.also(Elsewhere::OneGear)
     }
 
-    /// The key of `[mesh]` standing in the table of a further mesh too.
+    /// The key of `[mesh]`, also in the table of a further mesh.
     pub const fn on_further_meshes(self) -> Self {
         self.also(Elsewhere::FurtherMesh)
     }
@@ -264,7 +263,7 @@ impl Bounds {
         value.is_finite() && above && below
     }
 
-    /// The range in words, empty when any finite value will do.
+    /// The range in words, empty if any finite value is accepted.
     pub fn words(self) -> String {
         let low = match (self.min, self.min_open) {
             (min, _) if min == f64::NEG_INFINITY => String::new(),
@@ -293,20 +292,20 @@ impl Key {
         number && self.is_variable() && self.shared().is_none()
     }
 
-    /// Whether points of a grid may differ in it, or in what stands below it.
+    /// Whether points of a grid may differ in it, or in a key below it.
     pub fn is_variable(&self) -> bool {
         let table = self.path.split('.').next().unwrap_or_default();
         VARIABLE_TABLES.contains(&table) || self.path == SEED
     }
 
-    /// Why all points of a run have it in common, where they do.
+    /// Why all points of a run share its value, if they do.
     pub fn shared(&self) -> Option<&'static str> {
         let mut keys = OF_THE_WHOLE_RUN.iter();
         keys.find(|(path, _)| *path == self.path)
             .map(|(_, why)| *why)
     }
 
-    /// What the key takes, in words, with its range and an example.
+    /// The accepted values, in words, with their range and an example.
     pub fn accepted(&self) -> String {
         let words = self.bounds.words();
         let range = if words.is_empty() { String::new() } else { format!(", {words}") };
@@ -364,12 +363,12 @@ impl Key {
 }
 
 impl Key {
-    /// Whether it has one value in the table at this path, though `[gear]` may give one per gear.
+    /// Whether it has only one value in the table at this path, although `[gear]` may have one per gear.
     pub fn is_of_one_gear(&self, path: &str) -> bool {
         self.elsewhere == Elsewhere::OneGear && draws_one_gear(path)
     }
 
-    /// The range of its numbers as it stands in a table, empty when any finite value will do.
+    /// The range of its numbers for a table, empty if any finite value is accepted.
     pub fn range(&self) -> String {
         match self.kind {
             Kind::Integer => {

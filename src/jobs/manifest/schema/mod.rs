@@ -1,6 +1,6 @@
-//! Every key a manifest may have: what it takes, its range, its default, what it means. The one
-//! table behind the readers' defaults, unknown-key errors, grid axes, the wording of what is
-//! accepted, the manual of the manifest and its JSON Schema.
+//! Every key of a manifest: values, range, default and meaning. All of these use this table: the readers' defaults,
+//! errors about unknown keys, grid axes, messages about accepted values, the manual of the manifest and its JSON
+//! Schema.
 
 mod default;
 mod key;
@@ -50,8 +50,8 @@ fn pattern(path: &str) -> String {
     out
 }
 
-/// What a key is called in the table whose keys it shares, and which of those may stand here:
-/// `shafts.rest` of `shafts.<shaft>.rest`.
+/// The name of a shared key in its original table, and the group that it belongs to: `shafts.rest` for
+/// `shafts.<shaft>.rest`.
 fn shared_form(pattern: &str) -> Option<(String, Elsewhere)> {
     SHARED.iter().find_map(|&(table, of, which)| {
         let rest = pattern.strip_prefix(table)?;
@@ -60,8 +60,8 @@ fn shared_form(pattern: &str) -> Option<(String, Elsewhere)> {
     })
 }
 
-/// The entry of a dotted path such as `excitation.torque_ripple.0.order`. An element of a pair,
-/// such as `gear.bore.1`, has the entry of its key.
+/// The entry for a dotted path such as `excitation.torque_ripple.0.order`. An element of a pair, such as `gear.bore.1`,
+/// has the entry of its key.
 pub(in crate::manifest) fn find(schema: Schema, path: &str) -> Option<&'static Key> {
     let pattern = pattern(path);
     named(schema, &pattern).or_else(|| {
@@ -70,7 +70,7 @@ pub(in crate::manifest) fn find(schema: Schema, path: &str) -> Option<&'static K
     })
 }
 
-/// The entry of a pattern, which may be that of another table.
+/// The entry for a pattern, possibly in another table.
 fn named(schema: Schema, pattern: &str) -> Option<&'static Key> {
     let exact = |wanted: &str| all(schema).find(|key| key.path == wanted);
     let shared = || {
@@ -80,7 +80,7 @@ fn named(schema: Schema, pattern: &str) -> Option<&'static Key> {
     exact(pattern).or_else(shared)
 }
 
-/// The names of the keys directly below a path (`""` for the top).
+/// The names of the keys directly below a path (`""` for the top level).
 pub(in crate::manifest) fn children(schema: Schema, path: &str) -> Vec<&'static str> {
     let pattern = pattern(path);
     let mut names = below(schema, &pattern, |_| true);
@@ -106,10 +106,10 @@ fn below(schema: Schema, pattern: &str, wanted: impl Fn(&Key) -> bool) -> Vec<&'
     names
 }
 
-/// Longest name \[bytes\] that may be a misspelt one.
+/// Longest name \[bytes\] for which a similar name is searched.
 const LONGEST_MISSPELT: usize = 120;
 
-/// The nearest of some names, if any is near enough to be meant.
+/// The nearest of some names, if any is similar enough.
 pub(in crate::manifest) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<&'n str> {
     // The work grows with the length, and no known name is half as long.
     if name.len() > LONGEST_MISSPELT {
@@ -127,7 +127,7 @@ pub(in crate::manifest) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<
         .map(|(_, candidate)| candidate)
 }
 
-/// The nearest of some dotted paths: by its whole, or by its last part.
+/// The nearest of some dotted paths, by the whole path or its last part.
 pub(in crate::manifest) fn nearest_path<'n>(name: &str, paths: &[&'n str]) -> Option<&'n str> {
     let last = |path: &&'n str| path.rsplit('.').next().unwrap_or(path);
     let last: Vec<&str> = paths.iter().map(last).collect();
@@ -138,13 +138,13 @@ pub(in crate::manifest) fn nearest_path<'n>(name: &str, paths: &[&'n str]) -> Op
     nearest(name, paths).or_else(by_last)
 }
 
-/// Words as they stand in a file, one behind the other.
+/// Words in quotes, separated by commas.
 pub(in crate::manifest) fn quoted(words: &[&str]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
     quoted.join(", ")
 }
 
-/// The other places where a key of exactly this name belongs.
+/// Other tables with a key of exactly this name.
 pub(in crate::manifest) fn homes(schema: Schema, name: &str) -> Vec<&'static str> {
     all(schema)
         .filter_map(|key| key.path.rsplit_once('.'))

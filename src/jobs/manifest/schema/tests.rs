@@ -63,7 +63,7 @@ fn ranges_read_as_words() {
     assert!(!any.contain(f64::NAN) && !any.contain(f64::INFINITY));
 }
 
-/// An example that the program itself would refuse teaches the wrong thing.
+/// Every example must be accepted by the program.
 #[test]
 fn examples_are_accepted() {
     use crate::manifest::diagnostic::Issues;

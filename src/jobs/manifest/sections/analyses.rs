@@ -1,4 +1,4 @@
-//! `[analyses]`: a table for each analysis; absent = not computed.
+//! `[analyses]`: one table per analysis; an absent table means that it is not computed.
 
 use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
@@ -173,7 +173,7 @@ fn lyapunov(
     })
 }
 
-/// The life of chaos that is to be shown, if any: three times as many cycles must be within the budget.
+/// The life of chaos that must be detectable, if any: the budget must have at least three times as many cycles.
 fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Option<Option<u64>> {
     if !table.has("lifetime") {
         return Some(None);
@@ -200,7 +200,7 @@ fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Opti
     Some(Some(lifetime))
 }
 
-/// A stop rule, which there need not be.
+/// An optional stop rule.
 fn stop_at_stderr(table: &Section, issues: &mut Issues) -> Option<Option<f64>> {
     if table.has("stop_at_stderr") {
         table.quantity(issues, "stop_at_stderr").map(Some)
@@ -222,10 +222,10 @@ fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonConfig> {
     })
 }
 
-/// Most mesh cycles measured of a probe unless the table says otherwise.
+/// Default limit of the measured mesh cycles of a probe.
 const PROBE_CYCLES: u64 = 4_000;
 
-/// Probes are integrated as long as the point itself, within [`PROBE_CYCLES`], unless the table says otherwise.
+/// By default, probes are integrated as long as the point itself, up to [`PROBE_CYCLES`].
 fn multistability(
     table: &Section,
     issues: &mut Issues,

@@ -1,35 +1,35 @@
-//! The half gap of `[mesh]`: given, or what the drawing of the gears leaves.
+//! The half gap of `[mesh]`: given, or computed from the drawing of the gears.
 
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{StiffnessSpec, StructureSource};
 
-/// The keys that give it; one is enough.
+/// The keys for the half gap; one is enough.
 const KEYS: [&str; 3] = ["half_gap", "normal_backlash", "circumferential_backlash"];
 
-/// Relative difference from the drawing that is taken for rounding of the number written down.
+/// Relative difference from the drawing that counts as rounding of the given number.
 const ROUNDED: f64 = 0.01;
 
-/// A half gap is less than this part of the base pitch: a tooth and its space have one half each.
+/// Upper bound of a half gap, as a fraction of the base pitch: a tooth and its space have one half each.
 const OF_BASE_PITCH: f64 = 0.25;
 
-/// Where no drawing gives a scale: a half gap is less than so many times the deflection of the
-/// mesh under the rated force. Drives have 1 to 1000.
+/// Upper bound of a half gap without a drawing, as a multiple of the mesh deflection under the rated force. Drives have
+/// 1 to 1000.
 const OF_DEFLECTION: f64 = 1e5;
 
-/// What a mesh is read beside.
+/// Other parts of the drive that the reader of a mesh needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Surroundings<'a> {
-    /// The drawing, its bores known.
+    /// The drawing, with known bores.
     pub gears: Option<&'a GearPair>,
-    /// There is a drawing, but with faults, which have been reported.
+    /// The drawing has faults, which have been reported.
     pub faulty_drawing: bool,
-    /// Where the structure comes from; none where that has faults, which have been reported.
+    /// Source of the structure; `None` if it has faults, which have been reported.
     pub source: Option<&'a StructureSource>,
 }
 
-/// The half gap \[m\] of the one key that gives it, or of the drawing.
+/// The half gap \[m\] from the only key for it, or from the drawing.
 pub(super) fn read(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<f64> {
     let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
     let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();
@@ -67,12 +67,12 @@ pub(super) fn read(section: &Section, issues: &mut Issues, drive: Surroundings<'
     }
 }
 
-/// The normal backlash per that along the line of action in the transverse section, `cos β_b`.
+/// Ratio of the normal backlash to the backlash along the line of action in the transverse section, `cos β_b`.
 fn normal(gears: Option<&GearPair>) -> f64 {
     gears.map_or(1.0, |gears| gears.base_helix_angle().cos())
 }
 
-/// The backlash along the line of action per circumferential one, `cos α_w`.
+/// Ratio of the backlash along the line of action to the circumferential one, `cos α_w`.
 fn along_line_of_action(
     section: &Section,
     issues: &mut Issues,
@@ -125,7 +125,7 @@ fn contradiction(
     );
 }
 
-/// A half gap must be one that teeth can have; mostly it is metres that were meant as microns.
+/// Checks that teeth can have the half gap; usually a wrong one is in metres instead of microns.
 pub(super) fn check_scale(
     section: &Section,
     issues: &mut Issues,

@@ -1,5 +1,4 @@
-//! The coast flanks of `[mesh]`: their line of action and the phase about which they mirror the
-//! drive flanks.
+//! The coast flanks of `[mesh]`: their line of action, and the phase about which they mirror the drive flanks.
 
 use super::backlash::Surroundings;
 use crate::gear::standard_symmetry;
@@ -7,8 +6,8 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSource};
 
-/// Which line the coast flanks touch along; none where the structure or the drawing has faults,
-/// which have been reported. `laws` are those of the drive flanks' stiffness and friction.
+/// The line of contact of the coast flanks; `None` if the structure or the drawing has faults, which have been
+/// reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
@@ -51,7 +50,7 @@ pub(super) fn read(
     Some(CoastSpec::Mirrored { symmetry })
 }
 
-/// The mesh phase of symmetry, in cycles; 0 where nothing depends on it.
+/// The mesh phase of symmetry, in cycles; 0 if nothing depends on it.
 fn symmetry(
     section: &Section,
     issues: &mut Issues,
@@ -88,7 +87,7 @@ fn symmetry(
     if drive.faulty_drawing || drive.source.is_none() {
         return None;
     }
-    // Harmonics have the phases they are given, whatever the contact ratio.
+    // Harmonics have given phases, independent of the contact ratio.
     let of_levels = !matches!(stiffness, StiffnessSpec::Fourier(..));
     if of_levels && section.has("contact_ratio") {
         let contact_ratio = section.quantity(issues, "contact_ratio")?;

@@ -1,4 +1,4 @@
-//! What a one-sided contact bears, wherever one is described: by a modal file, or in `[train]`.
+//! The force law of a one-sided contact in a modal file or in `[train]`.
 
 use super::excitation::{harmonics, stiffness_harmonics};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -6,7 +6,7 @@ use crate::manifest::reader::Section;
 use crate::model::{Division, StiffnessHarmonic};
 use crate::structure::ContactLaw;
 
-/// A contact of one stiffness and damping behind a gap.
+/// A contact with constant stiffness and damping, and with a gap.
 pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLaw> {
     let gap = table.quantity(issues, "gap");
     let stiffness = table.quantity(issues, "stiffness");
@@ -18,7 +18,7 @@ pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLa
     })
 }
 
-/// A contact with a cycle of its own.
+/// A contact with a separate cycle.
 pub(in crate::manifest) fn cyclic(
     table: &Section,
     issues: &mut Issues,
@@ -33,7 +33,7 @@ pub(in crate::manifest) fn cyclic(
     })
 }
 
-/// A rigid stop with a cycle of its own: its law without a stiffness, and its coefficient of restitution.
+/// A rigid stop with a separate cycle: its law without a stiffness, and its coefficient of restitution.
 pub(in crate::manifest) fn rigid(
     table: &Section,
     issues: &mut Issues,
@@ -47,7 +47,7 @@ pub(in crate::manifest) fn rigid(
     Some((beside?, restitution?))
 }
 
-/// What a contact with a cycle of its own has beside its stiffness; its gap is read apart.
+/// The other properties of a contact with a separate cycle, except stiffness and gap.
 pub(super) fn beside_stiffness(
     table: &Section,
     issues: &mut Issues,
@@ -59,15 +59,14 @@ pub(super) fn beside_stiffness(
     Some(ContactLaw {
         gap: gap?,
         damping: damping?,
-        // As many whole cycles as there may be change nothing, but digits and time.
+        // Whole cycles have no effect, but cost digits and time.
         phase: phase?.rem_euclid(1.0),
         error: error?,
         ..ContactLaw::default()
     })
 }
 
-/// One stiffness, one a part of the contact's cycle, or a mean with harmonics that leave something
-/// of it everywhere.
+/// A single stiffness, one per part of the contact's cycle, or a mean with harmonics whose sum stays positive.
 pub(super) fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
     if table.has("levels") {
         let others = ["stiffness", "stiffness_harmonics"];

@@ -1,4 +1,4 @@
-//! `[continuation]`: what orbits are followed over.
+//! `[continuation]`: the parameters over which orbits are followed.
 
 use super::modal_state;
 use crate::analysis::continuation::explore::GivenState;
@@ -10,7 +10,7 @@ use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec};
 
-/// The section, `Some(None)` where there is none; `None` where it is faulty.
+/// The section; `Some(None)` if there is none, `None` if it is faulty.
 pub(in crate::manifest) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -114,8 +114,8 @@ fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Optio
     })
 }
 
-/// The place of the axis that a key names: one that the drive depends on continuously, with two
-/// different values.
+/// The index of the axis that a key names. The drive must depend on it continuously, and it must have two different
+/// values.
 fn axis(
     section: &Section,
     issues: &mut Issues,

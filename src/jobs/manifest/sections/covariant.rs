@@ -1,4 +1,4 @@
-//! `[analyses.covariant]`, and how many exponents a model has.
+//! `[analyses.covariant]`, and the number of exponents of a model.
 
 use crate::analysis::{CovariantConfig, MOST_MEMORY};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -45,7 +45,7 @@ pub(super) fn read(
     Some(question)
 }
 
-/// Whether a model has as many exponents as a key asks for; none where it has not, reported.
+/// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
 pub(super) fn there_are(
     table: &Section,
     issues: &mut Issues,
@@ -89,7 +89,7 @@ pub(super) fn there_are(
 mod tests {
     use std::path::Path;
 
-    /// Under drag the speed of the neutral rotation has an exponent.
+    /// With drag, the speed of the neutral rotation has an exponent.
     #[test]
     fn drag_has_an_exponent_of_its_own() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../manifests/tiers");

@@ -1,4 +1,5 @@
-//! How a mesh follows from the drawing of its gears: the keys of mesh tables, in `[mesh]` and in further meshes of a train.
+//! Meshes computed from the drawing of their gears: the keys of mesh tables, in `[mesh]` and in further meshes of a
+//! train.
 
 use super::backlash::Surroundings;
 use crate::gear::{Contact, CycleDivision, FaceLaw, Flanks, GearPair, MeshTableSpec, StiffnessLaw};
@@ -9,7 +10,7 @@ use crate::manifest::tree::Value;
 use crate::model::SEVERAL_CONTACTS;
 use std::sync::Arc;
 
-/// Stiffness from the drawing of the gears, which must be a pair that meshes.
+/// Stiffness from the drawing of the gears, which must mesh.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
@@ -60,7 +61,7 @@ pub(super) fn read(
         return None;
     }
     let Some(spec) = spec else {
-        // Of others a drawing that is missing or faulty has been reported.
+        // For other sources, a missing or faulty drawing has been reported.
         if let Some(StructureSource::Train(_)) = drive.source {
             issues.push(
                 Diagnostic::new(
@@ -98,8 +99,8 @@ pub(super) fn read(
     Some(StiffnessSpec::Table(Arc::new(spec)))
 }
 
-/// How a mesh follows from the drawing of its gears; an inner none without a drawing. `pairs` are the slices where every
-/// pair is a spring of its own.
+/// The specification of a mesh table from the drawing; the inner option is `None` without a drawing. `pairs` is the
+/// number of slices if every pair is a separate spring.
 pub(super) fn of_drawing(
     section: &Section,
     issues: &mut Issues,
@@ -135,7 +136,7 @@ pub(super) fn of_drawing(
             "load_dependent" => Contact::Secant,
             _ => Contact::Linear,
         },
-        // Springs of pairs are those of each slice for itself.
+        // Springs of pairs belong to separate slices.
         face: if pairs.is_some() { FaceLaw::Independent } else { face },
     }))
 }
@@ -157,8 +158,8 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
     })
 }
 
-/// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
-/// where a key has faults.
+/// Number of slices of the face if every pair is a separate spring, otherwise an inner `None`; an outer `None` if a key
+/// has faults.
 fn pairs(
     section: &Section,
     issues: &mut Issues,
@@ -215,7 +216,7 @@ fn pairs(
     Some(Some(slices))
 }
 
-/// The springs of all slices, of both flanks of all pairs at once, have room beside each other.
+/// Checks that the springs of all slices, pairs and flanks are not too many.
 fn check_springs(
     section: &Section,
     issues: &mut Issues,

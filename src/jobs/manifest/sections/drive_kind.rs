@@ -11,7 +11,7 @@ pub(super) enum DriveKind {
     Rigid(Tier),
     /// Flexible shafts.
     Flexible,
-    /// Not understood; the tables are read all the same, so that their own faults show at once.
+    /// Not understood; the tables are still read, so that their faults are found as well.
     Faulty,
 }
 
@@ -31,7 +31,7 @@ impl DriveKind {
     }
 }
 
-/// Whether `model.kind` is this one.
+/// Whether `model.kind` is `name`.
 pub(super) fn is_kind(root: &Section, name: &str) -> bool {
     let model = root.entry("model").map(|entry| &entry.node);
     let kind = model.and_then(|model| model.entry("kind"));

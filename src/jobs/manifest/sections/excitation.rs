@@ -67,7 +67,7 @@ pub(super) fn read(
     Some(ExcitationSpec {
         table_harmonics: table_harmonics?,
         transmission_error: [errors?, of_gears.clone()?].concat(),
-        // An error of the teeth's places moves both flanks.
+        // An error of tooth positions moves both flanks.
         coast_transmission_error: of_coast?.map(|own| [own, of_gears.unwrap_or_default()].concat()),
         torque_ripple: [ripples?, curve?].concat(),
         imposed_motion: (motions?.into_iter())
@@ -81,7 +81,7 @@ pub(super) fn read(
     })
 }
 
-/// The harmonics of a stiffness, a list of tables; none where it is absent.
+/// The harmonics of a stiffness, a list of tables; empty if it is absent.
 pub(super) fn stiffness_harmonics(
     section: &Section,
     issues: &mut Issues,
@@ -102,14 +102,14 @@ pub(super) fn stiffness_harmonics(
     read.into_iter().collect()
 }
 
-/// The harmonics of a transmission error, a list of tables; none where it is absent.
+/// The harmonics of a transmission error, a list of tables; empty if it is absent.
 pub(super) fn harmonics(
     section: &Section,
     issues: &mut Issues,
     name: &str,
 ) -> Option<Vec<MeshHarmonic>> {
     let tables = section.tables(issues, name)?;
-    // Every table is read before any failure counts, so that all faults are found.
+    // Read every table before failing, so that all faults are found.
     let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
     read.into_iter().collect()
 }
@@ -122,20 +122,19 @@ fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     Some(MeshHarmonic::new(harmonic, amplitude?, phase?))
 }
 
-/// Teeth of a gear of the first mesh, where known.
+/// Number of teeth of a gear of the first mesh, if known.
 fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
     match source {
         StructureSource::Modal(own) if wheel => own.wheel_teeth,
         StructureSource::Modal(own) => Some(own.teeth),
-        // Gears on axes that cross have teeth, too.
+        // Gears on crossed axes have teeth, too.
         StructureSource::Train(train) => Some(train.pair.teeth[usize::from(wheel)]),
         drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),
     }
 }
 
-/// What the teeth of the two gears of a mesh lack by their number: errors of an order of a shaft, by the word `key` that says
-/// which gear of `names` it is. `teeth` says whose number of teeth is known; none where faults of the gears are reported
-/// already.
+/// Errors that rotate with the two gears of a mesh, as orders of their shafts. The word `key` names one of the gears
+/// `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears have already been reported.
 pub(super) fn errors_of_gears(
     section: &Section,
     issues: &mut Issues,
@@ -184,7 +183,7 @@ fn order(
     Some(MeshHarmonic { cycles, ..harmonic })
 }
 
-/// Deviations of the teeth of a gear, one each.
+/// Deviations of the teeth of a gear, one per tooth.
 fn deviations(
     table: &Section,
     issues: &mut Issues,
@@ -225,8 +224,8 @@ fn unknown_teeth(table: &Section, issues: &mut Issues, key: &str) {
     );
 }
 
-/// The orders of a shaft whose sum takes the values of the teeth, less their mean, one after the other: tooth n as
-/// mesh cycle n begins.
+/// The orders of a shaft whose sum has the values of the teeth, minus their mean, in sequence: tooth n at the start of
+/// mesh cycle n.
 fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
     let teeth = values.len();
     (1..=teeth / 2)
@@ -242,7 +241,7 @@ fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
             let weight = if 2 * order == teeth { 1.0 } else { 2.0 } / teeth as f64;
             let amplitude = weight * cos.hypot(sin);
             let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-            // What only round-off leaves is none.
+            // Smaller amplitudes are round-off.
             (amplitude > 1e-12 * largest).then(|| MeshHarmonic {
                 cycles: teeth as u32,
                 ..MeshHarmonic::new(order as u32, amplitude, (-sin).atan2(cos))
@@ -278,7 +277,7 @@ fn ripple(
 mod tests {
     use super::*;
 
-    /// The orders of a shaft take the values of its teeth less their mean, of an even and an odd number of teeth.
+    /// The orders of a shaft have the values of its teeth minus their mean, for even and odd numbers of teeth.
     #[test]
     fn orders_take_the_values_of_the_teeth() {
         for teeth in [1_u32, 2, 7, 20] {
@@ -306,7 +305,7 @@ mod tests {
         assert!(orders_of_teeth(&[3e-6; 12]).is_empty());
     }
 
-    /// Faults of the gears hide none of what is said of their errors.
+    /// Faults of the gears do not hide messages about their errors.
     #[test]
     fn errors_of_gears_are_read_beside_faults_of_the_gears() {
         let text = include_str!("../../../../manifests/quickstart.toml");

@@ -8,7 +8,7 @@ use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::MeshSpec;
 use crate::model::Film;
 
-/// Keys that a film excludes.
+/// Keys that cannot be combined with a film.
 const EXCLUDED: [Excluded; 2] = [
     (
         "run",
@@ -26,19 +26,19 @@ const EXCLUDED: [Excluded; 2] = [
     ),
 ];
 
-/// Reports what the film of a mesh excludes.
+/// Reports keys that cannot be combined with the film of a mesh.
 pub(super) fn check(root: &Section, issues: &mut Issues, mesh: Option<&MeshSpec>) {
     if mesh.is_some_and(|mesh| mesh.film.is_some()) {
         exclude(root, issues, &EXCLUDED, "not with a film of oil");
     }
 }
 
-/// Whether there is a film, which only the drawing of the gears determines.
+/// Whether there is a film, whose radii come from the drawing of the gears.
 pub(super) fn wants_gears(section: &Section) -> bool {
     section.has("film")
 }
 
-/// The film; an inner none where there is none, an outer one where something has faults, which have been reported.
+/// The film; an inner `None` without a film, an outer one if there are faults, which have been reported.
 pub(super) fn read(
     mesh: &Section,
     issues: &mut Issues,
@@ -113,7 +113,7 @@ mod tests {
     const QUICKSTART: &str = include_str!("../../../../manifests/quickstart.toml");
     const MODAL: &str = include_str!("../../../../tests/manifests/modal.toml");
 
-    /// A manifest with lines of `[mesh.film]`: its film, or what is said.
+    /// The film of a manifest with these lines of `[mesh.film]`, or the messages.
     fn film(manifest: &str, lines: &str) -> Result<Option<crate::model::Film>, String> {
         let folder = Path::new(concat!(
             env!("CARGO_MANIFEST_DIR"),

@@ -1,5 +1,5 @@
-//! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points. In the table of one gear of a train
-//! they have no `gear`, and both entries are that gear's.
+//! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points. In the table of one gear of a
+//! train they have no key `gear`, and both entries belong to that gear.
 
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -7,7 +7,7 @@ use crate::manifest::reader::Section;
 use crate::manifest::schema::draws_one_gear;
 use crate::numerics::point_course::{BetweenPoints, PointCourse};
 
-/// The profiles of both gears over their roll lengths; the drawing turns diameters into them.
+/// The profiles of both gears over their roll lengths, which the drawing computes from diameters.
 pub(super) fn profiles(
     section: &Section,
     issues: &mut Issues,
@@ -59,7 +59,7 @@ pub(super) fn leads(section: &Section, issues: &mut Issues) -> Option<[PointCour
     })
 }
 
-/// The courses of a list of tables, `places` reading those of one for a gear, 0 or 1.
+/// The courses of a list of tables. `places` reads the positions of a table for gear 0 or 1.
 fn courses(
     section: &Section,
     issues: &mut Issues,

@@ -11,14 +11,14 @@ use std::sync::Arc;
 /// Keys of the law.
 const OF_LAW: [&str; 3] = ["roughness", "oil_viscosity", "oil_factor"];
 
-/// Whether there may be friction, whose direction and law follow from the drawing of the gears.
+/// Whether there may be friction, which needs the drawing of the gears for its direction and law.
 pub(super) fn wants_gears(section: &Section) -> bool {
     let law = section.entry("friction_law").map(|entry| &entry.node.value);
     section.has("friction") || matches!(law, Some(Value::Text(law)) if law == "schlenk")
 }
 
-/// Where pairs slide over the mesh cycle, for friction that no table turns round; an inner none where nothing
-/// depends on it, an outer one where the drawing has faults or does not say it, which has been reported.
+/// Where pairs slide over the mesh cycle, for friction without a mesh table. An inner `None` if nothing depends on it;
+/// an outer one if the drawing has faults or does not determine it, which has been reported.
 pub(super) fn sliding(
     section: &Section,
     issues: &mut Issues,
@@ -61,7 +61,7 @@ pub(super) fn sliding(
     shared_as_long(section, issues, drawn, by_law.then_some(stiffness)).map(Some)
 }
 
-/// Pairs that share the load as long as a law of two levels says that two of them are in contact.
+/// Load sharing by two pairs during the part of the cycle that a two-level law gives.
 pub(super) fn shared_as_long(
     section: &Section,
     issues: &mut Issues,
@@ -83,7 +83,7 @@ pub(super) fn shared_as_long(
     })
 }
 
-/// Friction whose direction is not known.
+/// Reports friction of unknown direction.
 fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
     let key = if section.has("friction") { "friction" } else { "friction_law" };
     issues.push(
@@ -98,7 +98,7 @@ fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'st
     );
 }
 
-/// The friction; none where something of it has faults, or the drawing has, which have been reported.
+/// The friction; `None` if it or the drawing has faults, which have been reported.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,

@@ -1,4 +1,4 @@
-//! `[gear]`: the pair as its drawing gives it.
+//! `[gear]`: the pair according to its drawing.
 
 use super::flank_points;
 use crate::gear::{
@@ -9,8 +9,8 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use std::f64::consts::FRAC_PI_2;
 
-/// Widths, in thicknesses of a tooth on its reference circle, above which a face is held from widening: a usual
-/// bound of cantilever plates.
+/// Ratio of face width to tooth thickness on the reference circle above which a face cannot widen: a usual bound of
+/// cantilever plates.
 const WIDE: f64 = 5.0;
 
 pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
@@ -84,8 +84,7 @@ fn form(
     })
 }
 
-/// What the drawing of one gear of a train says of its teeth, for both gears of a pair alike. `pair` is one of two such
-/// gears.
+/// The teeth in the drawing of one gear of a train, for both gears of a pair alike. `pair` has two such gears.
 pub(super) fn of_one(
     section: &Section,
     issues: &mut Issues,
@@ -152,16 +151,16 @@ fn shape(
     })
 }
 
-/// Where the faces of both gears are.
+/// The common face of both gears.
 #[derive(Debug, Clone, Copy)]
 struct CommonFace {
     width: f64,
-    /// From the middle of the bodies.
+    /// Position from the middle of the bodies.
     middle: f64,
     overhang: [FaceOverhang; 2],
 }
 
-/// The stretch that both faces have.
+/// The common part of both faces.
 fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
     let widths = section.one_or_pair(issues, "face_width");
     let offsets = section.one_or_pair_or_default(issues, "face_offset");
@@ -197,8 +196,7 @@ fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
     })
 }
 
-/// The plane state, which follows the width of the face where it is not given: teeth that are narrow against
-/// their thickness are free to widen.
+/// The plane state. By default it depends on the face width: narrow teeth are free to widen.
 fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Option<Plane> {
     if section.has("plane") {
         return Some(match section.choice(issues, "plane")? {
@@ -210,12 +208,12 @@ fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Op
     Some(plane_of(module, width))
 }
 
-/// That of teeth of a module \[m\] and a face width \[m\].
+/// The plane state of teeth with this module \[m\] and face width \[m\].
 pub(super) fn plane_of(module: f64, width: f64) -> Plane {
     if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }
 
-/// Tells of a length without a hub, where there may be one.
+/// Reports a length without a hub, in tables that may have a hub.
 pub(super) fn hub_is_whole(section: &Section, issues: &mut Issues) {
     if !section.has("hub_diameter") {
         section.without_effect(
@@ -227,7 +225,7 @@ pub(super) fn hub_is_whole(section: &Section, issues: &mut Issues) {
     }
 }
 
-/// Hubs and webs; none where a key has faults.
+/// Hubs and webs; `None` if a key has faults.
 fn bodies(
     section: &Section,
     issues: &mut Issues,
@@ -341,8 +339,8 @@ fn modification(
     }))
 }
 
-/// A drawing that says more of its teeth must be a pair that runs; of one that runs in spite of undercut teeth it is
-/// warned. Bodies are judged where their compliance is asked for.
+/// Checks a drawing: it must be a pair that runs if it has optional keys. Warns of undercut teeth in a pair that runs.
+/// Bodies are checked where their compliance is needed.
 fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
@@ -403,7 +401,7 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
     None
 }
 
-/// Undercut below the contact changes no load, and weakens the root.
+/// Undercut below the contact does not change the load, but weakens the root.
 fn warn_of_undercut(
     section: &Section,
     issues: &mut Issues,

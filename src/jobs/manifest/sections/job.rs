@@ -3,14 +3,14 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
-/// What `[job]` holds.
+/// The contents of `[job]`.
 #[derive(Debug)]
 pub(in crate::manifest) struct JobHead {
     pub name: String,
     pub seed: u64,
 }
 
-/// Longest name; results folders carry it, with suffixes, on every file system.
+/// Longest name; every file system must accept it, with suffixes, as a results folder.
 const MAX_NAME: usize = 100;
 
 pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<JobHead> {

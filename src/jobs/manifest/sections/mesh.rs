@@ -18,11 +18,11 @@ use std::sync::Arc;
 /// Keys of the two-level law.
 const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 
-/// A transition this close to a segment's border, in segments, stands on it: only
-/// rounding in `contact_ratio − 1` put it elsewhere.
+/// A transition this close to a segment's border, in segments, lies on it: the difference is round-off in
+/// `contact_ratio − 1`.
 const ON_BORDER: f64 = 1e-9;
 
-/// Keys that only a table of the gears gives a meaning to.
+/// Keys that only have a meaning with a mesh table.
 const OF_TABLES: [&str; 6] = [
     "misalignment",
     "shaft_tilt",
@@ -32,8 +32,8 @@ const OF_TABLES: [&str; 6] = [
     "slices",
 ];
 
-/// Whether a mesh takes its stiffness from the drawing of the gears: `continuous` does where no
-/// key of the two-level law is given.
+/// Whether a mesh takes its stiffness from the drawing of the gears; `continuous` does unless it has a key of the
+/// two-level law.
 pub(super) fn wants_gears(section: &Section) -> bool {
     let law = section.has("mean_stiffness") || LAW[..2].iter().any(|key| section.has(key));
     match section.entry("stiffness").map(|entry| &entry.node.value) {
@@ -121,7 +121,7 @@ fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
         .map(StiffnessSpec::Constant)
 }
 
-/// A mean and harmonics that leave something of it everywhere.
+/// A mean and harmonics whose sum stays positive.
 fn fourier(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
     let others = [LAW.as_slice(), &["values"]].concat();
     section.without_effect(
@@ -197,14 +197,13 @@ fn levels(mean: f64, contact_ratio: f64, drop: f64) -> TwoLevels {
     }
 }
 
-/// The border of a segment on which a place, in segments, stands.
+/// The border of a segment at this position, in segments, if it lies on one.
 fn on_border(place: f64) -> Option<f64> {
     let border = place.round();
     ((place - border).abs() < ON_BORDER).then_some(border)
 }
 
-/// The two-level law on equal segments; one that straddles the transition has the average
-/// over its width.
+/// The two-level law on equal segments; a segment that contains the transition has the average over its width.
 fn on_segments(law: TwoLevels, segments: u64) -> Arc<[f64]> {
     let exact = law.transition * segments as f64;
     let transition = on_border(exact).unwrap_or(exact);

@@ -50,13 +50,13 @@ use drive_kind::DriveKind;
 pub(super) use job::read as read_job;
 pub(super) use runup::read as read_run_up;
 
-/// Whether a tier feels a key of `[shafts]` or of one shaft.
+/// Whether a key of `[shafts]` or of one shaft has an effect in a tier.
 pub(super) fn feels(tier: Tier, key: &str) -> bool {
     unfelt::feels(DriveKind::Rigid(tier), key)
 }
 
 impl Variant {
-    /// Shares with another whatever is equal.
+    /// Shares equal parts with another variant.
     pub(super) fn share(&mut self, other: &Self) {
         if self.mesh.stiffness == other.mesh.stiffness {
             self.mesh.stiffness = other.mesh.stiffness.clone();
@@ -73,18 +73,18 @@ fn share<T: PartialEq>(own: &mut Arc<T>, other: &Arc<T>) {
     }
 }
 
-/// What outlives one pass over the tree, so that the points of a grid share it.
+/// State beyond one pass over the tree, so that the points of a grid share it.
 #[derive(Debug)]
 pub(super) struct Context<'a> {
-    /// Relative paths in the manifest start here.
+    /// Start of relative paths in the manifest.
     pub base_dir: &'a Path,
-    /// Modal files read so far; `None` for one with faults, already reported.
+    /// Modal files read so far; `None` for a faulty one, which has been reported.
     pub modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
-    /// Housing files, likewise.
+    /// Housing files, in the same way.
     pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
-    /// Files of torque curves, likewise: angles \[rad\] and torques \[N m\].
+    /// Files of torque curves, in the same way: angles \[rad\] and torques \[N m\].
     pub torque_curves: HashMap<PathBuf, Option<Vec<[f64; 2]>>>,
-    /// The last drive: points that differ in nothing structural share it.
+    /// The last drive, which points of the same structure share.
     pub last_drive: Option<StructureSource>,
 }
 
@@ -99,7 +99,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The last drive where this one is equal to it.
+    /// The last drive if this one equals it.
     fn shared(&mut self, source: StructureSource) -> StructureSource {
         let shared = match &self.last_drive {
             Some(last) if *last == source => last.clone(),
@@ -110,7 +110,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Reads every table but `[job]` and `[grid]`; `None` when anything was wrong.
+/// Reads every table except `[job]` and `[grid]`; `None` if there was a fault.
 pub(super) fn resolve(
     root: &Section,
     issues: &mut Issues,
@@ -153,11 +153,11 @@ pub(super) fn resolve(
     })
 }
 
-/// The table `[mesh]`, which must be there.
+/// The required table `[mesh]`.
 fn flanks(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) -> Option<MeshSpec> {
     let drawn = model.and_then(|model| model.source.gears());
     root.required_child(issues, "mesh").and_then(|section| {
-        // A modal file has no drawing of its own; what it would be needed for brings it in.
+        // A modal file has no drawing; `[gear]` is read if a part of the mesh needs it.
         let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
         let drive = Surroundings {
             gears: gears.as_ref(),

@@ -18,7 +18,7 @@ pub(super) fn read(
     })
 }
 
-/// One number a retained mode.
+/// One number per retained mode.
 pub(super) fn modal_vector(
     state: &Section,
     issues: &mut Issues,

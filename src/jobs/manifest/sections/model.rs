@@ -1,4 +1,4 @@
-//! `[model]`: where the structure comes from, and how many of its modes are kept.
+//! `[model]`: the source of the structure, and the number of its retained modes.
 
 use super::drive_kind::{DriveKind, is_kind};
 use super::shafts::{Elastic, ShaftSet};
@@ -11,7 +11,7 @@ use crate::manifest::{modal_file, modal_keys};
 use crate::shaft::{FlexibleDrive, RigidDrive, Tier, TrainDrive};
 use std::sync::Arc;
 
-/// Modes of flexible shafts where the manifest does not say.
+/// Default number of modes of flexible shafts.
 const DEFAULT_MODES: usize = 40;
 
 /// Every drive has two rigid rotations: the neutral one and the relative one.
@@ -89,7 +89,7 @@ fn drive(
     })
 }
 
-/// A train of `[train]`.
+/// The model of a train.
 fn of_train(
     root: &Section,
     section: &Section,
@@ -132,7 +132,7 @@ fn of_train(
     })
 }
 
-/// The drive that the tables describe; none of a faulty kind.
+/// The drive that the tables describe; `None` for a faulty kind.
 fn source(
     kind: DriveKind,
     gears: GearPair,
@@ -209,7 +209,7 @@ fn modal(
     })
 }
 
-/// Whether `[mesh]` takes its stiffness, its friction or its film of oil from the drawing of the gears.
+/// Whether `[mesh]` takes its stiffness, friction or film of oil from the drawing of the gears.
 fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
     match root.child(issues, "mesh") {
         Child::Present(section) => mesh::wants_gears(&section) || beside_mesh(&section),
@@ -217,18 +217,18 @@ fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
     }
 }
 
-/// Whether friction, a film of oil or a fault of a tooth needs the drawing.
+/// Whether friction, a film of oil or a tooth fault needs the drawing.
 fn beside_mesh(mesh: &Section) -> bool {
     friction::wants_gears(mesh) || film::wants_gears(mesh) || tooth_fault::wants_gears(mesh)
 }
 
-/// The drawing that a mesh table, the law of friction or a film of oil needs where the structure comes from a modal file.
+/// The drawing for a mesh table, the law of friction or a film of oil if the structure comes from a modal file.
 pub(super) fn gears_beside_modes(
     root: &Section,
     mesh: &Section,
     issues: &mut Issues,
 ) -> Option<GearPair> {
-    // That friction or a film lack their drawing is said where these are read.
+    // The readers of friction and film report a missing drawing.
     let needed = mesh::wants_gears(mesh) || beside_mesh(mesh) && root.has("gear");
     if !(is_kind(root, "modal") && needed) {
         return None;
@@ -237,8 +237,8 @@ pub(super) fn gears_beside_modes(
         .and_then(|section| gear::read(&section, issues))
 }
 
-/// Whether a drawing that is looked at is there; where it comes to no gears, it has faults, which have been reported.
-/// A `sound` train has no drawing where its gears are bevel gears.
+/// Whether there is a drawing that is used. If it gives no gears, it has faults, which have been reported. A `sound`
+/// train without a drawing has bevel gears.
 pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     let in_train = root.has("train") && !sound;
     if is_kind(root, "train") {
@@ -248,7 +248,7 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     root.has("gear") && looked_at || in_train
 }
 
-/// Modes kept: all of them by default, never more.
+/// Number of retained modes: all by default, never more.
 fn retained(
     section: &Section,
     issues: &mut Issues,
@@ -386,7 +386,7 @@ fn damping_overrides(
     complete.then_some(overrides)
 }
 
-/// A model must have at least as many freedoms as modes are asked of it.
+/// Checks that a model has at least as many freedoms as requested modes.
 fn check_freedoms(
     section: &Section,
     issues: &mut Issues,

@@ -1,9 +1,9 @@
-//! A table that may be absent.
+//! An optional table.
 
 use crate::manifest::diagnostic::Issues;
 use crate::manifest::reader::{Child, Section};
 
-/// `Some(None)` when absent, `None` when faulty.
+/// `Some(None)` if absent, `None` if faulty.
 pub(super) fn optional<T>(
     section: &Section,
     issues: &mut Issues,

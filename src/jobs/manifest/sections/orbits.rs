@@ -1,4 +1,4 @@
-//! `[analyses.orbits]`: which periodic orbits are sought.
+//! `[analyses.orbits]`: the periodic orbits to be searched for.
 
 use super::modal_state;
 use crate::analysis::OrbitConfig;
@@ -16,7 +16,7 @@ pub(super) fn read(
     let floquet = table.boolean_or_default(issues, "floquet");
     let returns = table.integer_or_default(issues, "returns");
     let states = table.tables(issues, "states").map(|tables| {
-        // Every state is read before any failure counts, so that all faults are found.
+        // Read every state before failing, so that all faults are found.
         let read: Vec<_> = tables
             .iter()
             .map(|state| modal_state::read(state, issues, retained))

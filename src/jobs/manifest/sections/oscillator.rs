@@ -1,4 +1,4 @@
-//! What stands for `[mesh]` where a modal file has no mesh: flanks that no motion reaches, and a scale of lengths.
+//! The substitute for `[mesh]` if a modal file has no mesh: flanks that are out of reach, and a scale of lengths.
 
 use super::Context;
 use super::drive_kind::is_kind;
@@ -12,7 +12,7 @@ use crate::manifest::tree::{Node, Value};
 use crate::model::Release;
 use crate::structure::ModalStructure;
 
-/// Whether the modal file of a manifest has no mesh. It must have been read.
+/// Whether the modal file of a manifest has no mesh. The file must have been read.
 pub(super) fn is_one(root: &Section, context: &Context) -> bool {
     let model = root
         .entry("model")
@@ -30,7 +30,8 @@ pub(super) fn is_one(root: &Section, context: &Context) -> bool {
             .is_some_and(lacks)
 }
 
-/// What stands for the mesh of an oscillator; none where `[mesh]` is given or nothing gives a length, reported.
+/// The substitute for an oscillator's mesh; `None` if `[mesh]` is given or nothing determines a length, which is
+/// reported.
 pub(super) fn mesh(
     root: &Section,
     issues: &mut Issues,
@@ -86,7 +87,7 @@ pub(super) fn mesh(
     Some(mesh.measured_by(length))
 }
 
-/// The largest gap of a contact or static deflection by a harmonic load \[m\].
+/// The largest gap of a contact, or static deflection by a harmonic load \[m\].
 fn own_length(structure: &ModalStructure) -> f64 {
     let gaps = structure
         .contacts
@@ -106,8 +107,8 @@ fn own_length(structure: &ModalStructure) -> f64 {
     gaps.chain(loads).fold(0.0, f64::max)
 }
 
-/// A stiffness along the displacement shown that gives distances of states the frequency of the lowest elastic mode, or
-/// that of a contact where all modes are rigid \[N/m\].
+/// A stiffness along the displayed displacement, as a scale for distances of states \[N/m\]. It gives the frequency of
+/// the lowest elastic mode; if all modes are rigid, it is the stiffness of a contact.
 fn stiffness(structure: &ModalStructure) -> f64 {
     let square: f64 = structure.mesh.iter().map(|w| w * w).sum();
     let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);

@@ -1,4 +1,4 @@
-//! `[analyses.poincare]`: where samples are taken.
+//! `[analyses.poincare]`: the section for samples.
 
 use super::modal_state::modal_vector;
 use super::optional::optional;
@@ -6,7 +6,7 @@ use crate::analysis::{PoincareConfig, Section as PoincareSection, Surface};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
-/// Poincaré samples kept where the strobe has as many.
+/// Default number of kept samples of a strobe, if it has as many.
 const MOST_SAMPLES: usize = 200;
 
 pub(super) fn read(
@@ -40,7 +40,7 @@ fn section(
     retained: Option<usize>,
 ) -> Option<PoincareSection> {
     let name = table.choice_or_default(issues, "section");
-    // Of an unknown section phase and surface are looked at all the same: all faults at once.
+    // For an unknown section, phase and surface are still read, so that all faults are found.
     let phase = match name {
         None | Some("strobe") => table.quantity_or_default(issues, "phase"),
         Some(_) => None,
@@ -79,7 +79,7 @@ fn section(
     })
 }
 
-/// Coefficients that are not given are 0, but one at least is not.
+/// Absent coefficients are 0, but at least one must not be.
 fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Surface> {
     let mut coefficients = |name: &str| {
         if table.has(name) {
@@ -118,7 +118,7 @@ fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Opt
     })
 }
 
-/// A strobe has one sample a mesh cycle; the other sections have none or several.
+/// A strobe has one sample per mesh cycle; the other sections have none or several.
 fn samples(
     table: &Section,
     issues: &mut Issues,

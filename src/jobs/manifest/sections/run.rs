@@ -1,4 +1,4 @@
-//! `[run]`: how long, with which kernel, from which state.
+//! `[run]`: number of cycles, kernel and initial state.
 
 use super::modal_state;
 use crate::analysis::Effort;
@@ -11,7 +11,7 @@ use crate::model::InitialState;
 use crate::propagate::{KernelChoice, KernelSetting};
 use std::collections::BTreeSet;
 
-/// Mesh cycles of the audit where as many are measured.
+/// Number of mesh cycles of the audit, if as many are measured.
 const AUDIT_CYCLES: u64 = 20;
 
 pub(super) fn read(
@@ -61,7 +61,7 @@ pub(super) fn read(
     })
 }
 
-/// Cycles measured at most where a stop rule ends a point, and where none does.
+/// Default limit of measured cycles, with and without a stop rule.
 fn default_cycles(root: &Section) -> u64 {
     const STOPPED: [&str; 2] = [
         "analyses.lyapunov.stop_at_stderr",
@@ -74,7 +74,7 @@ fn default_cycles(root: &Section) -> u64 {
     }
 }
 
-/// `instructions`: what the processor has, or what every processor has.
+/// `instructions`: those of this processor, or those of every processor.
 fn portable(
     section: &Section,
     issues: &mut Issues,
@@ -127,7 +127,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
             }
         }
         None => {
-            // Whether it counts is open; its own fault shows all the same.
+            // The key may have no effect; its faults are still reported.
             section.integer_or_default(issues, "steps");
             return None;
         }

@@ -31,7 +31,7 @@ const LOAD_POINTS: ListOf = ListOf {
     header: "speed [rpm],torque [N m]",
 };
 
-/// The section, `Some(None)` where there is none; `None` where it is faulty. Relative paths start at `base_dir`.
+/// The section; `Some(None)` if there is none, `None` if it is faulty. Relative paths start at `base_dir`.
 pub(in crate::manifest) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -75,7 +75,7 @@ struct Course {
     load: Option<RunUpLoad>,
 }
 
-/// They are given as lines, or through points.
+/// Speed and load, each as a line or through points.
 fn course(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<Course> {
     let exclusive = [["points", "speed"], ["load_points", "load"]];
     for [list, line] in exclusive {
@@ -159,7 +159,7 @@ fn line(section: &Section, issues: &mut Issues) -> Option<PointCourse> {
     Some(PointCourse::line([0.0, from], [duration?, to]))
 }
 
-/// The load beside the points; `Some(None)` for that of the operating point.
+/// The load from its own keys; `Some(None)` for the load of the operating point.
 fn load(
     section: &Section,
     issues: &mut Issues,
@@ -194,7 +194,7 @@ fn load(
     }))
 }
 
-/// The course of one column over another, of which a place is 0.
+/// The course of one column over another; the position `zero` becomes 0.
 fn through(over: &Quantities, values: &Quantities, zero: f64) -> PointCourse {
     let pairs = over.values.iter().zip(&values.values);
     PointCourse {

@@ -1,9 +1,9 @@
-//! `[shafts]`: material, stations, bearings, pedestals and end inertias. What both shafts
-//! share stands in `[shafts]`; `[shafts.pinion]` and `[shafts.wheel]` override it.
+//! `[shafts]`: material, stations, bearings, pedestals and end inertias. `[shafts]` has the keys that both shafts
+//! share; `[shafts.pinion]` and `[shafts.wheel]` override them.
 //!
-//! The tables draw a machine; the model kind says what of it may move. A kind reads what it
-//! needs and checks whatever else is there, so that `model.kind` alone takes a drive from tier
-//! to tier. Pedestals are the exception: they stand only where they are felt.
+//! The tables describe a machine; the model kind selects the motions. A kind reads the keys that it needs and checks
+//! the others, so that changing `model.kind` alone changes the tier. Only pedestals must be absent if they have no
+//! effect.
 
 use super::drive_kind::DriveKind;
 use super::unfelt::feels;
@@ -21,7 +21,7 @@ pub(super) struct ShaftSet {
     pub elastic: Option<Elastic>,
 }
 
-/// What makes shafts flexible, and how finely they are divided.
+/// The data of flexible shafts, and the size of their elements.
 pub(super) struct Elastic {
     pub young_modulus: f64,
     pub shear_modulus: f64,
@@ -49,8 +49,8 @@ pub(super) fn read(
     })
 }
 
-/// Moduli and elements: checked wherever they stand. The outer `None` is a fault, the inner
-/// one an incomplete set.
+/// Moduli and elements, which are checked even if they have no effect. The outer `None` is a fault, the inner one an
+/// incomplete set.
 fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Option<Elastic>> {
     let wanted = |key: &str| feels(kind, key) || section.has(key);
     let mut modulus = |key: &str| {
@@ -84,7 +84,7 @@ fn elements(section: &Section, issues: &mut Issues) -> Option<[usize; 3]> {
     Some([overhang.ok()?, first.ok()?, second.ok()?])
 }
 
-/// `ν = E/2G − 1` must lie in (−1, 1/2], else one of the two has a slip in it.
+/// `ν = E/2G − 1` must be in (−1, 1/2], otherwise one of the moduli is wrong.
 fn check_moduli(section: &Section, issues: &mut Issues, young: f64, shear: f64) -> Option<()> {
     let poisson = young / (2.0 * shear) - 1.0;
     if poisson <= 0.5 {
@@ -105,7 +105,7 @@ fn check_moduli(section: &Section, issues: &mut Issues, young: f64, shear: f64) 
     None
 }
 
-/// One shaft and what its bearings stand on.
+/// One shaft and the supports of its bearings.
 fn shaft(
     shared: &Section,
     issues: &mut Issues,
@@ -122,7 +122,7 @@ fn shaft(
     let mut either = |key: &str| {
         let section = if own.has(key) { &own } else { shared };
         if own.has(key) && shared.has(key) {
-            // A value that this shaft does not take is checked all the same.
+            // An overridden value is still checked.
             _ = shared.quantity(issues, key);
         }
         section.quantity(issues, key)
@@ -132,7 +132,7 @@ fn shaft(
     let gear_position = if feels(kind, place) || own.has(place) || shared.has(place) {
         either(place)
     } else {
-        // Nothing feels where it stands.
+        // The position has no effect.
         Some(0.5)
     };
     let bearings = bearings(shared, &own, issues, kind);
@@ -184,15 +184,14 @@ fn shaft(
     Some((shaft, pedestals?))
 }
 
-/// A table that both shafts share, and one of a shaft that overrides it key by key.
+/// A table that both shafts share, and a table of one shaft that overrides it key by key.
 struct Layers<'t> {
     common: Section<'t>,
     special: Option<Section<'t>>,
 }
 
 impl<'t> Layers<'t> {
-    /// The layers of one name. The outer `None` is a fault; the inner one stands for a table
-    /// that is in neither and not required.
+    /// The layers of one name. The outer `None` is a fault; the inner one is an optional table that is in neither.
     fn read(
         shared: &Section<'t>,
         own: &Section<'t>,
@@ -217,7 +216,7 @@ impl<'t> Layers<'t> {
         Some(Some(Self { common, special }))
     }
 
-    /// Where a key is read.
+    /// The layer with a key.
     fn of(&self, key: &str) -> &Section<'t> {
         match &self.special {
             Some(special) if special.has(key) => special,
@@ -225,7 +224,7 @@ impl<'t> Layers<'t> {
         }
     }
 
-    /// What `read` makes of a key; a value that this shaft does not take is checked all the same.
+    /// The result of `read` for a key; an overridden value is still checked.
     fn value<T>(&self, key: &str, mut read: impl FnMut(&Section<'t>) -> Option<T>) -> Option<T> {
         let section = self.of(key);
         if self.special.as_ref().is_some_and(|own| own.has(key)) && self.common.has(key) {
@@ -234,7 +233,7 @@ impl<'t> Layers<'t> {
         read(section)
     }
 
-    /// Both bearings' values of a key.
+    /// The values of a key for both bearings.
     fn both(&self, issues: &mut Issues, key: &str) -> Option<[f64; 2]> {
         self.value(key, |section| section.one_or_pair(issues, key))
     }
@@ -296,7 +295,7 @@ fn bearings(
     }))
 }
 
-/// What both bearings stand on; the outer `None` is a fault.
+/// The supports of both bearings; the outer `None` is a fault.
 fn pedestals(
     shared: &Section,
     own: &Section,

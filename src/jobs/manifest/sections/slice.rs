@@ -1,11 +1,10 @@
-//! `[analyses.multistability.slice]`: a plane of initial states, along two modes or the phase plane of
-//! one.
+//! `[analyses.multistability.slice]`: a plane of initial states, along two modes or in the phase plane of one.
 
 use crate::analysis::{SliceConfig, SliceOf};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
-/// Whether the mesh feels its modes shows only once the structure is known.
+/// Reads the table. Whether the mesh excites its modes is checked when the structure is known.
 pub(super) fn read(
     table: &Section,
     issues: &mut Issues,
@@ -28,7 +27,7 @@ pub(super) fn read(
     })
 }
 
-/// Modes counted from 1, what is varied, and the speed of a phase plane.
+/// Modes counted from 1, the varied quantities, and the speed of a phase plane.
 type Modes = ([u64; 2], SliceOf, Option<f64>);
 
 /// The phase plane of a mode.
@@ -78,7 +77,7 @@ fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -
     Some((modes, of, None))
 }
 
-/// The modes, where all are retained.
+/// The modes, if all are retained.
 fn retained_mode(
     table: &Section,
     issues: &mut Issues,

@@ -1,11 +1,11 @@
-//! What springs of pairs on slices of the face do not go with.
+//! What cannot be combined with springs of pairs on slices of the face?
 
 use crate::gear::CycleDivision;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{MeshSpec, ModelSpec, StiffnessSpec};
 
-/// Records that springs on several lines cannot share the residual flexibility of modes that are left out.
+/// Records that springs on several lines cannot share the residual flexibility of omitted modes.
 pub(super) fn check_reduction(
     root: &Section,
     issues: &mut Issues,

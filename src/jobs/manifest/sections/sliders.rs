@@ -1,10 +1,10 @@
-//! What can a drive with dry sliders or rigid stops not have?
+//! What cannot be combined with dry sliders or rigid stops?
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::ModelSpec;
 
-/// A key that is excluded: table, key, values of the key (none for all), why, what to do.
+/// An excluded key: table, key, excluded values (empty for all), reason, remedy.
 pub(super) type Excluded = (
     &'static str,
     &'static str,
@@ -13,7 +13,7 @@ pub(super) type Excluded = (
     &'static str,
 );
 
-/// Keys that sliders exclude.
+/// Keys that cannot be combined with sliders.
 const EXCLUDED: [Excluded; 3] = [
     (
         "run",
@@ -38,7 +38,7 @@ const EXCLUDED: [Excluded; 3] = [
     ),
 ];
 
-/// Keys that rigid stops exclude.
+/// Keys that cannot be combined with rigid stops.
 const EXCLUDED_BY_STOPS: [Excluded; 3] = [
     (
         "run",
@@ -63,7 +63,7 @@ const EXCLUDED_BY_STOPS: [Excluded; 3] = [
     ),
 ];
 
-/// Reports what the sliders and the rigid stops of a model exclude.
+/// Reports keys that cannot be combined with the sliders and rigid stops of a model.
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
     if sliders > 0 {
@@ -81,7 +81,7 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
     }
 }
 
-/// Reports which of the excluded keys are given.
+/// Reports the given ones among excluded keys.
 pub(super) fn exclude(root: &Section, issues: &mut Issues, keys: &[Excluded], label: &str) {
     for &(table, key, values, why, remedy) in keys {
         let Child::Present(section) = root.child(issues, table) else {

@@ -1,4 +1,4 @@
-//! `[[mesh.tooth_fault]]`: single teeth unlike the others.
+//! `[[mesh.tooth_fault]]`: single teeth that differ from the others.
 
 use super::backlash::Surroundings;
 use super::friction::shared_as_long;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The key.
 const KEY: &str = "tooth_fault";
 
-/// Refuses something of the table `[mesh]`.
+/// Reports a fault of the key in `[mesh]`.
 fn refuse(mesh: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
     let (span, path) = (mesh.span_of(KEY), mesh.path_of(KEY));
     let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, message);
@@ -24,8 +24,8 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
     mesh.has(KEY)
 }
 
-/// The teeth; an inner none where all are alike, an outer one where something has faults, which have been reported. `laws` are
-/// the stiffness and where the coast flanks touch.
+/// The teeth; an inner `None` if all are alike, an outer one if there are faults, which have been reported. They depend
+/// on the stiffness and on the line of contact of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
     issues: &mut Issues,
@@ -91,7 +91,7 @@ pub(super) fn read(
     Some(Some(Arc::new(teeth)))
 }
 
-/// When pairs touch, and the phase about which coast flanks are mirror images.
+/// The times at which pairs touch, and the phase about which coast flanks are mirror images.
 fn drawn(gears: &GearPair) -> Result<(EvenSharing, f64), GearError> {
     Ok((EvenSharing::new(gears)?, gears.symmetry()?))
 }

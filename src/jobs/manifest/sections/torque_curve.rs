@@ -21,7 +21,7 @@ const POINTS: ListOf = ListOf {
     header: "angle [deg],torque [N m]",
 };
 
-/// Its harmonics; none where there is no curve.
+/// The harmonics of the curve; empty without a curve.
 pub(super) fn read(
     excitation: &Section,
     issues: &mut Issues,
@@ -80,7 +80,7 @@ pub(super) fn read(
     Some(curve.harmonics(u32::try_from(harmonics?).ok()?))
 }
 
-/// Angles and torques; a file is read once a job.
+/// Angles and torques; a file is read once per job.
 fn points_of(entry: &Entry, issues: &mut Issues, context: &mut Context) -> Option<Vec<[f64; 2]>> {
     let path = match &entry.node.value {
         Value::Text(name) => Some(context.base_dir.join(name)),
@@ -110,7 +110,7 @@ fn pairs(entry: &Entry, issues: &mut Issues, context: &Context) -> Option<Vec<[f
     Some(pairs.map(|(angle, torque)| [*angle, *torque]).collect())
 }
 
-/// Nothing where a torque of the orders of a shaft cannot act on it, reported.
+/// `None` if a torque cannot act on the orders of a shaft, which is reported.
 pub(super) fn turns(
     table: &Section,
     issues: &mut Issues,

@@ -1,4 +1,4 @@
-//! `[train]`: the names in it looked up, everything else read by one file a part.
+//! `[train]`: finds the names in it; other files read its parts.
 
 mod housing;
 mod hubs;
@@ -15,10 +15,10 @@ use crate::manifest::slip;
 use crate::shaft::{TrainDrive, TrainError, TrainShaft};
 use parts::Parts;
 
-/// Parts of the motor's power add up to 1 within this.
+/// Tolerance for the sum of the motor's power shares, which must be 1.
 const POWER: f64 = 1e-9;
 
-/// Reads the table; `[model]` says how the modes are damped.
+/// Reads the table; `[model]` has the damping of the modes.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
@@ -86,7 +86,7 @@ pub(super) fn read(
     train.pair = parts.drawing(section, issues, &train, gears, "gears")?.0;
     train.bearing_load = bearing_load(section, issues, &train)?;
     train.meshes = joints::meshes(section, issues, &parts, &train)?;
-    // What the parts are together shows in the layout; it costs nothing.
+    // The layout checks the parts together; it is cheap.
     if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(issues, &tables, &train, place, &error),
@@ -98,14 +98,14 @@ pub(super) fn read(
     Some(train)
 }
 
-/// The fault of shafts and gears that are none together.
+/// The fault of shafts and gears that do not make a drive.
 fn no_train(section: &Section, error: &TrainError) -> Diagnostic {
     let kind = DiagnosticKind::Inconsistent;
     Diagnostic::new(kind, section.span, "train", error.to_string())
         .label("these shafts and gears do not form a train")
 }
 
-/// The load under which rolling bearings have their stiffness; `Some(None)` without such bearings.
+/// The load at which rolling bearings have their stiffness; `Some(None)` without such bearings.
 fn bearing_load(section: &Section, issues: &mut Issues, train: &TrainDrive) -> Option<Option<f64>> {
     if train.bearings().any(|bearing| bearing.rolling.is_some()) {
         return section
@@ -118,8 +118,8 @@ fn bearing_load(section: &Section, issues: &mut Issues, train: &TrainDrive) -> O
     Some(None)
 }
 
-/// The fault of a section of a shaft that takes too many elements, where its largest cause is: the longest element that
-/// is given, a length that no shaft has, or the diameter.
+/// The fault of a shaft's section with too many elements, at its largest cause: the given element length, an impossible
+/// length, or the diameter.
 fn too_fine(
     issues: &mut Issues,
     tables: &[Section],

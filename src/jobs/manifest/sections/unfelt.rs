@@ -1,5 +1,5 @@
-//! What of `[shafts]` a model kind does not feel: such keys may be left out, and an axis of the
-//! grid that varies one would make the same point again and again.
+//! Which keys of `[shafts]` have no effect in a model kind? Such keys may be omitted, and a grid axis that varies one
+//! would repeat the same point.
 
 use super::drive_kind::DriveKind;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -7,11 +7,10 @@ use crate::manifest::reader::Section;
 use crate::manifest::tree::Value;
 use crate::shaft::Tier;
 
-/// Keys of `[shafts]`, or of one shaft, that a kind does not feel; a table stands for all of
-/// its keys.
+/// Keys of `[shafts]`, or of one shaft, that have no effect in a kind; a table means all of its keys.
 fn unfelt(kind: DriveKind) -> &'static [&'static str] {
     match kind {
-        // Of a faulty kind nothing is asked that any kind can do without.
+        // For a faulty kind, only keys that every kind needs are required.
         DriveKind::Rigid(Tier::Torsional) | DriveKind::Faulty => &[
             "young_modulus",
             "shear_modulus",
@@ -39,7 +38,7 @@ fn unfelt(kind: DriveKind) -> &'static [&'static str] {
     }
 }
 
-/// Whether a kind feels a key of `[shafts]` or of one shaft.
+/// Whether a key of `[shafts]` or of one shaft has an effect in a kind.
 pub(super) fn feels(kind: DriveKind, key: &str) -> bool {
     !unfelt(kind).iter().any(|table| {
         let rest = key.strip_prefix(table);

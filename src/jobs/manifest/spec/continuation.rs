@@ -1,32 +1,32 @@
-//! What orbits are followed over, and how.
+//! Parameters and settings for following orbits.
 
 use crate::analysis::continuation::explore::GivenState;
 
-/// What `[continuation]` asks for.
+/// The contents of `[continuation]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContinuationSpec {
     /// The axis that orbits are followed over, an index into [`Job::axes`](crate::manifest::Job::axes).
     pub over: usize,
-    /// The axis that bifurcations are followed over besides.
+    /// A second axis over which bifurcations are followed.
     pub second: Option<usize>,
     /// Whether bifurcations of unstable orbits are followed over both axes, too.
     pub all_curves: bool,
-    /// Values of the axis at which orbits are sought.
+    /// Number of values of the axis at which orbits are searched for.
     pub starts: usize,
-    /// Cycles before returns are looked at.
+    /// Cycles before the search for returns.
     pub transient: u64,
-    /// Cycles among which they are looked for.
+    /// Cycles of the search for returns.
     pub cycles: u64,
     /// Longest period \[mesh cycles\].
     pub longest_period: u32,
-    /// Newton searches for each period.
+    /// Number of Newton searches for each period.
     pub guesses: usize,
-    /// Most orbits of a branch, either way.
+    /// Largest number of orbits of a branch, in each direction.
     pub orbits: usize,
-    /// Most branches for each combination of the other axes.
+    /// Largest number of branches for each combination of the other axes.
     pub branches: usize,
-    /// Longest step, as a part of the axis's length.
+    /// Longest step, as a fraction of the axis's length.
     pub step: f64,
-    /// States to begin with.
+    /// Initial states.
     pub states: Vec<GivenState>,
 }

@@ -13,26 +13,25 @@ use std::sync::Arc;
 pub struct MeshSpec {
     /// Backlash half gap b \[m\], > 0.
     pub half_gap: f64,
-    /// Scale of lengths \[m\] of an oscillator, which has no flanks: the half gap is out of reach then.
+    /// Scale of lengths \[m\] of an oscillator, which has no flanks: its half gap is out of reach.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Stiffness over the mesh cycle.
     pub stiffness: StiffnessSpec,
     /// Contact damping.
     pub damping: DampingSpec,
-    /// Coulomb friction on the flank, which turns round at the pitch point.
+    /// Coulomb friction on the flank, which reverses at the pitch point.
     pub friction: FrictionSpec,
-    /// Where pairs slide over the mesh cycle; none without friction, and with a table, which says it itself.
+    /// Where pairs slide over the mesh cycle; `None` without friction, or with a table, which includes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sliding: Option<EvenSharing>,
-    /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
-    /// without a table.
+    /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0 without a table.
     pub misalignment: f64,
-    /// Where the coast flanks touch.
+    /// Line of contact of the coast flanks.
     pub coast: CoastSpec,
-    /// When contacts let go.
+    /// Rule for opening a closed contact.
     pub release: Release,
-    /// Teeth unlike the others, if any.
+    /// Teeth that differ from the others, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub teeth: Option<Arc<FaultyTeeth>>,
     /// The film of oil, if any.
@@ -41,12 +40,12 @@ pub struct MeshSpec {
 }
 
 impl MeshSpec {
-    /// What tolerances measure lengths by \[m\]: the half gap, or the scale of an oscillator.
+    /// The length scale of tolerances \[m\]: the half gap, or the scale of an oscillator.
     pub fn scale(&self) -> f64 {
         self.length.unwrap_or(self.half_gap)
     }
 
-    /// The same of an oscillator whose lengths are measured by this one \[m\]: no motion reaches its flanks.
+    /// The same mesh of an oscillator with this length scale \[m\]: its flanks are out of reach.
     pub fn measured_by(&self, length: f64) -> Self {
         Self {
             half_gap: OUT_OF_REACH * length,
@@ -59,9 +58,9 @@ impl MeshSpec {
 /// Coulomb friction coefficient μ_f.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum FrictionSpec {
-    /// One value \[1\].
+    /// A constant value \[1\].
     Constant(f64),
-    /// By the mean load and the speed of a point.
+    /// Depends on the mean load and the speed of a point.
     Mean {
         /// Oil and roughness.
         law: MeanFriction,
@@ -71,7 +70,7 @@ pub enum FrictionSpec {
 }
 
 impl FrictionSpec {
-    /// The one value \[1\]; none where a law gives it.
+    /// The constant value \[1\]; `None` for a law.
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(value) => Some(*value),
@@ -79,7 +78,7 @@ impl FrictionSpec {
         }
     }
 
-    /// Whether there is any.
+    /// Whether there is any friction.
     pub fn acts(&self) -> bool {
         self.constant() != Some(0.0)
     }
@@ -96,19 +95,19 @@ impl FrictionSpec {
     }
 }
 
-/// Along which line of action the coast flanks touch.
+/// The line of action of the coast flanks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum CoastSpec {
     /// That of the drive flanks, pushed from behind.
     SameLine,
-    /// Its mirror image, at the mesh phases that mirror those of the drive flanks.
+    /// Its mirror image, at mirrored mesh phases.
     Mirrored {
-        /// Mesh phase at which a tooth of the pinion stands on the line of centres, in cycles.
+        /// Mesh phase at which a tooth of the pinion is on the line of centres, in cycles.
         symmetry: f64,
     },
 }
 
-/// Places of a mesh cycle at which a Fourier series is looked at for its extremes.
+/// Number of phases at which extremes of a Fourier series are searched for.
 const FOURIER_PLACES: u32 = 4096;
 
 /// Stiffness over the mesh cycle.
@@ -116,12 +115,11 @@ const FOURIER_PLACES: u32 = 4096;
 pub enum StiffnessSpec {
     /// One value \[N/m\].
     Constant(f64),
-    /// Equal segments of the mesh cycle, one value each \[N/m\]. The two-level law
-    /// (`mean_stiffness`, `contact_ratio`, `single_pair_drop`, `segments`) is resolved to
-    /// this: double-pair level over the first `contact_ratio − 1` of the cycle, the
-    /// single-pair level `(1 − drop)` times it over the rest, with the given mean.
+    /// Equal segments of the mesh cycle, one value each \[N/m\]. The two-level law (`mean_stiffness`, `contact_ratio`,
+    /// `single_pair_drop`, `segments`) becomes this: the double-pair level over the first `contact_ratio − 1` of the
+    /// cycle, and `(1 − drop)` times this level over the rest, with the given mean.
     Piecewise(Arc<[f64]>),
-    /// The same law, its transition where it is and not on a segment's border.
+    /// The same law with the exact transition, not on a segment's border.
     Continuous(TwoLevels),
     /// A Fourier series: its mean \[N/m\] and its harmonics.
     Fourier(f64, Arc<[StiffnessHarmonic]>),
@@ -141,13 +139,13 @@ impl StiffnessSpec {
         }
     }
 
-    /// Whether pairs of teeth are springs of their own.
+    /// Whether pairs of teeth are separate springs.
     pub fn is_of_pairs(&self) -> bool {
         matches!(self, Self::Table(table) if matches!(table.division, CycleDivision::Pairs { .. }))
     }
 
-    /// Smallest and largest over the mesh cycle \[N/m\], of a Fourier series to a part in 10 000 of its
-    /// harmonics; of a table they are known when the table is made.
+    /// Smallest and largest stiffness over the mesh cycle \[N/m\]. For a Fourier series, the error is 1/10 000 of its
+    /// harmonics. `None` for a table, which is computed later.
     pub fn extremes(&self) -> Option<[f64; 2]> {
         let levels = match self {
             Self::Constant(value) => vec![*value],
@@ -168,7 +166,7 @@ impl StiffnessSpec {
         Some([pick(f64::min)?, pick(f64::max)?])
     }
 
-    /// Mean over the mesh cycle \[N/m\]; of a table it is known when the table is made.
+    /// Mean over the mesh cycle \[N/m\]; `None` for a table, which is computed later.
     pub fn mean(&self) -> Option<f64> {
         match self {
             Self::Constant(value) => Some(*value),
@@ -210,8 +208,8 @@ impl TwoLevels {
 /// Contact damping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum DampingSpec {
-    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes
-    /// (over all modes where there is no rigid mode).
+    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes (over all modes if there is no
+    /// rigid mode).
     Ratio(f64),
     /// The coefficient itself \[N s/m\].
     Coefficient(f64),

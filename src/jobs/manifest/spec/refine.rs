@@ -1,20 +1,20 @@
-//! How a plane of points is refined: what its corners are compared by.
+//! How is a plane of points refined, and by what are its corners compared?
 
 use crate::numerics::nested_grid::NestedGrid;
 use serde::Serialize;
 use strum::{IntoStaticStr, VariantArray};
 
-/// A plane whose cells are divided where their corners differ.
+/// A plane whose cells are divided if their corners differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refine {
-    /// Its places. Rows go along the first axis that has several values, columns along the second;
-    /// `point_id` is the number of a place.
+    /// Numbering of its places by `point_id`. Rows go along the first axis with several values, columns along the
+    /// second.
     pub nested: NestedGrid,
-    /// What is compared, each once, in the order of [`Criterion`].
+    /// Criteria of comparison, without repetition, in the order of [`Criterion`].
     pub by: Vec<Criterion>,
-    /// How far columns may differ, as a part of what they span over level 0.
+    /// Largest ignored difference of columns, as a fraction of their range over level 0.
     pub tolerance: f64,
-    /// Longest period \[mesh cycles\] that is told from others.
+    /// Longest period \[mesh cycles\] that is distinguished from others.
     pub longest_period: u32,
 }
 
@@ -26,7 +26,7 @@ impl Refine {
     }
 }
 
-/// What of two points is compared: a column of `points.parquet`, by its name.
+/// A criterion for comparing two points: a column of `points.parquet`, by name.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, IntoStaticStr, VariantArray,
 )]
@@ -45,17 +45,17 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// Its name in manifests and result files.
+    /// Name in manifests and result files.
     pub fn name(self) -> &'static str {
         self.into()
     }
 
-    /// Whether it is a number, which differs by more or less.
+    /// Whether it is a number, so that differences have a size.
     pub fn is_number(self) -> bool {
         !matches!(self, Self::Class | Self::Period)
     }
 
-    /// The analysis that it comes from, where it takes one.
+    /// The analysis that computes it, if it needs one.
     pub(in crate::manifest) fn analysis(self) -> Option<&'static str> {
         match self {
             Self::Class | Self::Period | Self::EventsPerCycle => None,

@@ -1,35 +1,35 @@
-//! What a run-up is, and what of it is recorded.
+//! A run-up, and the quantities that it records.
 
 use crate::analysis::Signals;
 use crate::analysis::run_up::LoadLaw;
 use crate::numerics::point_course::PointCourse;
 
-/// What `[runup]` asks for.
+/// The contents of `[runup]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpSpec {
     /// Speed of the pinion \[rad/s\] over the time since the start \[s\].
     pub speed: PointCourse,
-    /// The load; none for that of the operating point.
+    /// The load; `None` for that of the operating point.
     pub load: Option<RunUpLoad>,
-    /// Time at the first speed before \[s\].
+    /// Time at the first speed before the run-up \[s\].
     pub settle: f64,
-    /// Samples a second.
+    /// Samples per second.
     pub sample_rate: u32,
-    /// Revolutions of the pinion over which orders and levels are taken.
+    /// Revolutions of the pinion for each value of orders and levels.
     pub revolutions: u32,
-    /// Orders of the pinion's rotation; none for the first of the mesh.
+    /// Orders of the pinion's rotation; `None` for the first orders of the mesh.
     pub orders: Option<Vec<f64>>,
     /// Distance of lines of the spectrogram \[Hz\].
     pub frequency_step: u32,
-    /// What is recorded.
+    /// The recorded signals.
     pub signals: Signals,
 }
 
 /// The load of a run-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpLoad {
-    /// Its values.
+    /// Values.
     pub law: LoadLaw,
-    /// Whether they are torques of the pinion \[N m\] in place of fractions of the rated one.
+    /// Whether the values are torques on the pinion \[N m\] instead of fractions of the rated load.
     pub is_torque: bool,
 }

@@ -5,38 +5,39 @@ use crate::numerics::random::Stream;
 use serde::Serialize;
 use sobol_burley::{NUM_DIMENSIONS, sample};
 
-/// Most samples of a sequence: the crate has so many.
+/// Largest number of samples of a sequence, a limit of the crate.
 const MOST_SAMPLES: usize = 1 << 16;
 
-/// The random stream of the scramble: apart from those of points.
+/// The random stream of the scramble, distinct from those of points.
 const STREAM: [u64; 2] = [u64::MAX, 0x736f_626f];
 
-/// Half the spacing of the numbers that the sequence gives, 2⁻²³.
+/// Half the spacing of the numbers of the sequence, 2⁻²³.
 const HALF_STEP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Axes whose values are drawn from distributions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Samples {
-    /// Places of the axes in [`Job::axes`](crate::manifest::Job::axes), ascending, and how each is distributed.
+    /// Indices of the axes in [`Job::axes`](crate::manifest::Job::axes), ascending, each with its distribution.
     pub axes: Vec<(usize, Distribution)>,
-    /// How samples make rows.
+    /// How samples become rows.
     pub design: Design,
-    /// Samples of the sequence.
+    /// Number of samples of the sequence.
     pub count: usize,
 }
 
-/// How samples make rows.
+/// How samples become rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Design {
     /// One row per sample.
     Sobol,
-    /// For each sample a row of matrix A, the rows of A with one column from B, axis by axis, and the row of B: Saltelli et
-    /// al., Computer Physics Communications 181 (2010) 259–270, in the order of SALib (`calc_second_order=False`).
+    /// For each sample a row of matrix A, the rows of A with one column from B, axis by axis, and the row of B:
+    /// Saltelli et al., Computer Physics Communications 181 (2010) 259–270, in the order of SALib
+    /// (`calc_second_order=False`).
     Saltelli,
 }
 
 impl Design {
-    /// The word used in manifests and result files.
+    /// Name in manifests and result files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sobol => "sobol",
@@ -44,7 +45,7 @@ impl Design {
         }
     }
 
-    /// Rows per sample of so many axes.
+    /// Number of rows per sample of `axes` axes.
     pub fn rows_per_sample(self, axes: usize) -> usize {
         match self {
             Self::Sobol => 1,
@@ -52,7 +53,7 @@ impl Design {
         }
     }
 
-    /// Most axes: a row of the sequence has 256 numbers.
+    /// Largest number of axes: a row of the sequence has 256 numbers.
     pub fn most_axes(self) -> usize {
         let most = NUM_DIMENSIONS as usize;
         match self {
@@ -61,8 +62,8 @@ impl Design {
         }
     }
 
-    /// The numbers of each axis, all in (0, 1), over the rows of `count` samples, at most 65536: those of a Sobol' sequence
-    /// with an Owen scramble (Burley, J. Comput. Graph. Tech. 9 (2020) 4) that depends on the seed.
+    /// The numbers of each axis, all in (0, 1), over the rows of `count` samples, at most 65536. They come from a
+    /// Sobol' sequence with an Owen scramble (Burley, J. Comput. Graph. Tech. 9 (2020) 4) that depends on the seed.
     pub(in crate::manifest) fn shares(self, axes: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
         debug_assert!(count <= MOST_SAMPLES && axes <= self.most_axes());
         let scramble = Stream::new(seed, STREAM[0], STREAM[1]).uniform() * f64::from(u32::MAX);
@@ -106,8 +107,8 @@ mod tests {
         }
     }
 
-    /// Scrambled or not, 2^k points of the first two axes are a (0, k, 2)-net: every box of area 2^−k that halvings of
-    /// the square make has one.
+    /// Scrambled or not, 2^k points of the first two axes are a (0, k, 2)-net: every box of area 2^−k from halving the
+    /// square contains one point.
     #[test]
     fn scrambled_points_are_a_net() {
         const K: u32 = 8;
@@ -140,7 +141,7 @@ mod tests {
         assert!(all[0].iter().all(inside));
     }
 
-    /// Row k (d + 2) + 1 + i is that of A but for column i, which is that of B.
+    /// Row k (d + 2) + 1 + i is that of A except for column i, which is that of B.
     #[test]
     fn the_rows_of_saltelli_are_those_of_the_matrices() {
         let (d, count) = (3, 5);
@@ -175,7 +176,7 @@ mod tests {
             (square.sum::<f64>() / 32.0).sqrt()
         };
         let [few, many] = [64, 4096].map(error);
-        // Independent points: 8 times smaller.
+        // The error of independent points would be 8 times smaller.
         assert!(many < few / 20.0, "{few} {many}");
         let independent = (1.0f64 / 4.0 - 16.0 / 81.0).sqrt() / 64.0;
         assert!(many < independent / 10.0, "{many} {independent}");

@@ -1,26 +1,26 @@
-//! What follows from the figures: the roofline; and what disturbed them.
+//! Results derived from the figures: the roofline, and disturbances of the measurements.
 
 use crate::store::file::Row;
 use crate::store::table::{Table, columns};
 use serde::{Deserialize, Serialize};
 
-/// A kernel under the roof of arithmetic and bandwidth; one thread.
+/// A kernel below the limits of arithmetic and bandwidth; one thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RoofRow {
     /// The kernel.
     pub kernel: String,
     /// Modes.
     pub modes: u64,
-    /// Operations of a mesh cycle, counted: two a number of a table.
+    /// Operations of a mesh cycle: two per number of a table.
     pub operations: f64,
-    /// Bytes of tables that a cycle reads, each as often as it is read.
+    /// Bytes of tables that a cycle reads, counted as often as they are read.
     pub bytes_read: f64,
-    /// Bytes of different table entries that a cycle reads: what memory must deliver if nothing
-    /// stays in a cache from cycle to cycle.
+    /// Bytes of different table entries that a cycle reads. Memory must deliver these if nothing stays in a cache
+    /// between cycles.
     pub bytes_distinct: f64,
-    /// Operations over different bytes.
+    /// Operations divided by different bytes.
     pub intensity: f64,
-    /// Operations a second.
+    /// Operations per second.
     pub rate: f64,
 }
 
@@ -41,19 +41,19 @@ impl RoofRow {
 
 impl Row for RoofRow {}
 
-/// What disturbed the measurements.
+/// Disturbances of the measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
-    /// Part of the usable processors' time that other programs took.
+    /// Share of the usable processors' time that other programs used.
     pub others: Option<f64>,
-    /// Part that the hypervisor took.
+    /// Share that the hypervisor took.
     pub stolen: Option<f64>,
-    /// Runnable tasks on the machine when the measurements began (load average of a minute).
+    /// Runnable tasks on the machine at the start of the measurements (load average of a minute).
     pub load: Option<f64>,
-    /// How far the median repetition lies behind the best, in the middle of all measurements.
+    /// Difference between the median repetition and the best one, as a median over all measurements.
     pub scatter: Option<f64>,
-    /// Whether the machine was quiet enough for the figures to be those of the machine.
+    /// Whether the machine was quiet enough for reliable figures.
     pub quiet: bool,
-    /// What was noticed, a sentence each.
+    /// Observations, one sentence each.
     pub remarks: Vec<String>,
 }

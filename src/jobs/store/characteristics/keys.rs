@@ -1,4 +1,4 @@
-//! The measurements: what each row is of, in words and as columns.
+//! What does each row of a measurement describe? In words and as columns.
 
 use super::measurement::{Key, Measurement};
 use crate::store::table::{Column, columns};
@@ -10,8 +10,7 @@ use std::fmt;
 pub struct MountainKey {
     /// Size of the buffer \[bytes\].
     pub size: u64,
-    /// From line to line \[bytes\]; every line is read once a pass, in `stride` over line size
-    /// sweeps.
+    /// Distance between lines \[bytes\]. Every line is read once per pass, in `stride` over line size sweeps.
     pub stride: u64,
 }
 
@@ -31,7 +30,7 @@ impl Key for MountainKey {
     }
 }
 
-/// Streaming through arrays on some threads.
+/// Streaming through arrays on several threads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandwidthKey {
     /// `read`, `copy`, `triad`, `copy_nt`, `triad_nt` (non-temporal stores).
@@ -40,14 +39,14 @@ pub struct BandwidthKey {
     pub placement: String,
     /// Threads.
     pub threads: u64,
-    /// Node of the threads, where they are of one.
+    /// Node of the threads, if all are on one.
     pub cpu_node: Option<u32>,
-    /// Node of the memory, where it is of one.
+    /// Node of the memory, if all is on one.
     pub memory_node: Option<u32>,
     /// Size of each array over all threads \[bytes\].
     pub array: u64,
-    /// Bytes a repetition reads and writes, as the program states them: no line fetched before it
-    /// is overwritten is counted.
+    /// Bytes that a repetition reads and writes according to the program. Lines that the processor fetches before it
+    /// overwrites them do not count.
     pub bytes: u64,
 }
 
@@ -77,15 +76,15 @@ impl Key for BandwidthKey {
     }
 }
 
-/// A chain of loads, each of which depends on the one before.
+/// A chain of loads, each of which depends on the previous one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LatencyKey {
     /// Size of the buffer \[bytes\].
     pub size: u64,
-    /// `pages`: in random order within a page, page after page; `hops`: to another page with
-    /// every load, so that the search for the page's place counts and no prefetch helps.
+    /// `pages`: in random order within a page, page after page. `hops`: every load goes to another page, so that the
+    /// address translation counts and prefetching does not help.
     pub order: String,
-    /// Whether huge pages were asked for.
+    /// Whether huge pages were requested.
     pub huge_pages: bool,
     /// Node of the thread.
     pub cpu_node: u32,
@@ -117,7 +116,7 @@ impl Key for LatencyKey {
     }
 }
 
-/// Multiply-adds of double-precision numbers in registers, two operations each.
+/// Multiply-adds of double-precision numbers in registers; each counts as two operations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArithmeticKey {
     /// Instruction set.
@@ -142,7 +141,7 @@ impl Key for ArithmeticKey {
     }
 }
 
-/// Integrating the default drive, the same trajectories on every thread.
+/// Integration of the default drive, with the same trajectories on every thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverKey {
     /// `volterra` or `closed_modes`.
@@ -152,13 +151,13 @@ pub struct SolverKey {
     pub tables: String,
     /// Modes.
     pub modes: u64,
-    /// Operating points that every thread goes round.
+    /// Operating points that every thread cycles through.
     pub points: u64,
     /// Threads.
     pub threads: u64,
-    /// Bytes of one table: of an operating point (`volterra`) or a structure (`closed_modes`).
+    /// Bytes of one table, which belongs to an operating point (`volterra`) or a structure (`closed_modes`).
     pub table_bytes: u64,
-    /// Rate over that of one thread, measured in turn, over the threads: the median of all turns.
+    /// Rate divided by the threads and by the rate of one thread, measured alternately: the median over all turns.
     pub efficiency: f64,
 }
 

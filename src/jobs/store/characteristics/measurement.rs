@@ -1,4 +1,4 @@
-//! A measured figure with what was measured.
+//! A measured figure with its key.
 
 use crate::store::file::Row;
 use crate::store::table::{Column, Table, columns};
@@ -6,44 +6,44 @@ use serde::{Deserialize, Serialize};
 
 /// A measured figure, in the unit of its measurement.
 ///
-/// A measurement is repeated within a round, and rounds are repeated, minutes apart and with
-/// memory taken anew. Disturbances only ever make a repetition worse, so a round gives its best
-/// one; what differs between rounds is what will differ in the next run.
+/// A measurement is repeated within a round. Rounds are repeated minutes apart, with new memory. Disturbances can only
+/// worsen a repetition, so the best one represents a round. Differences between rounds show how much the next run will
+/// differ.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Median over the rounds of the best repetition of each.
+    /// Median over the rounds of each round's best repetition.
     pub value: f64,
     /// Best repetition of all.
     pub best: f64,
     /// Median of all repetitions.
     pub median: f64,
-    /// Another run's value lies within this part of `value` with 95 %; absent after one round.
+    /// Relative interval around `value` that contains another run's value with 95 %; absent after one round.
     pub spread: Option<f64>,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: u64,
-    /// Repetitions of all rounds.
+    /// Number of repetitions in all rounds.
     pub repetitions: u64,
 }
 
-/// What was measured and what came out: a row of a measurement's file.
+/// A row of a measurement's file: the key and the result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement<K> {
-    /// What was measured.
+    /// The key.
     #[serde(flatten)]
     pub key: K,
-    /// What came out.
+    /// The result.
     pub figure: Figure,
 }
 
-/// What one row of a measurement is told from the others by, and what else goes with it.
+/// The key of a measurement's row, which distinguishes it from the others, with further columns.
 pub trait Key: Sized + 'static {
     /// Name of the measurement and, with `.parquet`, of its file.
     const NAME: &'static str;
 
-    /// Name of the figure's columns, its unit, and what it is.
+    /// Name of the figure's columns, its unit, and its description.
     const FIGURE: [&'static str; 3];
 
-    /// What was measured, in words: equal for the same measurement of another run.
+    /// The key in words, equal for the same measurement in another run.
     fn words(&self) -> String;
 
     /// The columns before those of the figure.
@@ -56,7 +56,7 @@ impl<K: Key> Measurement<K> {
         format!("{}, {}", K::NAME, self.key.words())
     }
 
-    /// The columns: what was measured, then its figure.
+    /// The columns of the key, then those of the figure.
     pub fn table() -> Table<Self> {
         let [name, unit, description] = K::FIGURE;
         let named = |part: &str| format!("{name}_{part}");

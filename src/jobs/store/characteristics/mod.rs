@@ -1,5 +1,4 @@
-//! What `atlas machine` found out about a machine: a folder with one Parquet file a measurement
-//! and `machine.json`, which holds all of it.
+//! The results of `atlas machine`: a folder with one Parquet file per measurement, and `machine.json` with all of them.
 
 mod description;
 mod findings;
@@ -27,30 +26,30 @@ const FORMAT: &str = "atlas-machine-4";
 /// The file that holds everything.
 pub(super) use crate::store::error::MACHINE as RECORD;
 
-/// What every version of the record has.
+/// The fields that every version of the record has.
 #[derive(Deserialize)]
 struct Format {
     format: String,
 }
 
-/// Everything that was found out about a machine.
+/// All results about a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Characteristics {
     /// Version of this layout.
     pub format: String,
     /// Name of the machine.
     pub host: String,
-    /// When the measurements started, RFC 3339, UTC.
+    /// Start of the measurements, RFC 3339, UTC.
     pub started: String,
     /// Wall time \[s\].
     pub seconds: f64,
-    /// How much was measured: quick, default or full.
+    /// Extent of the measurements: quick, default or full.
     pub extent: String,
     /// The program that measured.
     pub program: ProgramRecord,
-    /// What the system says of the machine.
+    /// The machine as its system describes it.
     pub description: Description,
-    /// What disturbed the measurements.
+    /// Disturbances of the measurements.
     pub noise: Noise,
     /// Reading buffers of many sizes with many strides, one thread.
     pub mountain: Vec<Measurement<MountainKey>>,
@@ -64,7 +63,7 @@ pub struct Characteristics {
     pub solver: Vec<Measurement<SolverKey>>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,
-    /// What could not be measured, and why, a sentence each.
+    /// Measurements that were not possible, with the reason, one sentence each.
     pub missing: Vec<String>,
 }
 
@@ -74,8 +73,7 @@ impl Characteristics {
         FORMAT.to_owned()
     }
 
-    /// Writes the Parquet files and, last, `machine.json` into a folder, which is created where
-    /// needed.
+    /// Writes the Parquet files and, last, `machine.json` into a folder, which is created if necessary.
     ///
     /// # Errors
     /// The folder cannot be created or written.
@@ -107,7 +105,7 @@ impl Characteristics {
     /// Reads what [`Self::write`] wrote.
     ///
     /// # Errors
-    /// There is none in this folder, it cannot be read, or it is not of this program.
+    /// The folder has no record, or it cannot be read, or it was not written by this program.
     pub fn read(folder: &Path) -> Result<Self, StoreError> {
         let path = folder.join(RECORD);
         let text = fs::read_to_string(&path).map_err(|source| match source.kind() {
@@ -121,7 +119,7 @@ impl Characteristics {
             path: path.clone(),
             detail,
         };
-        // Its format before all else: another one lacks what this one has.
+        // Check the format first: other versions have other fields.
         let Format { format } =
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;
         if format == FORMAT {
@@ -131,7 +129,7 @@ impl Characteristics {
         }
     }
 
-    /// All measured figures, each with what was measured in words.
+    /// All measured figures, each with its key in words.
     pub fn figures(&self) -> impl Iterator<Item = (String, Figure)> {
         fn of<K: Key>(rows: &[Measurement<K>]) -> impl Iterator<Item = (String, Figure)> {
             rows.iter().map(|row| (row.words(), row.figure))
@@ -144,7 +142,7 @@ impl Characteristics {
     }
 }
 
-/// Where Parquet files go, and what each of them says of the machine.
+/// The folder of the Parquet files, and the metadata about the machine in each of them.
 struct TableFolder<'a> {
     folder: &'a Path,
     metadata: [(&'static str, String); 3],

@@ -1,4 +1,4 @@
-//! Every bit comes back, and nothing that was damaged does.
+//! A journal returns every bit, and nothing that was damaged.
 
 use super::*;
 use crate::analysis::{
@@ -201,7 +201,7 @@ fn ids(journal: &mut Journal) -> Vec<u64> {
     replayed(journal).iter().map(|row| row.point_id).collect()
 }
 
-/// A journal of points 0, 1, 2; gives its bytes and where each record ends.
+/// A journal of points 0, 1, 2; returns its bytes and the end of each record.
 fn three_points(folder: &Path) -> (Vec<u8>, [usize; 4]) {
     let mut journal = open(folder);
     let mut ends = [journal.end as usize; 4];
@@ -212,7 +212,7 @@ fn three_points(folder: &Path) -> (Vec<u8>, [usize; 4]) {
     (fs::read(&journal.path).unwrap(), ends)
 }
 
-/// What distinguishes rows even where numbers are not equal to themselves.
+/// Bytes that distinguish rows even if they contain NaN.
 fn bits(row: &PointRow) -> Vec<u8> {
     postcard::to_allocvec(row).unwrap()
 }
@@ -351,13 +351,12 @@ fn only_an_empty_journal_is_abandoned() {
     journal.append(&row(0, &[1.0])).unwrap();
     journal.abandon();
     assert!(path.exists());
-    // Not looked into yet, but not empty either.
+    // Not read yet, but not empty either.
     open(folder.path()).abandon();
     assert_eq!(ids(&mut open(folder.path())), [0]);
 }
 
-/// A journal says what its points were computed with, and what the process that goes on with it
-/// computes with, where that is something else.
+/// A journal lists the instructions of its points, and those of the process that continues it if they differ.
 #[test]
 fn a_journal_knows_the_instructions_of_its_points() {
     let folder = tempfile::tempdir().unwrap();
@@ -381,14 +380,14 @@ fn a_journal_knows_the_instructions_of_its_points() {
     fs::write(&path, &bytes).unwrap();
     let both = ["another".to_owned(), here.clone()];
     assert_eq!(open(folder.path()).instructions(), both);
-    // Begun anew, they are those of this process.
+    // A journal that starts anew has the instructions of this process.
     drop(Journal::open(folder.path(), HASH, None, true).unwrap());
     open(folder.path()).append(&row(0, &[1.0])).unwrap();
     assert_eq!(open(folder.path()).instructions(), [here]);
 }
 
-/// What was finished in any order is handed over in the order of numbers, once, and the journal
-/// goes on behind it.
+/// Points that were finished in any order are returned once, in the order of their numbers; the journal continues after
+/// them.
 #[test]
 fn points_come_back_in_order() {
     let folder = tempfile::tempdir().unwrap();

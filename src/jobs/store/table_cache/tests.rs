@@ -1,4 +1,4 @@
-//! Files that are damaged, forged or foreign, byte by byte; a store through its calls.
+//! Tests of damaged, forged and foreign files, byte by byte, and of a store through its functions.
 
 use std::convert::Infallible;
 use std::fs;
@@ -32,7 +32,7 @@ fn inputs() -> Value {
 
 const INPUTS: &str = r#"{"module":0.003,"teeth":[25,31]}"#;
 
-/// Bits that arithmetic would not keep.
+/// Numbers whose bits arithmetic would not keep.
 fn numbers() -> Numbers {
     let odd = [f64::NAN, -0.0, f64::MIN_POSITIVE / 4.0, f64::INFINITY, 0.1];
     Numbers(odd.to_vec())
@@ -46,13 +46,13 @@ fn file() -> Vec<u8> {
     encode(INPUTS, &numbers()).unwrap()
 }
 
-/// What is wrong with some bytes.
+/// The fault of some bytes.
 fn fault(bytes: impl Into<Vec<u8>>) -> CacheFault {
     let read = TableFile::of_bytes(bytes.into()).and_then(|file| file.content::<Numbers>());
     read.unwrap_err()
 }
 
-/// What is wrong with a file that has a right checksum.
+/// The fault of a file with a right checksum.
 fn forged(rest: &[u8]) -> CacheFault {
     let sum = blake3::hash(rest);
     fault([&file()[..16], sum.as_bytes(), rest].concat())
@@ -97,7 +97,7 @@ fn a_table_is_built_once_and_has_every_bit_again() {
     let found = store.get_or_build(&inputs(), unwanted).unwrap();
     assert_eq!(found.origin, Origin::Found);
     assert_eq!(bits(&found.table), bits(&numbers()));
-    // Other inputs or another kind are another table.
+    // Other inputs or another kind give another table.
     let other = json!({ "teeth": [25, 32], "module": 0.003 });
     let other = store.get_or_build(&other, || Ok::<_, Infallible>(numbers()));
     assert_eq!(other.unwrap().origin, Origin::Built);
@@ -174,7 +174,7 @@ fn foreign_files_are_told_apart() {
     );
 }
 
-/// Files with right checksums that say something wrong.
+/// Files with right checksums but wrong contents.
 #[test]
 fn forged_files_are_refused() {
     let good = file();
@@ -189,13 +189,13 @@ fn forged_files_are_refused() {
         ([rest, b"\n"].concat(), "bytes follow the table"),
         (with_count(&[4]), "bytes follow the table"),
         (with_count(&[6]), "has invalid content"),
-        // More numbers than any machine has.
+        // More numbers than any machine can hold.
         (
             with_count(&[255, 255, 255, 255, 255, 255, 255, 255, 255, 1]),
             "has invalid content",
         ),
         ([&rest[..count], &[0]].concat(), "there is no number"),
-        // No such kind; another kind.
+        // An unknown kind, then another kind.
         ([&[9], &rest[1..]].concat(), "has invalid content"),
         (
             [&[1], &rest[1..]].concat(),
@@ -208,7 +208,7 @@ fn forged_files_are_refused() {
     }
 }
 
-/// The one warning, of a file that was there and is refused.
+/// The only warning, about an existing file that is refused.
 fn refusal(fetched: &Fetched<Numbers>) -> String {
     let text = match &fetched.warnings[..] {
         [warning @ CacheWarning::Refused { .. }] => warning.to_string(),
@@ -225,7 +225,7 @@ fn a_bad_file_is_named_and_replaced() {
     let store = TableStore::open(folder.path());
     let path = store.path(CacheKind::Mesh, &inputs());
     let good = file();
-    // A table of the format that precedes this one.
+    // A table of the previous format.
     let mut older = good.clone();
     older[12] = 1;
     let others = encode(INPUTS, &Others(vec![1.0])).unwrap();
@@ -244,7 +244,7 @@ fn a_bad_file_is_named_and_replaced() {
             "contains a systems table, but a mesh table is expected",
         ),
     ] {
-        // As a program would that does not respect the mode of the file.
+        // Written as by a program that ignores the mode of the file.
         _ = fs::remove_file(&path);
         fs::write(&path, bad).unwrap();
         let text = refusal(&fetch(&store));
@@ -263,7 +263,7 @@ fn nobody_may_write_a_table() {
     assert_eq!(fs::metadata(file).unwrap().permissions().mode() & 0o222, 0);
 }
 
-/// A table that was read stays as it was, whatever becomes of its file.
+/// A table in memory does not change when its file does.
 #[test]
 fn a_file_that_is_cut_down_leaves_the_table_that_was_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Round trips, order, names: what a result file promises.
+//! Do result files keep what they promise: round trips, order and names?
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -60,7 +60,7 @@ fn layout() -> ResultLayout {
     }
 }
 
-/// The speed, along which the state is carried.
+/// The speed axis, along which the state is carried.
 fn swept() -> AxisColumn {
     layout().axes.remove(1)
 }
@@ -160,7 +160,7 @@ fn full(point_id: u64) -> PointRow {
                     suborders: vec![3e-9; 5],
                     force_mean: 4e-8,
                     force_std: 5e-8,
-                    // A thousandth of the cycles was not seen.
+                    // One quantile is infinite: the cycles were too few for it.
                     force_peak_quantiles: vec![0.1, f64::INFINITY],
                     power_loss: 5.1e-8,
                     power_transmitted: 5.2e-8,
@@ -464,7 +464,7 @@ fn instant() -> TraceSample {
     }
 }
 
-/// A point of which nothing is known but that it failed.
+/// A point that failed, without any results.
 fn failed(point_id: u64) -> PointRow {
     let mut row = full(point_id);
     row.outcome = PointOutcome::unanswered(Status::Failed, "the model has no mesh mode".into());
@@ -542,7 +542,7 @@ fn columns_units_and_descriptions() {
         refined,
         ..layout()
     };
-    // A column more than those of a full grid, behind the axes, and another numbering.
+    // One column more than for a full grid, after the axes, and another numbering.
     let (own, full) = (points(plane), points(layout()));
     let more: Vec<&str> = own.lines().filter(|line| !full.contains(*line)).collect();
     assert_eq!(more.len(), 2, "{more:?}");
@@ -552,7 +552,7 @@ fn columns_units_and_descriptions() {
     );
 }
 
-/// A table that notes which of its columns were asked for.
+/// A table that records which of its columns were requested.
 struct Asked {
     table: ResultTable,
     columns: RefCell<BTreeSet<String>>,
@@ -591,7 +591,7 @@ impl Asked {
         self.note(name).lists(name).unwrap()
     }
 
-    /// Nothing of the table is left.
+    /// Checks that every column was requested.
     fn read_through(self, kind: TableKind) -> TableKind {
         let all: BTreeSet<String> = self.table.units().unwrap().into_keys().collect();
         assert_eq!(self.columns.into_inner(), all, "{kind:?}");
@@ -1077,7 +1077,7 @@ fn every_column_comes_back() {
     read.push(growth.read_through(TableKind::Horizon));
 
     read.extend(every_column_of_a_trace_comes_back());
-    // Those of followed orbits and of run-ups are written by other writers, and read in their own tests.
+    // Followed orbits and run-ups have separate writers and separate tests.
     let others = [
         TableKind::Branches,
         TableKind::Bifurcations,
@@ -1093,7 +1093,7 @@ fn every_column_comes_back() {
     }
 }
 
-/// The tables of a traced trajectory, read through.
+/// Reads every column of the tables of a traced trajectory.
 fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
     let folder = tempfile::tempdir().unwrap();
     let label = TraceLabel {
@@ -1199,14 +1199,13 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
     );
 }
 
-/// With equal placement, files are equal byte by byte: values, row groups and encoding
-/// follow from the points alone.
+/// With equal placement, files are equal byte by byte: values, row groups and encoding depend on the points alone.
 #[test]
 fn arrival_order_leaves_no_trace() {
     let [ascending, scattered] = [(), ()].map(|()| tempfile::tempdir().unwrap());
     let row = |id| if id % 7 == 3 { failed(id) } else { full(id) };
     write(ascending.path(), &layout(), (0..500).map(row).collect());
-    // 211 is prime to 500, so this visits every point once.
+    // 211 and 500 are coprime, so this visits every point once.
     write(
         scattered.path(),
         &layout(),
@@ -1416,7 +1415,7 @@ fn foreign_files_are_not_read() {
     assert!(matches!(read(), StoreError::Parquet { .. }));
 }
 
-/// Names of what stands at each place of a list go with its columns, and with their standard errors.
+/// Columns of lists and their standard errors have the names of the elements.
 #[test]
 fn elements_of_lists_have_their_names() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,10 +1,9 @@
-//! Workers, the writer and a signal in many orders: is every chain computed once, and does all end?
+//! Do workers, the writer and a signal compute every chain once and always end, in any order?
 //!
-//! The queue and the worker's loop are those of a run. Around them stands what a run has there: a
-//! channel of few places, a writer that lets points go in their order, a flag that calls the run
-//! off. All threads are shuttle's, which runs one at a time and draws who goes on wherever a
-//! thread sends, receives, waits, or asks how far the writer is. The queue's own lock is held
-//! nowhere across such a place, so that no order is lost by its being the standard library's.
+//! The queue and the worker's loop are those of a run. The test adds the surroundings of a run: a short channel, a
+//! writer that releases points in order, and a flag that interrupts the run. All threads belong to shuttle, which runs
+//! one at a time. It draws the next one at every send, receive, wait or query of the writer's progress. No lock of the
+//! queue is held across such a place, so using the standard library's lock loses no order.
 
 use super::tests::job;
 use super::*;
@@ -22,24 +21,24 @@ const CHANNEL: usize = 2;
 const AHEAD: u64 = 4;
 const LOOK: usize = 6;
 
-/// Orders that are tried.
+/// Number of orders that are tried.
 const ORDERS: usize = 2000;
 
-/// What ends a run.
+/// Reason for the end of a run.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
     /// Nothing is left.
     Done,
-    /// The flag is raised at any moment.
+    /// The flag is raised at a random moment.
     CalledOff,
-    /// The writer gives up after so many rows, as on a full disk.
+    /// The writer gives up after this number of rows, as on a full disk.
     WriterGone(usize),
 }
 
 fn work(queue: &Queue<'_>, written: &AtomicU64, called_off: &AtomicBool, rows: &SyncSender<usize>) {
     let written = || {
         let found = written.load(Ordering::Relaxed);
-        // It may have gone on until the queue is asked.
+        // The writer may progress before the queue reads the number.
         thread::yield_now();
         found
     };
@@ -50,7 +49,7 @@ fn work(queue: &Queue<'_>, written: &AtomicU64, called_off: &AtomicBool, rows: &
     });
 }
 
-/// The rows that arrive, in their order; points leave memory in that of their numbers.
+/// Collects the rows in order of arrival; points leave memory in order of their numbers.
 fn write(rows: &Receiver<usize>, written: &AtomicU64, end: End) -> Vec<usize> {
     let (mut seen, mut waiting, mut next) = (Vec::new(), BTreeSet::new(), 0);
     while let Ok(place) = rows.recv() {
@@ -115,7 +114,7 @@ fn in_many_orders(end: End) {
         }
     };
     shuttle::check_random(run, ORDERS);
-    // Few changes of thread, each at a moment drawn: orders that uniform draws hardly ever make.
+    // Few changes of thread at random moments: orders that uniform draws rarely produce.
     shuttle::check_pct(run, ORDERS, 3);
 }
 

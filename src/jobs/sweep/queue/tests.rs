@@ -1,11 +1,11 @@
-//! The order of chains: long ones first, within a bounded window.
+//! Are chains taken in the right order: long ones first, within a bounded window?
 
 use super::*;
 use crate::manifest;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A job of so many independent points of equal work, speeds in rows.
+/// A job of independent points of equal work: `loads` rows of `speeds` points.
 pub(super) fn job(loads: usize, speeds: usize) -> Job {
     let text = include_str!("../../../../tests/data/oscillator.toml")
         .replace("to = 0.3, count = 2", &format!("to = 0.3, count = {loads}"))
@@ -34,7 +34,7 @@ fn taken(queue: &Queue<'_>, written: u64) -> usize {
     }
 }
 
-/// As if a chain had taken so long for work of one.
+/// Records a time for a chain of unit work.
 fn finish(queue: &Queue<'_>, place: usize, seconds: u64) {
     queue.finished(place, 1.0, Duration::from_secs(seconds));
 }
@@ -45,10 +45,10 @@ fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
     let queue = queue(&job, 12, 100);
     assert_eq!(taken(&queue, 0), 0, "in order where nothing is known");
     finish(&queue, 0, 1);
-    // 1 and 4 are expected to be like 0, and so are all others.
+    // 1 and 4 are neighbours of 0; all others take its time as the mean.
     assert_eq!(taken(&queue, 0), 1);
     finish(&queue, 1, 9);
-    // On average 5; beside 1 lie 2 and 5 (9), beside 0 lies 4 (1).
+    // The mean is 5; neighbours of 1 are 2 and 5 (9), and 4 is a neighbour of 0 (1).
     let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
     assert_eq!(order, [2, 5, 3, 6, 7, 8, 9, 10, 11, 4]);
     assert!(matches!(queue.next(0, None), Next::End));
@@ -68,7 +68,7 @@ fn what_waits_in_memory_is_bounded() {
         "point 0 is not written yet"
     );
     assert_eq!(taken(&queue, 1), 4);
-    // Three from the oldest that is not taken on, however long the fourth would be.
+    // Only three chains from the oldest waiting one are candidates, even if the fourth is much longer.
     for (place, ratio) in [(9, 100.0), (7, 10.0)] {
         queue.known().near.entry(place).or_default().add(ratio);
     }
@@ -77,8 +77,7 @@ fn what_waits_in_memory_is_bounded() {
     assert_eq!(taken(&queue, 6), 9);
 }
 
-/// What was heard of chains before they came into the window is not forgotten, and the window
-/// does not grow with the grid.
+/// Times of neighbours outside the window are kept, and the window does not grow with the grid.
 #[test]
 fn only_the_window_is_in_memory() {
     let job = job(100, 1000);
@@ -100,8 +99,8 @@ fn only_the_window_is_in_memory() {
     assert!(known.near.len() <= 1001, "{}", known.near.len());
 }
 
-/// A run of workers on nodes, on a clock of its own: which tables were taken where, how many
-/// chains were computed, and when the last ended.
+/// Result of a simulated run of workers on nodes, with a simulated clock: copies and steals of tables, the order of
+/// chains, and the end of the last one.
 struct Simulated {
     copies: usize,
     steals: u64,
@@ -109,8 +108,7 @@ struct Simulated {
     end: f64,
 }
 
-/// Simulates a run: a chain takes its work's time, and a table that a node has not at hand as much
-/// on top.
+/// Simulates a run: each chain takes some time, plus a fixed time for a table that the node does not have at hand.
 fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     const FETCH: f64 = 1.0;
     let share = Share::of_shard(job, None);
@@ -124,7 +122,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         end: 0.0,
     };
     loop {
-        // The worker that is free first, of those the first.
+        // The worker that is free first; of several, the one with the lowest number.
         let earliest = |best: usize, worker: usize| {
             if free[worker] < free[best] { worker } else { best }
         };
@@ -137,7 +135,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         let fetched = shelves.nearness(table, node) != Nearness::AtHand;
         shelves.take(table, node);
         simulated.copies += usize::from(fetched);
-        // Chains differ by a factor of three, by a rule of their places.
+        // Times of chains differ by a factor of three, by a rule of their places.
         let time = 1.0 + (turn.place * 7 % 5) as f64 / 2.0;
         free[worker] += time + f64::from(u8::from(fetched)) * FETCH;
         simulated.end = simulated.end.max(free[worker]);
@@ -148,8 +146,8 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     simulated
 }
 
-/// Two sockets, four nodes and a package cut into eight: every chain is computed once, few tables
-/// are copied to nodes that are not theirs, and nobody waits for it at the end.
+/// Two sockets, four nodes, and a package divided into eight: every chain is computed once, few tables are copied to
+/// other nodes than their home, and no worker waits long at the end.
 #[test]
 fn workers_keep_to_the_tables_of_their_node() {
     let text = include_str!("../../../../tests/data/oscillator.toml")

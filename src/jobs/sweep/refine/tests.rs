@@ -1,4 +1,4 @@
-//! Planted planes: what is asked for finds their boundaries, and follows from results alone.
+//! Does refinement find the boundaries of known planes, from results alone?
 
 use super::*;
 use crate::analysis::{PointOutcome, Status};
@@ -38,7 +38,7 @@ fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
     }
 }
 
-/// The whole plane of a motion, computed from what is `known` already.
+/// The refined plane of a motion; the points `known` are learnt first.
 fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow) -> Refinement {
     let mut plane = Refinement::new(refine);
     let point = |id: u64| PointRow {
@@ -57,7 +57,7 @@ fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow
     }
 }
 
-/// Chaotic in a disc, else periodic.
+/// Chaotic in a disc, otherwise periodic.
 fn disc([row, column]: [usize; 2]) -> Option<Class> {
     let (x, y) = (row as f64 - 61.3, column as f64 - 40.7);
     Some(if x.hypot(y) < 27.2 { Class::Chaotic } else { Class::Periodic(1) })
@@ -72,7 +72,7 @@ fn a_boundary_is_found_within_the_resolution_and_little_else() {
         let [first, ..] = cell.corners();
         let one = cell.corners().iter().all(|&at| disc(at) == disc(first));
         assert!(cell.side == 1 || one, "{cell:?}");
-        // All finest places of a larger leaf are like its corners.
+        // All finest places of a larger leaf have the motion of its corners.
         for r in 0..=cell.side {
             for c in 0..=cell.side {
                 let at = [cell.corner[0] + r, cell.corner[1] + c];
@@ -96,7 +96,7 @@ fn neighbours_differ_by_no_more_than_one_halving() {
     }
 }
 
-/// A tongue that no corner of a coarse cell lies in is followed from where it leaves the disc.
+/// A tongue between the corners of coarse cells is followed from its root at the disc.
 #[test]
 fn what_leaves_a_divided_cell_is_followed() {
     let tongue = |[r, c]: [usize; 2]| {
@@ -121,14 +121,14 @@ fn motions_without_a_verdict_are_no_boundary_among_each_other() {
     let coarse = NESTED.places(0) as u64;
     let found = plane(&refine(&by), &[], |at| row(0, speckled(at), 1.0));
     assert_eq!(found.points(), coarse);
-    // Locked on a torus, with ever another long period.
+    // Locked on a torus, with a different long period at each point.
     let locked = |[r, c]: [usize; 2]| match (r + c) % 3 {
         0 => Class::QuasiPeriodic,
         _ => Class::Periodic(65 + (r * 7 + c * 13) as u32),
     };
     let found = plane(&refine(&by), &[], |at| row(0, Some(locked(at)), 1.0));
     assert_eq!(found.points(), coarse);
-    // What repeats is told from what has not settled.
+    // Repeating motion differs from motion that has not settled.
     let half = |[r, _]: [usize; 2]| {
         if r < 40 { Class::NotConverged } else { Class::Periodic(2) }
     };
@@ -144,14 +144,14 @@ fn numbers_are_held_against_what_the_coarse_grid_spans() {
         let column = move |[_, c]: [usize; 2]| row(0, Some(Class::Chaotic), steep * c as f64);
         plane(&refine(&by), &[], column).points()
     };
-    // A third of the span from corner to corner: halved until less than a tenth is left, twice.
+    // The span from corner to corner is divided until a difference is less than a tenth of it, in both directions.
     assert_eq!(slope(1.0), 17 * 13);
     assert_eq!(slope(1.0), slope(1e-9));
     assert_eq!(slope(0.0), coarse);
 }
 
 proptest! {
-    /// What a journal holds changes nothing of what is asked for.
+    /// Points in a journal do not change the set of requested points.
     #[test]
     fn what_is_asked_for_follows_from_results_alone(seed in any::<u64>(), part in 1..9_u64) {
         let by = refine(&[Criterion::Class, Criterion::Period]);

@@ -1,5 +1,5 @@
-//! Trees of files as kernels show them, from `tests/data/topology`: a line for each line of a file,
-//! as `grep -r` prints them.
+//! Trees of files as kernels show them, from `tests/data/topology`: one line per line of a file, as `grep -r` prints
+//! them.
 
 use super::*;
 use std::fs;
@@ -13,7 +13,7 @@ const OFFLINE: &str = include_str!("../../../../tests/data/topology/offline.txt"
 const BARE: &str = include_str!("../../../../tests/data/topology/bare.txt");
 const CAPACITY: &str = include_str!("../../../../tests/data/topology/capacity.txt");
 
-/// A folder with the files of some lines. Later ones replace what `without` names.
+/// A folder with the files of `text`. Lines that contain `without` are omitted; `more` adds lines.
 fn folder(text: &str, without: &str, more: &str) -> TempDir {
     let root = tempfile::tempdir().unwrap();
     let kept = text
@@ -56,7 +56,7 @@ fn nodes(topology: &Topology) -> Vec<u32> {
     topology.cores.iter().map(|core| core.numa_node).collect()
 }
 
-/// Level, size, how many and shared by how many.
+/// Level, size, number, and number of threads that share one.
 fn sizes(topology: &Topology) -> Vec<[u64; 4]> {
     let caches = topology.caches.iter();
     let figures = caches.map(|c| [c.level as u64, c.size, c.count as u64, c.shared_by as u64]);
@@ -96,7 +96,7 @@ fn two_sockets_of_cores_with_two_threads() {
     assert_eq!(topology.numa_node_of(9), Some(1));
     assert_eq!(topology.numa_node_of(16), None);
     assert_eq!(topology.memory_paths(), []);
-    // A machine elsewhere: nobody runs there, and nothing is bound to it.
+    // The topology of another machine: no thread runs there, and nothing is bound to it.
     assert_eq!(topology.current_numa_node(), None);
     assert!(topology.nodes_of_memory(&[1.0]).is_empty());
     let refused = topology.bind_current_thread(&[0]);
@@ -141,7 +141,7 @@ fn slow_cores_and_fast_ones() {
     assert_eq!(kinds, [1, 1, 0, 0, 0, 0]);
     let wanted = [vec![0, 1], vec![2, 3], vec![4], vec![5], vec![6], vec![7]];
     assert_eq!(threads(&topology), wanted);
-    // The first of a level stands for all.
+    // The first cache of a level represents all.
     let wanted = [
         [1, 48 << 10, 6, 2],
         [2, 1280 << 10, 3, 2],
@@ -153,7 +153,7 @@ fn slow_cores_and_fast_ones() {
     let by_capacity = of(CAPACITY);
     let kinds: Vec<u32> = by_capacity.cores.iter().map(|core| core.kind).collect();
     assert_eq!(kinds, [0, 0, 1, 1]);
-    // Nothing is made of capacities that some cores lack.
+    // Capacities are ignored if some cores have none.
     let cut = changed(CAPACITY, "cpu3/cpu_capacity", "");
     assert!(cut.cores.iter().all(|core| core.kind == 0));
 }
@@ -192,7 +192,7 @@ fn what_is_missing_leaves_the_rest() {
         let near = topology.numa_nodes.iter().map(|node| node.threads.len());
         assert_eq!(near.sum::<usize>(), 16, "{without}");
     }
-    // Kernels of before 2019 call the files otherwise.
+    // Kernels before 2019 use other names of files.
     let old = TWO_SOCKETS.replace("core_cpus_list", "thread_siblings_list");
     let old = old.replace("package_cpus_list", "core_siblings_list");
     assert_eq!(threads(&of(&old)), threads(&of(TWO_SOCKETS)));
@@ -200,7 +200,7 @@ fn what_is_missing_leaves_the_rest() {
     assert!(matches!(nothing, Err(TopologyError::Unknown)));
 }
 
-/// Bound by `taskset`: what the machine has stays, what may be used shrinks.
+/// A process bound by `taskset`: the caches stay the same, the usable threads shrink.
 #[test]
 fn a_bound_process_sees_its_cores_alone() {
     let status = "proc/thread-self/status:Cpus_allowed_list:\t3,8-9\n";
@@ -211,14 +211,14 @@ fn a_bound_process_sees_its_cores_alone() {
         (2, [1, 48 << 10, 8, 2])
     );
     assert_eq!(topology.numa_nodes[0].threads, [8]);
-    // The mask that the system gives directly is believed before the file.
+    // The mask from the system takes precedence over the file.
     let root = folder(TWO_SOCKETS, "", "");
     let bound = Set::from([1, 2]);
     let topology = read(Tree::new(root.path()), Some(bound), false).unwrap();
     assert_eq!(threads(&topology), [[2], [1]]);
 }
 
-/// Granted a part by its control group: nothing else is there.
+/// A process with part of a machine, granted by its control group, sees only this part.
 #[test]
 fn a_container_sees_what_it_is_granted() {
     let status = "proc/thread-self/status:Cpus_allowed_list:\t1,9,3,11\n\
@@ -227,7 +227,7 @@ fn a_container_sees_what_it_is_granted() {
                   sys/fs/cgroup/box/cpuset.cpus.effective:1,3,9,11\n";
     let first = "proc/self/cgroup:4:memory:/other\nproc/self/cgroup:3:cpuset,cpu:/box\n\
                  proc/self/cgroup:0::/\nsys/fs/cgroup/cpuset/box/cpuset.effective_cpus:1,3,9,11\n";
-    // From inside, the files of its own group lie at the root.
+    // From inside, the files of the process's group lie at the root.
     let inside = "proc/self/cgroup:0::/not/here\nsys/fs/cgroup/cpuset.cpus.effective:1,3,9,11\n";
     for group in [second, first, inside] {
         let topology = changed(TWO_SOCKETS, "allowed_list", &format!("{status}{group}"));

@@ -1,22 +1,22 @@
-//! Files of `/sys` and `/proc` below a root, which is elsewhere in tests.
+//! Files of `/sys` and `/proc` below a root. Tests use another root.
 
 use crate::topology::field;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Numbers of hardware threads or of nodes, as the system counts them.
+/// Numbers of hardware threads or nodes, as by the system.
 pub(super) type Set = BTreeSet<u32>;
 
-/// Numbers are below this: a list that says otherwise is not believed.
+/// Numbers are below this; a list with larger ones is rejected.
 const MOST: u32 = 1 << 16;
 
-/// Where the files of a hardware thread lie.
+/// Folder of the files of a hardware thread.
 pub(super) fn of_thread(thread: u32) -> String {
     format!("sys/devices/system/cpu/cpu{thread}")
 }
 
-/// A root, and what lies below it.
+/// A root and the files below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree(PathBuf);
 
@@ -29,7 +29,7 @@ impl Tree {
         &self.0
     }
 
-    /// A file's text without the white space around it; none where there is nothing to read.
+    /// A file's text without surrounding white space; `None` if there is no text.
     pub(super) fn text(&self, path: &str) -> Option<String> {
         let text = fs::read_to_string(self.0.join(path)).ok()?;
         let text = text.trim();
@@ -48,8 +48,8 @@ impl Tree {
         self.0.join(path).exists()
     }
 
-    /// The threads in one unit with another, by the first file that is there: names of files
-    /// changed over time. None where the list does not hold the thread itself.
+    /// The threads that share a unit with a thread, from the first file that exists: names of files changed over time.
+    /// `None` if the list does not contain the thread itself.
     pub(super) fn siblings(&self, thread: u32, names: &[&str]) -> Option<Set> {
         let file = |name: &&str| self.list(&format!("{}/topology/{name}", of_thread(thread)));
         let found = names.iter().find_map(file)?;
@@ -61,7 +61,7 @@ impl Tree {
         list(field(&self.status()?, "Cpus_allowed_list")?)
     }
 
-    /// Nodes that the control group grants memory of.
+    /// Nodes whose memory the control group grants.
     pub(super) fn granted_nodes(&self) -> Option<Set> {
         list(field(&self.status()?, "Mems_allowed_list")?)
     }
@@ -71,8 +71,8 @@ impl Tree {
             .or_else(|| self.text("proc/self/status"))
     }
 
-    /// Threads that the control group grants, in either version of control groups. Seen from
-    /// inside a container, its own group is often the root.
+    /// Threads that the control group grants, in either version of control groups. Inside a container, its group is
+    /// often the root.
     pub(super) fn granted_threads(&self) -> Option<Set> {
         let groups = self.text("proc/self/cgroup")?;
         let group = |controller: &str| {
@@ -95,7 +95,7 @@ impl Tree {
     }
 }
 
-/// The numbers of a list such as `0-3,8`; none where it is not one, or empty.
+/// The numbers of a list such as `0-3,8`; `None` if it is empty or not a list.
 fn list(text: &str) -> Option<Set> {
     let mut numbers = Set::new();
     for range in text.split(',') {

@@ -4,7 +4,7 @@ use crate::manifest::schema::{Bounds, DefaultValue, Key, Kind};
 use crate::units::Dimension;
 use serde_json::{Map, Value, json};
 
-/// What a key that is no table and no list takes.
+/// The accepted values of a key that is neither a table nor a list.
 pub(super) fn value(key: &Key) -> Map<String, Value> {
     let mut forms = scalar(key);
     if key.pair.is_some() {
@@ -63,7 +63,7 @@ fn number(kind: &str, bounds: Bounds) -> Value {
     Value::Object(form)
 }
 
-/// A text with a unit, as [`texts`] defines it; none where only bare numbers stand for a quantity.
+/// A text with a unit, as [`texts`] defines it; `None` if only bare numbers are accepted.
 fn text(dimension: Dimension) -> Option<Value> {
     let known = dimension.pattern().is_some();
     known.then(|| json!({ "$ref": format!("#/definitions/text_{dimension:?}") }))
@@ -89,12 +89,12 @@ pub(super) fn default(key: &Key) -> Option<Value> {
     }
 }
 
-/// The example, where there is one.
+/// The example, if any.
 pub(super) fn example(key: &Key) -> Option<Value> {
     toml_value(key.example)
 }
 
-/// A value as it stands in a manifest.
+/// A value from its text in a manifest.
 fn toml_value(text: &str) -> Option<Value> {
     let mut table: toml::Table = format!("x = {text}").parse().ok()?;
     serde_json::to_value(table.remove("x")?).ok()

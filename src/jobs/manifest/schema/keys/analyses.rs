@@ -5,12 +5,12 @@ use crate::manifest::schema::key::{
 };
 use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio, Velocity};
 
-/// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
+/// Fewest measured cycles for an exponent with an error bar: 32 blocks of ten.
 pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
 
 const ABSENT: &str = "not computed";
 
-/// What spectra and orders may be taken of.
+/// Quantities for spectra and orders.
 pub(super) const SIGNALS: &[&str] = &[
     "deflection",
     "force",

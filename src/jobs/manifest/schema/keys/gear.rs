@@ -13,14 +13,14 @@ const BOTH: &str = "pinion, wheel";
 
 const COURSES: &[&str] = &["linear", "parabolic"];
 
-/// Of the keys `course` of reliefs.
+/// Description of the keys `course` of reliefs.
 const COURSE: &str = "Shape of the relief: in proportion to the distance, or to its square.";
 
 const GEARS: &[&str] = &["pinion", "wheel"];
 
 const BETWEEN: &[&str] = &["linear", "monotone"];
 
-/// Of the keys `between` of courses through points.
+/// Description of the keys `between` of courses through points.
 const BETWEEN_POINTS: &str = "Curve between the points: straight lines, or monotone cubics. The cubics have a \
                               continuous slope and no extremes between the points.";
 

@@ -1,11 +1,11 @@
-//! `[grid]`, its axes of model keys left out.
+//! `[grid]`, without its axes of model keys.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, POSITIVE, bounds, choice, integer, key, quantity, table,
 };
 use crate::units::Dimension::{AngularSpeed, Ratio, Torque};
 
-/// What a grid can be refined by: the names of [`Criterion`](crate::manifest::Criterion).
+/// Criteria for the refinement of a grid: the names of [`Criterion`](crate::manifest::Criterion).
 pub(in crate::manifest) const CRITERIA: [&str; 9] = [
     "class",
     "period",

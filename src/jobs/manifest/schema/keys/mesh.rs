@@ -10,7 +10,7 @@ use crate::units::Dimension::{Angle, Length, Ratio, Stiffness, Viscosity};
 const BACKLASH: &str =
     "from the other backlash keys, or from the drawing if it has thinning or a centre distance";
 
-/// The keys of the two-level law.
+/// Default of the keys of the two-level law.
 const TWO_LEVELS: &str = "none; required by the two-level law";
 
 #[rustfmt::skip]

@@ -1,4 +1,4 @@
-//! The keys of a manifest, one file a table, and those of a modal file and of a housing file.
+//! The keys of a manifest, with one file per table, and those of a modal file and of a housing file.
 
 mod analyses;
 mod continuation;
@@ -46,5 +46,5 @@ pub(in crate::manifest) static MODAL_FILE: Schema = &[modal_file::KEYS];
 /// The keys of a housing file.
 pub(in crate::manifest) static HOUSING_FILE: Schema = &[housing_file::KEYS];
 
-/// Parts of a whole, both ends left out.
+/// Parts of a whole, without both ends.
 const INSIDE_ONE: Bounds = bounds(0.0, true, 1.0, true);

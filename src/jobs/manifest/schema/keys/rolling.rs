@@ -14,7 +14,7 @@ const CONTACT_ANGLE: &str = "Nominal contact angle. A bearing with an angle bear
 const CLEARANCE: &str =
     "Radial clearance in operation, measured across the diameter. It is negative for a preload.";
 
-/// The keys of both tables at a bearing; `$instead` are the keys that they stand in place of.
+/// The keys of both tables for a bearing; they replace the keys `$instead`.
 #[rustfmt::skip]
 macro_rules! of_bearing {
     ($at:literal, $instead:literal) => {
@@ -62,11 +62,11 @@ macro_rules! of_bearing {
     };
 }
 
-/// Those of a bearing of a shaft.
+/// The keys for a bearing of a shaft.
 pub(super) const OF_SHAFT: &[Key] = of_bearing!("train.shaft.*.bearings.*", "`x` and `y`");
 
-/// Those of the bearing of a loose gear.
+/// The keys for the bearing of a loose gear.
 pub(super) const OF_LOOSE: &[Key] = of_bearing!("train.shaft.*.gears.*.loose", "`x` and `y`");
 
-/// Those of the bearing of a planet.
+/// The keys for the bearing of a planet.
 pub(super) const OF_PLANET: &[Key] = of_bearing!("train.planetary.*.bearing", "`radial`");

@@ -1,4 +1,4 @@
-//! `[shafts]`. What both shafts share may stand in the table of either one too.
+//! `[shafts]`. The table of either shaft may also have the keys that both share.
 
 use super::INSIDE_ONE;
 use crate::manifest::schema::key::{
@@ -11,7 +11,7 @@ use crate::units::Dimension::{
 
 const BOTH: &str = "first bearing, second bearing";
 
-/// Rigid kinds have no use for it, and none for its default.
+/// Rigid kinds do not use it, so it has no default.
 const ELASTIC: &str = "none; required with kind = \"flexible\"";
 
 #[rustfmt::skip]

@@ -1,4 +1,4 @@
-//! `[train]`: shafts anywhere in space, their gears, and what joins them.
+//! `[train]`: shafts anywhere in space, their gears and connections.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity, table,
@@ -14,7 +14,7 @@ const SIDES: [&str; 3] = ["both", "forward", "backward"];
 
 const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 
-/// The gears of a mesh, by their places in `gears`.
+/// The gears of a mesh, by their index in `gears`.
 pub(in crate::manifest) const OF_MESH: [&str; 2] = ["driving", "driven"];
 
 #[rustfmt::skip]

@@ -1,4 +1,4 @@
-//! The table `[train.housing]`, and the bearings that stand on nodes of it.
+//! The table `[train.housing]`, and the bearings on its nodes.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::housing_file;
@@ -49,7 +49,7 @@ pub(super) fn read(
     Some(housing.map(|housing| JoinedHousing { housing, joints }))
 }
 
-/// Records a bearing that stands on a node which is not there.
+/// Records a bearing on an unknown node.
 fn unknown(bearing: &Section, issues: &mut Issues, name: &str, nodes: &[&str]) {
     let (message, remedy) = match nodes {
         [] => (

@@ -1,11 +1,11 @@
-//! Do hubs fit between what else stands on their shaft?
+//! Do hubs fit between the other parts on their shaft?
 
 use crate::gear::{Hub, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, ShaftSection, TrainGear};
 
-/// That no hub reaches under another gear of its shaft.
+/// Checks that no hub reaches under another gear of its shaft.
 pub(super) fn hubs_are_apart(
     table: &Section,
     issues: &mut Issues,
@@ -42,7 +42,7 @@ pub(super) fn hubs_are_apart(
     Some(())
 }
 
-/// That no hub covers a bearing of its shaft.
+/// Checks that no hub covers a bearing of its shaft.
 pub(super) fn hubs_leave_bearings(
     table: &Section,
     issues: &mut Issues,
@@ -74,7 +74,7 @@ pub(super) fn hubs_leave_bearings(
     Some(())
 }
 
-/// That the sections of a shaft reach as far as a hub about a place.
+/// Checks that the sections of a shaft extend over the whole hub at a place.
 pub(super) fn hub_is_on_shaft(
     table: &Section,
     issues: &mut Issues,
@@ -100,7 +100,7 @@ pub(super) fn hub_is_on_shaft(
     )
 }
 
-/// A fault of a hub, at its diameter where the key is not given.
+/// A fault of a hub, at its diameter if the key is absent.
 fn hub_fault(
     table: &Section,
     issues: &mut Issues,

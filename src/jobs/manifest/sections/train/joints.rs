@@ -27,13 +27,13 @@ const OF_DRAWING: [&str; 6] = [
     "segments",
 ];
 
-/// Keys of meshes of a given stiffness.
+/// Keys of meshes with a given stiffness.
 const OF_NUMBERS: [&str; 3] = ["stiffness", "levels", "stiffness_harmonics"];
 
-/// Contacts that may stand beside the flanks of the first mesh.
+/// Largest number of contacts beside the flanks of the first mesh.
 const MOST: usize = MOST_CONTACTS - 2;
 
-/// That no two gears mesh twice.
+/// Checks that no two gears mesh twice.
 fn given_once(
     section: &Section,
     issues: &mut Issues,
@@ -58,7 +58,7 @@ fn given_once(
     Some(())
 }
 
-/// Further meshes of a train that is complete but for them; those of all planets, where the manifest has one for all.
+/// Further meshes of a train that is otherwise complete. A mesh of the first planet becomes the meshes of all planets.
 pub(super) fn meshes(
     section: &Section,
     issues: &mut Issues,
@@ -69,7 +69,7 @@ pub(super) fn meshes(
         mesh((section, table), issues, parts, train)
     })?;
     given_once(section, issues, train.gears, &read)?;
-    // How central gears roll shows once every set has the meshes of its first planet.
+    // The rolling of central gears is known once every set has the meshes of its first planet.
     let draft = TrainDrive {
         meshes: read.clone(),
         ..train.clone()
@@ -121,16 +121,16 @@ pub(super) fn meshes(
     Some(meshes)
 }
 
-/// What is known of the teeth of a mesh.
+/// The known drawing of a mesh.
 enum Drawing {
     /// External gears, and whether their axes are parallel.
     Pair(Box<GearPair>, bool),
-    /// A gear in a ring, and whether it drives.
+    /// A gear in a ring, and whether the gear drives.
     Ring(Box<GearPair>, InternalPair, bool),
 }
 
 impl Drawing {
-    /// The half gap that it leaves; none where it leaves none, or does not say.
+    /// The half gap from the drawing; `None` if there is none, or the drawing does not determine it.
     fn half_gap(&self) -> Option<f64> {
         match self {
             Self::Pair(_, false) => None,
@@ -150,7 +150,7 @@ impl Drawing {
         }
     }
 
-    /// The phase about which its coast flanks mirror its drive flanks.
+    /// The phase about which the coast flanks mirror the drive flanks.
     fn symmetry(&self) -> Option<f64> {
         match self {
             Self::Pair(pair, true) => pair.symmetry().ok(),
@@ -240,7 +240,7 @@ fn mesh(
     })
 }
 
-/// Errors of the two gears of a mesh, that go with their turns.
+/// Errors that rotate with the two gears of a mesh.
 fn gear_errors(
     table: &Section,
     issues: &mut Issues,
@@ -265,14 +265,14 @@ fn gear_errors(
     Some(errors)
 }
 
-/// Where the stiffness of a mesh comes from.
+/// The source of a mesh's stiffness.
 enum Stiffness {
     Given(Vec<Division>),
     /// From the drawing, under a misalignment \[rad\].
     Drawn(Box<MeshTableSpec>, f64),
 }
 
-/// The stiffness of a mesh by the keys that its law needs.
+/// The stiffness of a mesh from the keys of its law.
 fn drawn_or_given(
     table: &Section,
     issues: &mut Issues,
@@ -353,7 +353,7 @@ fn drawn_or_given(
     Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
 }
 
-/// Phase of the mesh of a sun and its first planet, as its own table gives it.
+/// Phase of the mesh of a sun and its first planet, as given in its table.
 fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
     let mut none = Issues::default();
     let number = planets.sun.and_then(|(_, number)| number);
@@ -365,10 +365,12 @@ fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
     phase.unwrap_or(0.0)
 }
 
-/// Phase of the ring's mesh with the first planet against the sun's, the first mesh, where a sun of a drawing drives.
+/// Phase of the ring's mesh with the first planet relative to the sun's, the first mesh, for a driving sun with a
+/// drawing.
 ///
-/// The planet's space stands on the line of centres half the backlash after the sun's tooth, whose flank has come first. Half
-/// the planet's teeth farther, on its other side, there is a space again if they are even in number, else a tooth.
+/// The planet's space is on the line of centres half the backlash after the sun's tooth, whose flank has come first.
+/// Half the planet's teeth farther, on its other side, there is a space again if their number is even, otherwise a
+/// tooth.
 fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     let base_pitch = PI * sun.module * sun.pressure_angle.cos();
     let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / base_pitch;
@@ -376,7 +378,7 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
-/// Where pairs slide over the mesh cycle: the drawing says it of gears on axes that are parallel, the ring being driven.
+/// Where pairs slide over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
 fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
         Drawing::Ring(_, _, false) => {
@@ -405,7 +407,7 @@ fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<Ev
     None
 }
 
-/// What joins shafts.
+/// The couplings between shafts.
 pub(super) fn couplings(
     section: &Section,
     issues: &mut Issues,
@@ -455,7 +457,7 @@ fn stage(table: &Section, issues: &mut Issues) -> Option<Stage> {
     })
 }
 
-/// What shafts may strike.
+/// The stops of shafts.
 pub(super) fn stops(section: &Section, issues: &mut Issues, parts: &Parts) -> Option<Vec<Stop>> {
     all(section, issues, "stop", |table, issues| {
         let shaft = parts.shaft(table, issues, "shaft");

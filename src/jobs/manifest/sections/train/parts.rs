@@ -1,4 +1,4 @@
-//! What is known of a train when its joints are read: shafts and gears by their names, and pairs of gears.
+//! The parts of a train that its joints refer to: shafts and gears by name, and pairs of gears.
 
 use super::shaft::pair_of;
 use crate::gear::{Flanks, GearError, GearPair, InternalPair, Tooth, ToothForm};
@@ -9,27 +9,27 @@ use crate::shaft::{
     BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainError, TrainGear, TrainShaft,
 };
 
-/// A centre distance this near to the one without backlash, as a part of it, is that one.
+/// Relative difference below which a centre distance equals the one without backlash.
 pub(super) const TIGHT: f64 = 1e-9;
 
-/// What is known when joints are read.
+/// The parts that joints refer to.
 pub(super) struct Parts<'a> {
     pub shafts: &'a [TrainShaft],
-    /// What the drawing says of each gear beside, shaft by shaft.
+    /// Further drawing data of each gear, shaft by shaft.
     pub drawn: &'a [Vec<ToothForm>],
     /// Planets among the shafts, set by set.
     pub planets: &'a [Planets],
 }
 
-/// Gears of a mesh, and which of `[[train.mesh]]` it is; none of these where it is the first one.
+/// Gears of a mesh, and its index in `[[train.mesh]]`; `None` for the first mesh.
 pub(super) type SunMesh = ([GearPlace; 2], Option<usize>);
 
-/// Planets of a set, and where they stand.
+/// Planets of a set, with their angles.
 pub(super) struct Planets {
     pub set: PlanetarySet,
-    /// What the manifest calls all of them.
+    /// Their common name in the manifest.
     pub name: String,
-    /// From the first one \[rad\].
+    /// Angles from the first planet \[rad\].
     pub angles: Vec<f64>,
     /// Their mesh with an external gear.
     pub sun: Option<SunMesh>,
@@ -42,13 +42,13 @@ impl Planets {
         Some(GearPlace { shaft, gear: 0 })
     }
 
-    /// Whether their mesh with a sun names the sun first.
+    /// Whether their mesh with a sun has the sun as the driving gear.
     pub fn sun_drives(&self) -> bool {
         self.sun
             .is_some_and(|(gears, _)| Some(gears[1]) == self.first())
     }
 
-    /// Whether a name is that of all planets or, as far as it can be told, of one of them.
+    /// Whether a name is that of all planets or, as far as the text shows, of one of them.
     pub fn has_name(name: &str, other: &str) -> bool {
         let number = other.strip_prefix(name).map(str::trim);
         number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
@@ -56,19 +56,19 @@ impl Planets {
 }
 
 impl Parts<'_> {
-    /// All shafts but planets, which come last and have numbered names.
+    /// All shafts except planets, which come last and have numbered names.
     fn named(&self) -> &[TrainShaft] {
         let planet = self.planets.first().and_then(Planets::first);
         &self.shafts[..planet.map_or(self.shafts.len(), |first| first.shaft)]
     }
 
-    /// A shaft by the name that stands as a value.
+    /// A shaft by the name in a key.
     pub fn shaft(&self, section: &Section, issues: &mut Issues, key: &str) -> Option<usize> {
         let name = section.text(issues, key)?;
         self.shaft_named(section, issues, key, name)
     }
 
-    /// The set of which this is the name of a single planet.
+    /// The set with a planet of this name.
     fn set_of_planet(&self, name: &str) -> Option<&Planets> {
         let is_it = |shaft: usize| self.shafts[shaft].name == name;
         (self.planets.iter()).find(|own| own.set.planets.iter().any(|own| is_it(own.shaft)))
@@ -80,7 +80,7 @@ impl Parts<'_> {
         self.planets.iter().find(has)
     }
 
-    /// The drawing of the mesh of a sun and these planets, where it is known.
+    /// The drawing of the mesh between a sun and these planets, if known.
     pub fn sun_pair(
         &self,
         section: &Section,
@@ -89,14 +89,14 @@ impl Parts<'_> {
     ) -> Option<GearPair> {
         match planets.sun? {
             (_, None) => Some(train.pair.clone()),
-            // What is wrong with it that mesh tells.
+            // Faults are reported for that mesh.
             (gears, _) => self
                 .drawing(section, &mut Issues::default(), train, gears, "gears")
                 .map(|(pair, _)| pair),
         }
     }
 
-    /// The shaft that the motor drives, which is no planet.
+    /// The shaft that the motor drives, which must not be a planet.
     pub fn driver(&self, section: &Section, issues: &mut Issues) -> Option<usize> {
         let found = self.shaft(section, issues, "driver")?;
         let named = self.named();
@@ -230,8 +230,8 @@ impl Parts<'_> {
         Some([one, two])
     }
 
-    /// Two gears as a pair without backlash, their faces as far beside each other as their middles are along the first
-    /// gear's axis.
+    /// Two gears as a pair without backlash. The offset of their faces is that of their middles along the first gear's
+    /// axis.
     pub fn pair(&self, places: [GearPlace; 2], rated_torque: f64) -> GearPair {
         let gears = places.map(|place| &self.shafts[place.shaft].gears[place.gear]);
         let [one, two] = places.map(|place| &self.drawn[place.shaft][place.gear]);
@@ -243,8 +243,8 @@ impl Parts<'_> {
         GearPair { form, ..pair }
     }
 
-    /// A gear and the ring around it on their axes, the gear being the first of both or the second. Their common face is
-    /// that of gears of which the ring is the second.
+    /// A gear and the ring around it on their axes, in either order. Their common face is that of gears with the ring
+    /// as the second.
     pub fn ring(
         &self,
         section: &Section,
@@ -255,7 +255,7 @@ impl Parts<'_> {
         let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
         let [own, ring] = inside_out.map(|place| train.gear(place));
         let drawn = inside_out.map(|place| &self.drawn[place.shaft][place.gear]);
-        // The mesh with the sun has cut the tips of planets.
+        // The mesh with the sun has shortened the tips of planets.
         let planets = self.set_of(gears).filter(|own| own.sun_drives());
         let sun = planets.and_then(|planets| self.sun_pair(section, train, planets));
         let cut = sun.and_then(|sun| Tooth::tip_radius_of(&sun, 1).ok());
@@ -298,8 +298,8 @@ impl Parts<'_> {
         None
     }
 
-    /// The drawing of two gears on their axes, and whether those are parallel: of others the
-    /// geometry of spur gears does not hold.
+    /// The drawing of two gears on their axes, and whether the axes are parallel: otherwise the geometry of spur gears
+    /// does not hold.
     pub fn drawing(
         &self,
         section: &Section,
@@ -358,7 +358,7 @@ impl Parts<'_> {
     }
 }
 
-/// Gives a pair the common face of its gears.
+/// Sets the common face of a pair's gears.
 fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
     pair.face_width = beside.width;
     pair.form.overhang = beside.overhang;
@@ -368,7 +368,7 @@ fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
     }
 }
 
-/// The fault of a name that none of these has.
+/// The fault of an unknown name.
 fn misnamed(
     section: &Section,
     key: &str,

@@ -1,4 +1,5 @@
-//! The tables `[[train.planetary]]`: planets as rigid bodies, one shaft each, and the meshes that each has like the first.
+//! The tables `[[train.planetary]]`: planets as rigid bodies, one shaft each, and the meshes that each has in common
+//! with the first.
 
 use super::parts::{Parts, Planets, SunMesh};
 use super::rolling;
@@ -12,7 +13,7 @@ use crate::shaft::{
 };
 use std::f64::consts::TAU;
 
-/// Part of a tooth by which an angle of a planet may be rounded.
+/// Largest rounding of a planet's angle, as a fraction of a tooth.
 const ROUNDED: f64 = 1e-3;
 
 /// Adds the planets of all sets to the shafts.
@@ -48,7 +49,7 @@ pub(super) fn read(
     Some(planets)
 }
 
-/// The common names of the planets of every set, each of one set alone.
+/// The common name of the planets of every set; names must differ between sets.
 fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Option<Vec<String>> {
     let names = tables.iter().map(|table| {
         let given = table.has("name");
@@ -88,8 +89,8 @@ fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Opti
     Some(names)
 }
 
-/// Adds the planets of one set, which are placed later: at a distance \[m\] if it is given. Its carrier is one of the
-/// `named` first shafts.
+/// Adds the planets of one set, which get their positions later: at a distance \[m\] if given. Its carrier is one of
+/// the `named` first shafts.
 fn set(
     table: &Section,
     issues: &mut Issues,
@@ -175,7 +176,7 @@ fn set(
     Some((planets, radius))
 }
 
-/// The shaft with the pins, which is no planet of any set.
+/// The shaft with the pins, which must not be a planet of any set.
 fn carrier(
     table: &Section,
     issues: &mut Issues,
@@ -237,7 +238,7 @@ fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<B
         x: radial,
         y: radial,
         axial: axial?.unwrap_or(radial),
-        // As of a bearing that is as wide as the planet.
+        // Tilt stiffness of a bearing as wide as the planet.
         tilt: tilt?.unwrap_or(radial * width * width / 12.0),
         rolling: rolling?,
         ..Bearing::default()
@@ -245,7 +246,7 @@ fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<B
 }
 
 impl Parts<'_> {
-    /// The mesh of a set with an external gear, the first that is named.
+    /// The mesh of a set with an external gear, the first in the manifest.
     fn sun_of(
         &self,
         section: &Section,
@@ -269,7 +270,7 @@ impl Parts<'_> {
 }
 
 impl Planets {
-    /// Puts the planets between the teeth, at a distance from the axis \[m\] that is given or leaves no backlash.
+    /// Places the planets between the teeth, at a given distance from the axis \[m\] or at the one without backlash.
     fn place(
         &self,
         section: &Section,
@@ -323,7 +324,8 @@ impl Planets {
             .map_err(|error| error.to_string())
     }
 
-    /// The meshes of the other planets of this set that a mesh of the first one stands for, in a train that has these alone.
+    /// The meshes of the other planets of this set that correspond to a mesh of the first one. `train` has only meshes
+    /// of first planets.
     pub fn others(
         &self,
         train: &TrainDrive,
@@ -362,7 +364,7 @@ impl Planets {
     }
 }
 
-/// An angle without its rounding, where it is that of a place between these teeth.
+/// An angle without its rounding, if it is a possible position between these teeth.
 fn exact(central: Option<[u32; 2]>, angle: f64) -> f64 {
     let Some([external, internal]) = central else {
         return angle;

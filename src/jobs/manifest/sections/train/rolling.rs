@@ -4,7 +4,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::shaft::{RollingBearing, RollingElement};
 
-/// The rolling elements of a bearing, which stand in place of these radial `springs`; `Some(None)` without any.
+/// The rolling elements of a bearing, which replace the radial keys `springs`; `Some(None)` without rolling elements.
 pub(super) fn read(
     table: &Section,
     issues: &mut Issues,

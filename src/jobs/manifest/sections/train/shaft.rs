@@ -9,10 +9,10 @@ use crate::manifest::sections::gear;
 use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
-/// Diameter of a ring's body beyond its pitch circle, in modules.
+/// Difference between the diameters of a ring's body and its pitch circle, in modules.
 const RIM: f64 = 8.0;
 
-/// All shafts, and what the drawing says of the gears on each.
+/// All shafts, and the drawing data of the gears on each.
 pub(super) fn read_all(
     tables: &[Section],
     issues: &mut Issues,
@@ -99,7 +99,7 @@ fn shaft(
     Some((shaft, drawn))
 }
 
-/// Every table of a list by a reader; all are read before any fault counts.
+/// Every table of a list, read by a function; all are read before failing.
 pub(super) fn all<T>(
     table: &Section,
     issues: &mut Issues,
@@ -255,7 +255,7 @@ fn toothed_on_shaft(
     Some((gear, drawn))
 }
 
-/// A planet of `[[train.planetary]]`, and what the drawing says of it.
+/// A planet of `[[train.planetary]]`, and its drawing data.
 pub(super) fn planet(
     table: &Section,
     issues: &mut Issues,
@@ -271,8 +271,8 @@ pub(super) fn planet(
     Some((gear, drawn))
 }
 
-/// Teeth and body of a gear around a bore \[m\]; `rim` says of internal teeth how far the body reaches outwards, and `has_hub`
-/// whether a hub between bore and body is part of the shaft.
+/// Teeth and body of a gear around a bore \[m\]. For internal teeth, `rim` is the outer size of the body. `has_hub`
+/// means that a hub between bore and body is part of the shaft.
 fn toothed(
     table: &Section,
     issues: &mut Issues,
@@ -358,7 +358,7 @@ fn toothed(
     Some((TrainGear { body, hub, ..gear }, form))
 }
 
-/// That parts of a body lie outside of one another, in this order: what, diameter \[m\], key.
+/// Checks that parts of a body lie outside one another, in this order: what, diameter \[m\], key.
 fn lie_outside(table: &Section, issues: &mut Issues, parts: &[(&str, f64, &str)]) -> Option<()> {
     let Some(wrong) = parts.windows(2).find(|pair| pair[0].1 >= pair[1].1) else {
         return Some(());
@@ -380,7 +380,7 @@ fn lie_outside(table: &Section, issues: &mut Issues, parts: &[(&str, f64, &str)]
     None
 }
 
-/// Two gears as a pair whose drawing says nothing else, for a torque on the first one \[N m\].
+/// Two gears as a pair without further drawing data, for a torque on the first one \[N m\].
 pub(super) fn pair_of(gears: [&TrainGear; 2], rated_torque: f64) -> GearPair {
     GearPair {
         teeth: gears.map(|gear| gear.teeth),
