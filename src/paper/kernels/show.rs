@@ -1,7 +1,6 @@
-//! A stretch as the observer sees it: Legendre series of deflection and force.
+//! A stretch in the form for observers: Legendre series of deflection and force.
 //!
-//! They follow from Taylor series of the structured generator, so that what is shown does not
-//! depend on the kernel's tables.
+//! They follow from Taylor series of the structured generator, so that they do not depend on the kernel's tables.
 
 use super::cell_model::CellModel;
 use super::generator::Generator;
@@ -14,7 +13,7 @@ use crate::propagate::{ClosedContact, Observer, Window};
 const REACH: f64 = 2.0;
 const TERMS: usize = 28;
 
-/// Terms of a series that are less than this part of the first are left out.
+/// Terms of a series below this fraction of the first are left out.
 const NEGLIGIBLE: f64 = 1e-20;
 
 /// Highest power of a series of the step `reach` ≤ [`REACH`].
