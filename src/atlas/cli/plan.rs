@@ -1,5 +1,6 @@
-//! `atlas plan m.toml`: forecasts the cost of a run. Computes a few points without keeping them. With results of `atlas
-//! machine`, also gives the gain from threads on this machine, and the cost of the run on another measured machine.
+//! `atlas plan m.toml`: forecasts the cost of a run. Computes a few points without keeping them. With results of
+//! `atlas machine`, also gives the gain from threads on this machine, and the cost of the run on another measured
+//! machine.
 
 use super::manifest_args::ManifestArgs;
 use super::process::{NOTHING_WRITTEN, Process};

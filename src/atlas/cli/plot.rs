@@ -139,8 +139,8 @@ impl TypedValueParser for Names {
     }
 }
 
-/// The names of a list, separated by commas. Commas in brackets belong to a name, such as `contact_force[stage 1 of
-/// engine and input, forward]`.
+/// The names of a list, separated by commas. Commas in brackets belong to a name, such as
+/// `contact_force[stage 1 of engine and input, forward]`.
 fn separated(text: &str) -> Vec<&str> {
     let mut depth = 0_i32;
     text.split(|letter| {

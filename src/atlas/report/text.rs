@@ -135,7 +135,7 @@ fn push_header(text: &mut String, summary: &Summary) {
     }
 }
 
-/// What a refined map was refined by, how far, and where its points start.
+/// How a refined map was refined: by which criterion, how far, and from which undivided grid.
 fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let nested = refined.nested;
     let [rows, columns] = nested.sides(nested.levels);

@@ -214,8 +214,8 @@ pub fn invert(
     Some((inverse, condition))
 }
 
-/// Adds the contributions of the waves to the separate blocks to their columns: for each of these blocks `(λ − A) X =
-/// A_other V`.
+/// Adds the contributions of the waves to the separate blocks to their columns: for each of these blocks
+/// `(λ − A) X = A_other V`.
 pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[Complex64], columns: &mut [[Vec<f64>; 2]]) {
     let n = a.nrows() / 2;
     for (&lambda, pair) in waves.iter().zip(columns) {

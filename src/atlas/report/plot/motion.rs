@@ -77,7 +77,7 @@ impl Motion {
         }
     }
 
-    /// Its symbol on a curve: one a family of periods.
+    /// Its symbol on a curve: one per family of periods.
     pub(super) fn marker(self) -> Marker {
         match self {
             Self::Periodic(period) => match family(period).0 {

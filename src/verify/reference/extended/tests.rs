@@ -65,8 +65,8 @@ fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     assert!((energy - DoubleDouble::exact(8.0)).abs().value() < 1e-28);
 }
 
-/// A damped oscillator with excitation by the transmission error, in constant contact: the steady response `Re (A e^{i
-/// t})` is a closed form.
+/// A damped oscillator with excitation by the transmission error, in constant contact: the steady response
+/// `Re (A e^{i t})` is a closed form.
 #[test]
 fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     // δ'' + 4 c δ' + 4 k (δ − b) = −e'', with e = cos(t)/10: −e'' = cos(t)/10, and
