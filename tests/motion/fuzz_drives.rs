@@ -47,7 +47,7 @@ const KERNELS: [(&str, Ask); 2] = [
     }),
 ];
 
-/// Puts drives `from` … to the test; `told` hears of every one and of how long it took.
+/// Tests drives `from` …; calls `told` for every drive with its duration.
 fn fuzz(
     seed: u64,
     numbers: std::ops::Range<u64>,
@@ -81,7 +81,7 @@ fn folder() -> PathBuf {
 fn no_row_of_a_random_drive_is_wrong() {
     let tally = fuzz(1, 0..30, &folder(), &|_, _, _| {});
     assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
-    // The rules were put to something.
+    // Some drives were tested by the rules.
     for kernel in ["volterra", "closed_modes"] {
         let answered = tally.rows.get(&(kernel, "ok".into()));
         assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
@@ -90,9 +90,9 @@ fn no_row_of_a_random_drive_is_wrong() {
     }
 }
 
-/// Drives whose orbits round-off hides. 75 lies on a surface without a force. In 307 a mode takes thousands
-/// of cycles to decay, and round-off leaves the place of the orbit open by far more than that of a cycle. The
-/// multipliers of 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. 1012, 1470 and 2863 start at rest
+/// Drives whose orbits disappear in round-off. 75 is on a surface without a force. In 307 a mode takes thousands of
+/// cycles to decay, and the uncertainty of the orbit by round-off is far larger than that of a cycle. The multipliers
+/// of 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. 1012, 1470 and 2863 start at rest
 /// on a surface beside a free rotation.
 #[test]
 fn orbits_are_told_where_round_off_hides_them() {
@@ -103,8 +103,8 @@ fn orbits_are_told_where_round_off_hides_them() {
     }
 }
 
-/// Asked for by `scripts/record fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,
-/// of seed ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
+/// For `scripts/record fuzz-drives`: tests ATLAS_FUZZ_DRIVES drives, from number ATLAS_FUZZ_FIRST on, of seed
+/// ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
 #[test]
 #[ignore = "as long as asked for"]
 #[allow(clippy::print_stdout)]
