@@ -94,7 +94,7 @@ fn apply(columns: usize, operator: &Operator<'_>, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// That products with columns are those of the columns alone.
+/// Asserts that products with several columns equal those of single columns.
 fn check(operator: &Operator<'_>, dimension: usize) {
     let rows = dimension.next_multiple_of(LANES);
     for columns in COLUMNS {

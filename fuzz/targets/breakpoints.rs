@@ -36,7 +36,7 @@ pub enum Of {
     Further,
 }
 
-/// All of them.
+/// All kinds.
 pub const ALL: [Of; 6] = [
     Of::Levels,
     Of::Flanks,

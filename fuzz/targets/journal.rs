@@ -65,7 +65,7 @@ pub fn journal(data: &[u8]) {
     }
 }
 
-/// The payload of a point's record, in a frame that fits it, behind a header that is right.
+/// The payload of a point's record, in a valid frame after a valid header.
 pub fn sealed(data: &[u8]) {
     let mut bytes = TRUTH.bytes[..TRUTH.points].to_vec();
     bytes.extend((data.len() as u64).to_le_bytes());
