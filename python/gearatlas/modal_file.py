@@ -113,7 +113,7 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     shapes = shapes / np.sqrt(masses)
     energy = np.einsum("im,im->m", shapes, K @ shapes)
     terms = np.einsum("im,im->m", abs(shapes), abs(K) @ abs(shapes))
-    # Of modes that leave springs at rest but for round-off, energy and terms are both round-off.
+    # Both energy and terms are round-off for modes that move springs only by round-off.
     highest = max(float(energy.max()), float((K.diagonal() / M.diagonal()).max()))
     rigid = abs(energy) <= np.maximum(RIGID * terms, UNRESOLVED**2 * highest)
     if (energy[~rigid] < 0.0).any():

@@ -104,7 +104,7 @@ fn gears_in_contact_approach_as_finite_elements_say() {
             one.iter().chain(&two).all(|off| *off < bound),
             "{one:?} {two:?}"
         );
-        // Where a tip edge has just come into contact.
+        // The largest differences occur when a tip edge has just come into contact.
         assert!(worst[0] < 0.08 && worst[1] < 0.12, "{worst:?}");
         assert!(apart < 0.036, "{apart}");
     }

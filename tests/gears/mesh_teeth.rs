@@ -33,7 +33,7 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     let position = |phase: f64| flanks.path().start + phase * flanks.path().base_pitch;
     for step in 0..40 {
         let phase = (f64::from(step) + 0.5) / 40.0;
-        // Where tips may touch off the path, another pair may carry load.
+        // Skip phases with possible contact of tips off the path: another pair may carry load.
         let [first, last] = flanks.reach().map(|s| flanks.path().phase(s));
         if phase > first || (transition..last).contains(&phase) {
             continue;

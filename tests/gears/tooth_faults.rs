@@ -163,7 +163,7 @@ fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
     let mut sidebands = 0;
     for multiple in 1..=45 {
         let lines = &found.orders[0].lines;
-        // Those of the mesh are among the orders of the shaft.
+        // The orders of the shaft include those of the mesh.
         let wanted = f64::from(multiple) / 20.0;
         let line = (lines.iter())
             .find(|line| line.reference != "wheel" && (line.order - wanted).abs() < 1e-12)

@@ -26,7 +26,7 @@ const LEFT_OUT: [&str; 13] = [
     "printed/file",
     // The order of equal speeds depends on rounding.
     "printed/resonances",
-    // Where an exponent passes through 0.
+    // These depend on rounding near a zero of the exponent.
     "bifurcations/lambda",
     "bifurcations/stable",
     "bifurcations/unstable",

@@ -228,8 +228,8 @@ fn two_degrees_on_a_torus_are_quasi_periodic() {
     }
 }
 
-/// Where dense initial states with the probes' measure end, by the events of the last twelve cycles and by whether the
-/// motion repeats every cycle: the shares of the distinct endings.
+/// Shares of the final motions from dense initial states with the probes' measure. Motions are distinguished by the
+/// events of the last twelve cycles and by whether they repeat every cycle.
 fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
     const ENERGIES: usize = 40;
     const DIRECTIONS: usize = 30;

@@ -75,7 +75,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
         branch.ends,
         [End::Merged { period: 1 }, End::Merged { period: 1 }]
     );
-    // Where it ends by a smooth doubling of the orbits of one period, their branch has a doubling at the same value.
+    // If it ends by a smooth doubling of the orbits of one period, their branch has a doubling at the same value.
     let mut smooth = 0;
     for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
         let omega = own.orbit.at[0];

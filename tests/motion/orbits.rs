@@ -135,8 +135,8 @@ fn a_kick_grows_as_predicted_away_from_grazing() {
     }
 }
 
-/// From return to return: in the linear regime according to powers of the monodromy matrix, which in the long run are
-/// those of the leading multiplier.
+/// In the linear regime, the kick changes between returns by the monodromy matrix, and in the long run by the leading
+/// multiplier.
 #[test]
 fn a_kick_is_followed_over_returns() {
     let (settled, _) = survey(&one_degree(0.3, 600.0), 300, &[1]);

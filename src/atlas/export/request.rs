@@ -16,7 +16,7 @@ pub struct ExportRequest {
     pub columns: Vec<String>,
     /// The format.
     pub format: Format,
-    /// Where lists go.
+    /// Placement of lists.
     pub lists: Lists,
     /// Whether existing files are replaced.
     pub overwrite: bool,

@@ -1,7 +1,7 @@
 //! What does the first slice of the grid show, over the first two axes with several values?
 //!
-//! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes have their first value. For
-//! a refined grid, the map shows the refined plane, each place as the point that stands for it.
+//! A wide grid is binned: a cell then shows the liveliest of its points. Further axes have their first value. For a
+//! refined grid, the map shows the refined plane, with the representative point of each place.
 
 use super::point::{Axis, CHAOTIC, PointSummary, TRANSIENT_CHAOS, varied};
 use super::refined::Plane;

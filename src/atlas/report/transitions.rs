@@ -19,7 +19,7 @@ pub struct TransitionSummary {
     pub classes: [String; 2],
     /// Their periods, if they have one.
     pub periods: [Option<u64>; 2],
-    /// What changes: `class`, `period` or `deflection`.
+    /// The changing quantity: `class`, `period` or `deflection`.
     pub what: String,
     /// RMS of the deflection before and after a jump \[m\].
     pub deflection_rms: [Option<f64>; 2],

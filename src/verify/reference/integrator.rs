@@ -160,7 +160,7 @@ impl<'m> Reference<'m> {
     }
 }
 
-/// What can end a contact's state.
+/// Conditions that can end a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Watched {
     /// Its deflection reaches its surface.

@@ -33,7 +33,7 @@ pub enum PlotError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         fault: CacheFault,
     },
     /// The data do not fit this picture.

@@ -46,7 +46,7 @@ impl Picture {
 pub struct Drawn {
     /// The pictures, by kind.
     pub pictures: Vec<Picture>,
-    /// What was left out and why, one sentence each.
+    /// Omitted data with the reasons, one sentence each.
     pub notes: Vec<String>,
 }
 

@@ -294,7 +294,7 @@ impl Results {
         lines.into_values().collect()
     }
 
-    /// What lines join if points of a slice also differ in other axes, in words.
+    /// Text that names the other axes in which points of a slice differ, and says whether lines join equal values.
     pub fn lines_words(&self, free: &[usize], points: &[&PointSummary]) -> String {
         let others = self.accompanying(free);
         let names: Vec<&str> = (others.iter())

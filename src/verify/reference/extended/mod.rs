@@ -448,7 +448,7 @@ impl Integration<'_> {
     }
 }
 
-/// What ends the state of a contact.
+/// The end of a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Met {
     /// Its surface: it opens or closes.

@@ -37,7 +37,7 @@ pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
     pub evidence: Evidence,
-    /// What lines join, in words, if the points come from a list.
+    /// Text that names the axes with equal values along a line, if the points come from a list.
     pub joins: String,
     pub curves: BTreeMap<Key, Curve>,
 }
