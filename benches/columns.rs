@@ -1,16 +1,15 @@
-//! What trajectories of one speed would gain as columns of one product, which reads tables once: the
-//! window product of the structured kernel and the dense product of the table kernels with 1, 2, 4 and 8
-//! columns against as many single products, and how many windows of rattling motion have no event in
-//! them and could be shared.
+//! What would trajectories of one speed gain as columns of one product, which reads tables once? The window product of
+//! the structured kernel and the dense product of the table kernels with 1, 2, 4 and 8 columns, compared with as many
+//! single products. Also the number of windows in rattle without an event, which could be shared.
 //!
 //! ```text
 //! scripts/record columns          runs this and records it under benches/runs/
 //! ```
 //!
-//! What is compared is timed in turn, in rounds, by the thread's processor time; figures are
-//! medians. The output is JSON.
+//! Compared codes run alternately, in rounds, timed by the thread's processor time; results are medians. The output is
+//! JSON.
 
-// A bench may print, and end on an unwrap, as a test may.
+// A bench may print and unwrap, like a test.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "../tests/common/mod.rs"]
@@ -61,8 +60,8 @@ fn told(times: &[Spell]) -> Value {
     times.iter().map(one).collect()
 }
 
-/// Nanoseconds of a cycle with 1, 2, 4 and 8 columns: the trajectory and tangents beside it, which share
-/// its windows, its contact and its events.
+/// Nanoseconds of a cycle with 1, 2, 4 and 8 columns: the trajectory and tangents, which share its windows, its contact
+/// and its events.
 fn cycles(case: &Case) -> Value {
     let model = common::model(case);
     let kernel = volterra(&model);
@@ -92,7 +91,7 @@ fn cycles(case: &Case) -> Value {
     told(&race(&mut contenders))
 }
 
-/// The structured kernel: windows without an event in lasting contact, and rattling.
+/// The structured kernel: windows without an event in permanent contact, and in rattle.
 fn structured() -> Value {
     let rows = MODES.iter().map(|&modes| {
         let full = counted(&common::model(&quiet(modes)));
@@ -119,7 +118,7 @@ fn structured() -> Value {
     rows.collect()
 }
 
-/// Windows, windows cut short and events a cycle over the loads and speeds of `manifests/flex80.toml`.
+/// Windows, windows cut at events and events per cycle over the loads and speeds of `manifests/flex80.toml`.
 fn plane() -> Value {
     let rows = (0..10)
         .flat_map(|i| (0..8).map(move |j| (i, j)))

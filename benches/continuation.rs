@@ -1,12 +1,11 @@
-//! Time of one orbit along a branch: of an oscillator with a stop, and of the drive of flex80 with
-//! forty modes, everything included (models, tables, Newton's method, multipliers, details, steps made
-//! again, bifurcations located).
+//! Time of one orbit along a branch: for an oscillator with a stop, and for the drive of flex80 with forty modes,
+//! including everything (models, tables, Newton's method, multipliers, details, repeated steps, bifurcations).
 //!
 //! ```text
 //! cargo bench --bench continuation
 //! ```
 
-// Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
+// Criterion's macros generate undocumented items; a bench may unwrap, like a test.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "../tests/common/stopped.rs"]
@@ -33,7 +32,7 @@ const SEARCH: Search = Search {
     initial: InitialState::Static,
 };
 
-/// A branch from the orbit of a period that a search finds.
+/// A branch from the orbit of a period, which a search finds.
 fn branch<F: Family>(family: &F, span: &Span, first: &Orbit) -> Branch {
     let mut map = DriveMap::new(family, first.at).unwrap();
     follow(&mut map, span, first.clone(), &Steps::default()).unwrap()

@@ -1,15 +1,13 @@
-//! Time of one mesh cycle of the default drive, rattling or in constant contact, by kernel,
-//! number of modes, load, speed, number of tangents and instruction set; the work it takes;
-//! and what the machine could do at best.
+//! Time of one mesh cycle of the default drive, in rattle or in constant contact, by kernel, number of modes, load,
+//! speed, number of tangents and instruction set; its counted work; and the limits of the machine.
 //!
 //! ```text
 //! scripts/record bench            runs this and records it under benches/runs/
 //! ```
 //!
-//! All kernels run in one process, so ratios between them hold. Every bench advances a
-//! settled trajectory on.
+//! All kernels run in one process, so that their ratios are comparable. Every bench continues a settled trajectory.
 
-// Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
+// Criterion's macros generate undocumented items; a bench may unwrap, like a test.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "cycle/ceilings.rs"]
@@ -35,7 +33,7 @@ use std::time::Duration;
 
 const MODES: [usize; 9] = [2, 6, 12, 20, 40, 81, 160, 320, 640];
 const LOADS: [f64; 2] = [0.05, 0.30];
-/// Speeds beside the 1200 rad/s of the scenes by number of modes: each scene is timed once.
+/// Speeds in addition to the 1200 rad/s of the scenes by number of modes: each scene is timed once.
 const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
 /// Advances a settled trajectory, cycle after cycle.
@@ -120,7 +118,7 @@ fn tangents(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The two exact kernels side by side, bare and with a tangent.
+/// The two exact kernels, without and with a tangent.
 fn closed_modes(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("closed-modes");
     for modes in [2, 6, 20, 40] {
@@ -149,7 +147,7 @@ fn closed_modes(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// All statistics with ten harmonics, by both exact kernels; beside them the same cycles unwatched.
+/// All statistics with ten harmonics, by both exact kernels, and the same cycles without observer.
 fn nvh(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("nvh");
     for modes in [6, 40] {
@@ -172,7 +170,7 @@ fn nvh(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Advances under statistics, if any.
+/// Advances with statistics, if any.
 fn watched<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, nvh: Option<Nvh>) {
     match nvh {
         Some(mut nvh) => advance_watched(bench, kernel, model, 0, &mut nvh),
@@ -180,7 +178,7 @@ fn watched<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, nvh: O
     }
 }
 
-/// One cycle from rest: what it meets is made.
+/// One cycle from rest, to build all tables in advance.
 fn advance_once<K: Kernel>(kernel: &K, model: &Model) {
     let mut trajectory = model.start(&gearatlas::model::InitialState::Static);
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
@@ -237,8 +235,7 @@ fn others(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Counts the work of every scene, measures the machine's ceilings, and leaves both beside
-/// Criterion's estimates.
+/// Counts the work of every scene, measures the machine's limits, and stores both with Criterion's estimates.
 fn facts(_: &mut Criterion) {
     let work: Map<String, Value> = scenes()
         .iter()

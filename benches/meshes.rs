@@ -1,12 +1,11 @@
-//! Time of one cycle of the first mesh over the number of meshes: a gearbox of two flexible shafts
-//! with one to six pairs, whose second gears run loose and are braked. Two kernels alone, rattling with and
-//! without ripple of the torque.
+//! Time of one cycle of the first mesh over the number of meshes: a gearbox of two flexible shafts with one to six
+//! pairs, whose second gears are loose and braked. Two kernels, in rattle with and without torque ripple.
 //!
 //! ```text
 //! cargo bench --bench meshes
 //! ```
 
-// Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
+// Criterion's macros generate undocumented items; a bench may unwrap, like a test.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "../tests/common/mod.rs"]
@@ -21,7 +20,7 @@ use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Tangen
 use std::hint::black_box;
 use std::path::Path;
 
-/// Teeth of each pair, in sum 60.
+/// Teeth of each pair, with sum 60.
 const PAIRS: [[u32; 2]; 6] = [[20, 40], [25, 35], [30, 30], [35, 25], [40, 20], [24, 36]];
 
 fn gearbox(meshes: usize, ripple: f64) -> Model {
@@ -84,7 +83,7 @@ fn meshes(criterion: &mut Criterion) {
     }
 }
 
-/// Times the cycles of a kernel and tells what they consist of.
+/// Times the cycles of a kernel and prints their work.
 fn cycles<K: Kernel>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     scene: &str,

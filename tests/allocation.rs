@@ -1,4 +1,4 @@
-//! Does an integrated cycle allocate? Every kernel is integrated under a counting allocator.
+//! Does an integrated cycle allocate? The test integrates every kernel under a counting allocator.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,7 +13,7 @@ use gearatlas::propagate::{ClosedModes, Kernel, KernelChoice, KernelUse, TableEr
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 1000;
 
-/// Every kernel there is, with settings for the drives here.
+/// All kernels, with settings for these drives.
 fn kernels() -> Vec<KernelChoice> {
     let choice = |name| match name {
         "volterra" => KernelChoice::Volterra,

@@ -16,12 +16,11 @@ const PANEL: usize = 6;
 /// Rows and columns of the operators of 40, 160 and 640 modes.
 const DIMENSIONS: [usize; 3] = [81, 321, 1281];
 
-/// Bytes of the operators that take turns: one alone, the 18 MB of a table of 40 modes in 60 segments, and
-/// more than a shared cache leaves to one process.
+/// Bytes of the alternating operators: a single one, the 18 MB of a table of 40 modes in 60 segments, and more than the
+/// share of one process in a shared cache.
 const SETS: [(&str, usize); 3] = [("one", 0), ("18 MiB", 18 << 20), ("768 MiB", 768 << 20)];
 
-/// `y += A x` for `C` columns, one behind the other in `x` and `y`; sums of `G` lane groups at a time stay in
-/// registers.
+/// `y += A x` for `C` columns, consecutive in `x` and `y`; sums of `G` lane groups at a time stay in registers.
 #[inline(always)]
 fn strip<const C: usize, const G: usize>(
     panel: &[[f64; LANES]],
@@ -95,7 +94,7 @@ fn apply(columns: usize, operator: &Operator<'_>, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// That products with columns are those of the columns alone.
+/// Asserts that products with several columns equal those of single columns.
 fn check(operator: &Operator<'_>, dimension: usize) {
     let rows = dimension.next_multiple_of(LANES);
     for columns in COLUMNS {
@@ -112,11 +111,11 @@ fn check(operator: &Operator<'_>, dimension: usize) {
     }
 }
 
-/// Nanoseconds of a product, by dimension and by what takes turns.
+/// Nanoseconds of a product, by dimension and by set of alternating operators.
 pub fn products() -> Value {
     let mut found = Vec::new();
     for dimension in DIMENSIONS {
-        // Integers add up exactly in any order.
+        // Sums of integers are exact in any order.
         let matrix = Mat::from_fn(dimension, dimension, |i, j| {
             ((7 * i + 13 * j) % 19) as f64 - 9.0
         });

@@ -1,5 +1,5 @@
-//! Timing in rounds: what is compared runs in turn, so that it shares the processor's moods. The
-//! clock is the thread's processor time.
+//! Timing in rounds: compared codes run alternately, so that changes of the processor's speed affect all. The clock is
+//! the thread's processor time.
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -15,7 +15,7 @@ fn now() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Something that is timed.
+/// A timed function.
 pub struct Contender<'a> {
     once: Box<dyn FnMut() + 'a>,
 }

@@ -1,5 +1,5 @@
-//! What the machine could do at best: multiply-adds from registers, numbers read from a
-//! buffer of a given size. One core, the widest vectors it has.
+//! Limits of the machine: multiply-adds in registers, and numbers read from a buffer of a given size. One core, with
+//! its widest vectors.
 
 #![allow(unsafe_code)]
 
@@ -11,10 +11,10 @@ type Lanes = [f64; 8];
 /// Timed batches; the fastest counts.
 const BATCHES: usize = 15;
 
-/// How long a batch takes, about.
+/// Approximate duration of a batch.
 const BATCH: Duration = Duration::from_millis(4);
 
-/// Sums in flight that fit the registers of AVX-512, of what is narrower.
+/// Number of sums that fit into the registers of AVX-512, and of narrower sets.
 const WIDE: usize = 16;
 const NARROW: usize = 3;
 
@@ -47,7 +47,7 @@ fn read_body<const SUMS: usize>(data: &[Lanes], rounds: usize) -> f64 {
     sums.as_flattened().iter().sum()
 }
 
-/// Explicit vectors: the compiler would carry the lanes one by one.
+/// Explicit vectors, because the compiler would process the lanes one by one.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
 fn multiply_add_avx512(rounds: usize) -> f64 {
@@ -90,7 +90,7 @@ fn read_avx2(data: &[Lanes], rounds: usize) -> f64 {
     read_body::<NARROW>(data, rounds)
 }
 
-/// Runs the loop; how many numbers a round multiplies.
+/// Runs the loop; returns how many numbers a round multiplies.
 fn multiply_add(rounds: usize) -> usize {
     #[cfg(target_arch = "x86_64")]
     {
@@ -126,7 +126,7 @@ fn read(data: &[Lanes], rounds: usize) {
     black_box(read_body::<NARROW>(data, rounds));
 }
 
-/// Nanoseconds of one round at the fastest.
+/// Nanoseconds of the fastest round.
 fn fastest(mut rounds_of: impl FnMut(usize)) -> f64 {
     let mut rounds = 1;
     let timed = |rounds: usize, run: &mut dyn FnMut(usize)| {
@@ -141,14 +141,14 @@ fn fastest(mut rounds_of: impl FnMut(usize)) -> f64 {
     best.map_or(f64::NAN, |time| time.as_secs_f64() * 1e9 / rounds as f64)
 }
 
-/// Multiply-adds a nanosecond, of numbers in registers.
+/// Multiply-adds per nanosecond, for numbers in registers.
 pub fn multiply_adds() -> f64 {
     let mut numbers = 0;
     let time = fastest(|rounds| numbers = multiply_add(rounds));
     numbers as f64 / time
 }
 
-/// Nanoseconds that it takes to read a buffer of so many numbers that was just read.
+/// Nanoseconds to read a buffer of `numbers` numbers that was just read.
 pub fn reading(numbers: usize) -> f64 {
     #[repr(C, align(64))]
     #[derive(Clone, Copy)]

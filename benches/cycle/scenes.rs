@@ -1,5 +1,4 @@
-//! What is integrated: drives of any number of modes, their settled trajectories, and the work
-//! that a cycle takes.
+//! Scenes of the benches: drives with any number of modes, their settled trajectories, and the work of a cycle.
 
 use crate::common::{self, Case, default_drive};
 use gearatlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
@@ -9,14 +8,14 @@ use gearatlas::model::{
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use serde_json::{Value, json};
 
-/// Cycles integrated before the clock starts.
+/// Mesh cycles integrated before the timing.
 const TRANSIENT: u32 = 200;
 
 /// Cycles over which work is counted.
 const COUNTED: u32 = 2000;
 
-/// The default drive with its `modes` lowest modes; beyond 40, its elastic modes again,
-/// slightly detuned and felt little by the mesh.
+/// The default drive with its `modes` lowest modes; beyond 40, copies of its elastic modes, slightly detuned and with a
+/// small mesh participation.
 pub fn drive(modes: usize, load: f64, speed: f64) -> Case {
     let (mut structure, mesh, _) = common::forty_modes();
     let known = structure.frequency.len();
@@ -59,8 +58,8 @@ pub fn quiet(modes: usize) -> Case {
     case
 }
 
-/// Rattle with the mesh computed from the gears of the default drive, on stiff cores: means over
-/// equal segments, or the course as it is. Friction turns round at the pitch point.
+/// Rattle with the mesh computed from the gears of the default drive, on stiff cores: means over equal segments, or the
+/// full course. Friction changes its direction at the pitch point.
 pub fn computed(segments: Option<usize>) -> Case {
     let mut case = drive(40, 0.05, 1200.0);
     let gears = GearPair {
@@ -102,7 +101,7 @@ pub fn computed(segments: Option<usize>) -> Case {
     case
 }
 
-/// The structured kernel to round-off.
+/// The structured kernel with a tolerance at round-off.
 pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, f64::EPSILON, 1000)
 }
@@ -129,8 +128,7 @@ fn advance<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32)
     counters
 }
 
-/// What a cycle of a scene takes, counted: checks that it rattles, or that it does not where
-/// it should not.
+/// Counted work of a cycle; asserts that the scene rattles, or that it does not if it should not.
 pub fn work(case: &Case) -> Value {
     let model = common::model(case);
     let kernel = volterra(&model);

@@ -1,7 +1,6 @@
-//! One target of `fuzz/targets`, under libFuzzer: ATLAS_FUZZ_TARGET names it.
+//! One target of `fuzz/targets` for libFuzzer, selected by ATLAS_FUZZ_TARGET.
 //!
-//! With ATLAS_FUZZ_SEEDS it writes the seeds of all targets and the dictionary to that folder instead,
-//! and ends.
+//! With ATLAS_FUZZ_SEEDS it writes the seeds of all targets and the dictionary to that folder instead, and ends.
 
 #![no_main]
 
@@ -22,8 +21,8 @@ fuzz_target!(init: begin(), |data: &[u8]| {
     }
 });
 
-/// Chooses the target. A panic that the program catches, as it does around the decoding of files, is
-/// none of the fuzzer's: only one that leaves the target ends the process.
+/// Selects the target. A panic that the program catches, for example in the decoding of files, must not reach the
+/// fuzzer: only one that leaves the target ends the process.
 fn begin() {
     _ = std::panic::take_hook();
     if let Some(folder) = std::env::var_os("ATLAS_FUZZ_SEEDS") {

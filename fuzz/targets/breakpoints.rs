@@ -1,5 +1,5 @@
-//! Breakpoints of contacts that nearly coincide: every kernel passes them, and the motion is that of
-//! breakpoints that do coincide.
+//! Breakpoints of contacts that nearly coincide: every kernel passes them, and the motion is that of coinciding
+//! breakpoints.
 
 use super::right;
 use gearatlas::model::{
@@ -19,24 +19,24 @@ pub const KERNELS: [KernelChoice; 3] = [
     KernelChoice::Stepping { steps: 3200 },
 ];
 
-/// What the two breakpoints are of.
+/// Kind of the two breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Of {
     /// Steps of one stiffness.
     Levels,
-    /// Steps of the stiffness of the drive and of the coast flank, which have lines of their own.
+    /// Steps of the stiffness of the drive and of the coast flank, which have separate lines.
     Flanks,
     /// Kinks of the stiffness of flanks that are mirror images of one another.
     Kinks,
     /// A kink of the coast flank, and the ends of the cycle.
     Ends,
-    /// A step of the gap of one flank and of the stiffness of the other, which let go without a pull.
+    /// A step of the gap of one flank and of the stiffness of the other; the flanks never pull.
     Gap,
     /// Steps of the stiffness of the mesh and of a further contact.
     Further,
 }
 
-/// All of them.
+/// All kinds.
 pub const ALL: [Of; 6] = [
     Of::Levels,
     Of::Flanks,
@@ -46,23 +46,23 @@ pub const ALL: [Of; 6] = [
     Of::Further,
 ];
 
-/// Two breakpoints of one kind, and who passes them.
+/// Two breakpoints of one kind, and the kernel.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
     pub of: Of,
-    /// Mesh phase of the first, in parts of 32.
+    /// Mesh phase of the first, in units of 1/32.
     pub place: u8,
-    /// From the first to the second \[cycles\].
+    /// Distance of the two \[cycles\].
     pub apart: f64,
-    /// Among [`KERNELS`].
+    /// Index in [`KERNELS`].
     pub kernel: usize,
 }
 
-/// Cycles that are compared.
+/// Compared cycles.
 const CYCLES: u64 = 3;
 const EVENT_LIMIT: u32 = 1000;
 
-/// The bytes name kernel, kind, place, and the distance: its sign, its exponent from −16 to −6 and a digit.
+/// The bytes select kernel, kind, place, and the distance: its sign, its exponent from −16 to −6 and a digit.
 pub fn breakpoints(data: &[u8]) {
     let byte = |place: usize| data.get(place).copied().unwrap_or_default();
     let size = f64::from(byte(4) % 90 + 10) / 10.0 * 10.0_f64.powi(-16 + i32::from(byte(3) % 11));
@@ -74,7 +74,7 @@ pub fn breakpoints(data: &[u8]) {
     });
 }
 
-/// Judges a case; whether its kernel takes it.
+/// Checks a case; returns whether its kernel supports it.
 pub fn passes(case: Case) -> bool {
     let Ok(found) = motion(case) else {
         return false;
@@ -87,7 +87,7 @@ pub fn passes(case: Case) -> bool {
     true
 }
 
-/// Judges a motion beside that of breakpoints that coincide.
+/// Compares a motion with that of coinciding breakpoints.
 pub fn judge(case: Case, found: Result<Motion, Stop>, exact: Result<Motion, Stop>) {
     let (found, exact) = match (found, exact) {
         (Ok(found), Ok(exact)) => (found, exact),
@@ -111,7 +111,7 @@ pub fn judge(case: Case, found: Result<Motion, Stop>, exact: Result<Motion, Stop
     right(events(&found) == events(&exact), || {
         format!("{case:?}: {:?}, not {:?}", found.events, exact.events)
     });
-    // A neighbour by so much that far off three cycles later.
+    // Allowed distance of neighbouring motions after three cycles.
     let most = 1e-8 + 1e3 * case.apart.abs();
     for (own, other) in found.events.iter().zip(&exact.events) {
         right((own.0 - other.0).abs() < most, || {
@@ -120,12 +120,12 @@ pub fn judge(case: Case, found: Result<Motion, Stop>, exact: Result<Motion, Stop
     }
 }
 
-/// What is compared.
+/// The compared motion.
 #[derive(Debug, Default)]
 pub struct Motion {
     /// Time \[cycles\], contact, whether it closes.
     pub events: Vec<(f64, usize, bool)>,
-    /// Cycles that windows were shown of.
+    /// Cycles covered by windows.
     shown: f64,
     windows: u64,
     period: f64,
@@ -157,7 +157,7 @@ impl KernelUse for Passing<'_> {
 /// The motion of a model by a kernel.
 ///
 /// # Errors
-/// It stops.
+/// The kernel stops.
 pub fn moved<K: Kernel>(model: &Model, kernel: &K) -> Result<Motion, Stop> {
     let mut trajectory = model.start(&InitialState::Static);
     let mut counters = Counters::default();
@@ -177,7 +177,7 @@ pub fn moved<K: Kernel>(model: &Model, kernel: &K) -> Result<Motion, Stop> {
     Ok(motion)
 }
 
-/// The motion of a case; an error where its kernel does not take it.
+/// The motion of a case; an error if its kernel does not support it.
 pub fn motion(case: Case) -> Result<Result<Motion, Stop>, TableError> {
     let model = model(case);
     let kept = || ClosedModes::arrays(&model).map(Box::new);

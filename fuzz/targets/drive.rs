@@ -1,5 +1,5 @@
-//! Drives of every kind with keys changed: whatever a manifest accepts is computed without a panic, in
-//! bounded time, and no row that calls itself `ok` is wrong.
+//! Drives of every kind with changed keys: every accepted manifest is computed without a panic, in bounded time, and no
+//! row with status `ok` is wrong.
 
 use super::manifest::judged;
 use super::row::{broken, differs, questions};
@@ -13,7 +13,7 @@ use gearatlas::store::TableStore;
 use gearatlas::sweep::Prepared;
 use std::sync::atomic::AtomicBool;
 
-/// Manifests whose keys are changed: every kind of model, of stiffness, of contact.
+/// Base manifests: every kind of model, of stiffness, of contact.
 pub const BASES: [&str; 12] = [
     super::scratch::OSCILLATOR,
     include_str!("../../manifests/tiers/torsional.toml"),
@@ -33,11 +33,11 @@ const TRANSIENT: u64 = 60;
 const CYCLES: u64 = 120;
 const EVENT_LIMIT: u32 = 1000;
 
-/// Windows of a mesh cycle, and modes, that are waited for.
+/// Limits of windows per mesh cycle and of modes, for the time of a run.
 const WINDOWS: f64 = 400.0;
 const MODES: usize = 30;
 
-/// The first byte names a manifest; the lines behind it change keys of it, `KEY=VALUE`.
+/// The first byte selects a manifest; the lines after it change its keys, `KEY=VALUE`.
 pub fn drive(data: &[u8]) {
     let Some((first, lines)) = data.split_first() else {
         return;

@@ -1,4 +1,4 @@
-//! Journals: whatever lies there, only points that were appended come back.
+//! Journals: for any bytes on the disk, only appended points come back.
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder};
@@ -9,12 +9,12 @@ use std::fs;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
-/// A job, its first points, and the journal that holds them.
+/// A job, its first points, and the journal with them.
 struct Truth {
     job: Job,
     rows: Vec<PointRow>,
     bytes: Vec<u8>,
-    /// Where its first point lies.
+    /// Position of its first point.
     points: usize,
 }
 
@@ -36,7 +36,7 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
             row.outcome.poincare.clear();
             row.outcome.spectra.clear();
             row.outcome.orders.clear();
-            // A journal of another process is as true.
+            // A journal of another process is also valid.
             row.placement.wall_time = 0.0;
             row
         })
@@ -56,7 +56,7 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
     }
 });
 
-/// A journal as it lies on the disk.
+/// A journal with any bytes.
 pub fn journal(data: &[u8]) {
     let found = replayed(data);
     for row in &found {
@@ -65,7 +65,7 @@ pub fn journal(data: &[u8]) {
     }
 }
 
-/// The payload of a point's record, in a frame that fits it, behind a header that is right.
+/// The payload of a point's record, in a valid frame after a valid header.
 pub fn sealed(data: &[u8]) {
     let mut bytes = TRUTH.bytes[..TRUTH.points].to_vec();
     bytes.extend((data.len() as u64).to_le_bytes());
@@ -76,8 +76,8 @@ pub fn sealed(data: &[u8]) {
     });
 }
 
-/// The points of a journal of such bytes: the same when asked twice, and with one more behind them once
-/// it is appended.
+/// The points of a journal with some bytes: the same when read twice, and with one more at the end after it is
+/// appended.
 fn replayed(bytes: &[u8]) -> Vec<PointRow> {
     let here = empty("journal");
     fs::write(journal_path(&here, None), bytes).expect("a folder of its own");
@@ -103,14 +103,14 @@ fn replayed(bytes: &[u8]) -> Vec<PointRow> {
     right(last.as_ref() == Some(&TRUTH.rows[0]), || {
         format!("appended {last:?}")
     });
-    // Numbers that are none are not equal to themselves.
+    // NaN is not equal to itself.
     right(format!("{again:?}") == format!("{found:?}"), || {
         format!("{} points, then {}", found.len(), again.len())
     });
     found
 }
 
-/// A whole journal, one that ends early, one with a point twice.
+/// A complete journal, one that ends early, one with a point twice.
 pub fn seeds() -> Vec<Vec<u8>> {
     let whole = &TRUTH.bytes;
     let twice = [whole, &whole[TRUTH.points..]].concat();

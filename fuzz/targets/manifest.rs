@@ -1,4 +1,4 @@
-//! Manifests, the modal files they name, and the keys that a command changes.
+//! Manifests, their modal files, and key changes from a command.
 
 use super::right;
 use super::scratch::{folder, put};
@@ -9,10 +9,10 @@ use gearatlas::store::TableStore;
 use gearatlas::sweep::Prepared;
 use std::path::Path;
 
-/// Most bytes said of a manifest that is no larger than fuzzers draw.
+/// Most bytes printed about a manifest of the size that fuzzers generate.
 const WORDS: usize = 200_000;
 
-/// Windows of a mesh cycle that are waited for.
+/// Limit of windows per mesh cycle, for the time of a run.
 const WINDOWS: f64 = 2000.0;
 
 /// The text of a manifest.
@@ -43,7 +43,7 @@ pub fn modal(data: &[u8]) {
     }
 }
 
-/// A change of a key of the quick start a line.
+/// One change of a key of the quick start per line.
 pub fn changes(data: &[u8]) {
     let changes: Vec<String> = (String::from_utf8_lossy(data).lines())
         .map(str::to_owned)
@@ -58,7 +58,7 @@ pub fn changes(data: &[u8]) {
     );
 }
 
-/// The job of a text, where it has one; either way what must hold of the verdict is checked.
+/// The job of a text, if it has one; checks the verdict in either case.
 pub fn judged(text: ManifestText<'_>, folder: &Path) -> Option<Job> {
     match text.job("m.toml", folder) {
         Ok(job) => {
@@ -72,8 +72,7 @@ pub fn judged(text: ManifestText<'_>, folder: &Path) -> Option<Job> {
     }
 }
 
-/// A job has points, each with a finite speed and load and a value for every axis, and reading it again
-/// gives it again.
+/// A job has points, each with a finite speed and load and a value for every axis, and reading it again gives the same.
 fn accepted(job: &Job, folder: &Path) {
     right(!job.points.is_empty(), || "a job without points".into());
     let last = job.points.len() - 1;
@@ -99,7 +98,7 @@ fn accepted(job: &Job, folder: &Path) {
     }
 }
 
-/// A refusal has faults, all in the text, and few words that a terminal only shows.
+/// A refusal has faults, all in the text, and few words that a terminal only displays.
 fn refused(errors: &ManifestErrors) {
     right(errors.count() > 0, || "refused without a fault".into());
     for fault in &errors.diagnostics {
@@ -118,7 +117,7 @@ fn shows(words: &str) {
     right(printable(words) == words, || format!("{words:?}"));
 }
 
-/// The model of the first point starts from finite numbers, and a cycle of it ends at such or stops.
+/// The model of the first point starts with finite numbers, and a cycle of it ends with finite numbers or stops.
 fn a_cycle(job: &Job, folder: &Path) {
     let point = job.points.at(0);
     let parts = Prepared::new(TableStore::open(folder.join("tables")));

@@ -1,11 +1,11 @@
-//! What a fuzzer puts to the program: functions of bytes, each with what must hold of any bytes.
+//! Fuzz targets: functions of bytes, each with assertions for any bytes.
 //!
-//! Whatever the bytes, the program neither panics nor hangs nor asks for memory without end; what it
-//! accepts is sound, and what it refuses is refused in words that fit a terminal. A sound answer
-//! that is wrong panics with a text that begins with [`WRONG`], so that counts tell it from a crash.
+//! For any bytes, the program neither panics nor hangs nor allocates without limit. Accepted input is valid, and
+//! refusals are texts that fit a terminal. A wrong result causes a panic with a text that begins with [`WRONG`], so
+//! that counts distinguish it from a crash.
 //!
-//! The functions know nothing of what draws the bytes: `fuzz/src/target.rs` puts them to libFuzzer,
-//! `tests/house/fuzz_targets.rs` to a seeded generator and to all inputs that were ever found to break them.
+//! The functions are independent of the source of the bytes: `fuzz/src/target.rs` runs them with libFuzzer,
+//! `tests/house/fuzz_targets.rs` with a seeded generator and with all inputs that ever broke them.
 
 // Each of the two programs uses a part of it.
 #![allow(dead_code, unused_imports)]
@@ -25,7 +25,7 @@ mod units;
 
 pub use drive::BASES;
 
-/// Begins the text of a panic that says what is wrong with an answer.
+/// Prefix of the text of a panic about a wrong result.
 pub const WRONG: &str = "WRONG: ";
 
 /// A function of bytes.
@@ -33,9 +33,9 @@ pub const WRONG: &str = "WRONG: ";
 pub struct Target {
     /// Its name: that of its folder of seeds.
     pub name: &'static str,
-    /// What it tries.
+    /// Its purpose.
     pub about: &'static str,
-    /// Puts bytes to the program.
+    /// Passes bytes to the program.
     pub run: fn(&[u8]),
 }
 
@@ -43,7 +43,7 @@ const fn target(name: &'static str, run: fn(&[u8]), about: &'static str) -> Targ
     Target { name, about, run }
 }
 
-/// All of them.
+/// All targets.
 pub static TARGETS: [Target; 14] = [
     target("manifest", manifest::manifest, "text of a manifest"),
     target(
@@ -89,12 +89,12 @@ pub static TARGETS: [Target; 14] = [
     ),
 ];
 
-/// The target of a name.
+/// The target with a name.
 pub fn named(name: &str) -> Option<&'static Target> {
     TARGETS.iter().find(|target| target.name == name)
 }
 
-/// Panics where an answer is wrong.
+/// Panics if a result is wrong.
 fn right(holds: bool, what: impl FnOnce() -> String) {
     if !holds {
         panic!("{WRONG}{}", what());

@@ -1,4 +1,4 @@
-//! A file of operating points, as spreadsheets write it.
+//! A file of operating points in the formats of spreadsheets.
 
 use super::manifest::judged;
 use super::right;

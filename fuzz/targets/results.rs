@@ -1,4 +1,4 @@
-//! Results folders: tables that nothing vouches for, and records whose checksum fits.
+//! Results folders: tables without a record, and records with a valid checksum.
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder, put};
@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
-/// Watches nothing.
+/// Observes nothing.
 struct Nobody;
 
 impl Watcher for Nobody {
@@ -25,7 +25,7 @@ impl Watcher for Nobody {
     fn tick(&mut self, _: &Progress) {}
 }
 
-/// A table of points as it was written.
+/// A table of points before any change.
 static POINTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let here = empty("results-of-truth");
     let job = parse(OSCILLATOR, "m.toml", &folder()).expect("a manifest");
@@ -58,7 +58,7 @@ pub fn table(data: &[u8]) {
     summarised(&here);
 }
 
-/// The text of `run.json`, with a checksum that fits, beside a table that is whole.
+/// The text of `run.json`, with a valid checksum, next to a complete table.
 pub fn record(data: &[u8]) {
     let here = empty("results");
     put(&here.join("points.parquet"), &POINTS);
@@ -79,7 +79,7 @@ fn held(here: &Path, run: &RunRecord) {
     }
 }
 
-/// What can be shown of a folder is text for a terminal.
+/// The summary of a folder is text for a terminal.
 fn summarised(here: &Path) {
     if let Ok(summary) = Summary::read(here) {
         let text = render(&summary, Style::Plain);
@@ -119,14 +119,14 @@ fn said(refusal: &StoreError) {
     });
 }
 
-/// A JSON object with a last key that is the hash of all text before it, as records of runs end.
+/// A JSON object whose last key is the hash of all text before it, like the end of a run's record.
 fn sealed(json: &str) -> Vec<u8> {
     let text = json.trim_end().trim_end_matches('}').trim_end();
     let hash = blake3::hash(text.as_bytes()).to_hex();
     format!("{text},\n  \"blake3\": \"{hash}\"\n}}\n").into_bytes()
 }
 
-/// The table as it was written.
+/// The unchanged table.
 pub fn seeds() -> Vec<Vec<u8>> {
     vec![POINTS.clone()]
 }

@@ -1,10 +1,10 @@
-//! What random drives are asked, and what must hold of any row that calls itself `ok`, whatever the drive.
+//! Analyses of random drives, and rules for any row with status `ok`, for any drive.
 //!
-//! | rule | what is checked |
+//! | rule | check |
 //! |---|---|
 //! | `finite` | every number of a row is finite |
-//! | `shares` | shares of drive contact, flight and coast contact lie in [0, 1] and add up to 1 |
-//! | `energy` | the energy balance closes to 1e-9, where forces act |
+//! | `shares` | shares of drive contact, flight and coast contact are in [0, 1] and their sum is 1 |
+//! | `energy` | the energy balance closes to 1e-9, if forces act |
 //! | `kind` | steady contact has no event and touches; chaos and flights have events |
 
 use gearatlas::analysis::{
@@ -12,7 +12,7 @@ use gearatlas::analysis::{
 };
 use gearatlas::numerics::random::PointSeed;
 
-/// Whether a drive lies still on a surface, without a force: contact and flight are then one.
+/// Whether a drive rests on a surface without a force: contact and flight are then the same.
 fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {
     row.nvh.as_ref().is_some_and(|nvh| {
         nvh.deflection_pp <= 1e-9 * half_gap
@@ -20,8 +20,8 @@ fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {
     })
 }
 
-/// What a row is asked for, over so many mesh cycles behind so many that are passed over: all that
-/// [`broken`] and [`differs`] look at.
+/// Analyses for a row, over `cycles` mesh cycles after `transient` skipped ones: all that [`broken`] and [`differs`]
+/// need.
 pub fn questions(transient: u64, cycles: u64) -> PointConfig {
     PointConfig {
         point: PointSeed {
@@ -51,7 +51,7 @@ pub fn questions(transient: u64, cycles: u64) -> PointConfig {
     }
 }
 
-/// The rules that a row breaks, each with how.
+/// The violated rules of a row, each with details.
 pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> {
     let mut broken = Vec::new();
     let Some(nvh) = &row.nvh else {
@@ -82,7 +82,7 @@ pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> 
     if (sum - 1.0).abs() > 1e-9 || !inside {
         broken.push(("shares", format!("{shares:?}")));
     }
-    // What lies still turns no energy over.
+    // Motion at rest exchanges no energy.
     let acts = nvh.force_peak > 0.0 && nvh.deflection_rms > 1e-3 * half_gap;
     if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
         let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
@@ -102,8 +102,8 @@ pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> 
     broken
 }
 
-/// How another answer, given the state at the end of a row of motion that repeats, differs from the row: in
-/// class, or by more than 1e-6 in RMS deflection.
+/// How another result, from the state at the end of a row of periodic motion, differs from the row: in class, or by
+/// more than 1e-6 in RMS deflection.
 pub fn differs(row: &PointOutcome, again: &PointOutcome, half_gap: f64) -> Option<String> {
     let still = [row, again].map(|row| lies_on_a_surface(row, half_gap));
     if again.status != row.status || (again.class != row.class && still != [true; 2]) {

@@ -1,4 +1,4 @@
-//! A folder of each thread's own, with the files that manifests among the seeds name.
+//! A folder per thread, with the files for manifests among the seeds.
 
 use std::cell::OnceCell;
 use std::fs;
@@ -9,7 +9,7 @@ thread_local! {
     static FOLDER: OnceCell<TempDir> = const { OnceCell::new() };
 }
 
-/// Files that manifests name, by name.
+/// Files of manifests, by name.
 const FILES: [(&str, &str); 4] = [
     ("oscillator.modal.toml", OSCILLATOR_MODAL),
     (
@@ -52,7 +52,7 @@ pub fn empty(name: &str) -> PathBuf {
     path
 }
 
-/// Writes a file, in the place of one that was there.
+/// Writes a file, replacing an existing one.
 pub fn put(path: &Path, bytes: &[u8]) {
     if path.exists() {
         fs::remove_file(path).expect("a file that can be removed");

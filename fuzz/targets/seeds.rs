@@ -1,5 +1,4 @@
-//! What fuzzers start from: the manifests of the repository, good and bad, what the program writes itself,
-//! and inputs kept in `fuzz/seeds`.
+//! Seeds for fuzzers: the manifests of the repository, good and bad, files of the program, and inputs in `fuzz/seeds`.
 
 use super::{drive, journal, results, table};
 use gearatlas::manifest::manual::json_schema;
@@ -11,10 +10,10 @@ use std::path::{Path, PathBuf};
 /// Longest seed \[bytes\].
 const LONGEST: u64 = 64 << 10;
 
-/// The seeds of a target, of a repository in a folder.
+/// The seeds of a target, for a repository in a folder.
 ///
 /// # Panics
-/// The folder is no such repository.
+/// The folder is not this repository.
 pub fn of(target: &str, repository: &Path) -> Vec<Vec<u8>> {
     let mut found = match target {
         "manifest" => texts(
@@ -63,7 +62,7 @@ fn texts(repository: &Path, folders: &[&str], ending: &str) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// The files of a folder and those below it whose names end so, none of them long.
+/// The files of a folder and its subfolders with an ending, without long ones.
 fn files(folder: &Path, ending: &str) -> Vec<Vec<u8>> {
     let short = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.len() <= LONGEST);
     let all = paths(folder, ending).into_iter().filter(short);
@@ -85,8 +84,7 @@ fn paths(folder: &Path, ending: &str) -> Vec<PathBuf> {
     all.into_iter().flat_map(below).collect()
 }
 
-/// Words of manifests: keys, choices and examples of the schema, and numbers at the ends of what a
-/// double or an integer holds.
+/// Words of manifests: keys, choices and examples of the schema, and extreme numbers of doubles and integers.
 pub fn dictionary() -> Vec<String> {
     let schema: Value = serde_json::from_str(&json_schema()).expect("a schema is JSON");
     let mut words = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Kept tables: a damaged one is refused and built again, and no reader leaves the file.
+//! Kept tables: a damaged one is refused and built again, and no reader reads beyond the file.
 
 use super::right;
 use super::scratch::{OSCILLATOR, empty, folder, put};
@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// Bytes in front of the part of a file that its checksum is of, and where the checksum starts.
+/// Bytes before the checksummed part of a file, and position of the checksum.
 const CHECKED: usize = 48;
 const CHECKSUM: usize = 16;
 
@@ -45,7 +45,7 @@ fn numbers(table: &KernelArrays) -> Vec<(String, Vec<u64>)> {
         .collect()
 }
 
-/// A table as it lies on the disk: the numbers that a kernel gets are those that were computed.
+/// A table with any bytes: the kernel gets the computed numbers.
 pub fn table(data: &[u8]) {
     let here = empty("tables");
     let store = TableStore::open(&here);
@@ -58,7 +58,7 @@ pub fn table(data: &[u8]) {
     });
 }
 
-/// A table whose checksum is made to fit whatever its bytes are.
+/// A table with a valid checksum for any bytes.
 pub fn sealed(data: &[u8]) {
     let here = empty("tables");
     let path = here.join("any.table");
@@ -70,9 +70,9 @@ pub fn sealed(data: &[u8]) {
     look(&path);
 }
 
-/// Reads all there is of a file that passes for a table.
+/// Reads all parts of a file that is accepted as a table.
 fn look(path: &Path) {
-    // A mesh table can be drawn, any other file is refused.
+    // A mesh table can be drawn; any other file is refused.
     _ = drawable(path);
     let Ok(summary) = TableSummary::read(path) else {
         return;
@@ -86,7 +86,7 @@ fn look(path: &Path) {
     });
 }
 
-/// The table as it was written.
+/// The unchanged table.
 pub fn seeds() -> Vec<Vec<u8>> {
     vec![TRUTH.bytes.clone()]
 }

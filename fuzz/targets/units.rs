@@ -3,7 +3,7 @@
 use super::right;
 use gearatlas::units::{Dimension, conversion, parse, parse_any, split};
 
-/// A quantity a line; the lines are units as well.
+/// One quantity per line; the lines are units as well.
 pub fn units(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let lines: Vec<&str> = text.lines().take(20).collect();
@@ -16,7 +16,7 @@ pub fn units(data: &[u8]) {
             format!("{pair:?}: {ratio:?}")
         });
         let back = conversion(pair[1], pair[0]);
-        // The inverse of a ratio at the end of the range of doubles may be beyond it.
+        // The inverse of a ratio near the end of the range of doubles may exceed it.
         if let [Some(there), Some(back)] = [ratio, back] {
             right((there * back - 1.0).abs() < 1e-14, || {
                 format!("{pair:?}: {there} {back}")
@@ -25,7 +25,7 @@ pub fn units(data: &[u8]) {
     }
 }
 
-/// What a text says does not depend on how it is asked, and what was read can be written and read again.
+/// Both parsers agree on a text, and a quantity can be written and read again.
 fn quantity(text: &str) {
     let any = parse_any(text);
     let mut accepted = 0;

@@ -22,11 +22,11 @@ from ._sensitivity import sensitivity
 _QUANTITIES = {f"harmonics[{order}]": f"deflection_harmonic_{order}" for order in (1, 2, 3)}
 # Smallest and largest step of differences, relative to the size of a key. The smallest is for values without noise.
 _STEPS = (1e-4, 0.05)
-# Relative difference from which the motion that was differentiated is not the one that was computed.
+# Relative difference above which `sensitivity` has found another motion than the computed one.
 _OTHER_MOTION = 1e-3
 # Smallest singular value of the scaled Jacobian, relative to the largest, that determines a combination of keys.
 _DETERMINED = 1e-6
-# How often the weights are computed again from the standard errors of the fitted model.
+# Rounds in which the weights are recomputed from the standard errors of the fitted model.
 _ROUNDS = 3
 
 
@@ -55,7 +55,7 @@ class Fit:
     known_errors: bool
     """Whether the measured points have standard errors. Otherwise they are estimated from the residuals."""
     evaluations: int
-    """How often the curve was computed."""
+    """Number of computed curves."""
     _problem: _Problem
 
     @property
@@ -79,7 +79,7 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self, level: float = 0.95) -> Floats:
-        """The interval of each value by itself, (k, 2)."""
+        """The interval of each single value, (k, 2)."""
         stats = optional("scipy.stats", "scipy")
         tail = 0.5 * (1 + level)
         quantile = stats.norm.ppf(tail) if self.known_errors else stats.t.ppf(tail, self.freedoms)
@@ -227,7 +227,7 @@ class _Problem:
         return found, own
 
     def jacobian(self, values: Floats, computed: Floats, noise: Floats) -> Floats:
-        """Derivatives of the computed values by the keys, (n, k): those of `sensitivity` where it gives them for the same
+        """Derivatives of the computed values by the keys, (n, k): those of `sensitivity` if it gives them for the same
         motion, else central differences."""
         by = np.full((len(self.places), len(self.keys)), np.nan)
         quantity = _QUANTITIES.get(self.column, self.column)
@@ -249,8 +249,8 @@ class _Problem:
         return by
 
     def _difference(self, key: int, values: Floats, computed: Floats, noise: Floats) -> Floats:
-        """Central differences by a key. The relative step is the cube root of the relative noise, at which the error from
-        noise and the error from curvature are alike."""
+        """Central differences by a key. The relative step is the cube root of the relative noise, which balances the
+        errors from noise and from curvature."""
         relative = np.median(noise / np.maximum(np.abs(computed), np.finfo(float).tiny))
         step = self.sizes[key] * float(np.clip(np.cbrt(relative), *_STEPS))
         ends = []
@@ -261,7 +261,8 @@ class _Problem:
         return np.asarray((ends[1] - ends[0]) / (2 * step))
 
     def check_determined(self, weighted: Floats) -> None:
-        """Raises `AtlasError` if the weighted Jacobian by relative keys, (n, k), leaves a combination of keys open."""
+        """Raises `AtlasError` if the weighted Jacobian by relative keys, (n, k), does not determine all combinations of
+        keys."""
         _, singular, directions = np.linalg.svd(weighted, full_matrices=False)
         if singular[-1] > _DETERMINED * singular[0]:
             return
@@ -290,8 +291,8 @@ def fit(
     * `manifest`: a path, a text or a dictionary, as for `load`. One axis of its grid has several values.
     * `measured`: a file as for `atlas plot --measured`, or a mapping of columns in SI: the axis, the value, and perhaps the
       standard error of the value. All points must be within the grid.
-    * `keys`: keys that the drive depends on continuously (`Manifest.keys`). A mapping gives their start values, in SI or as
-      texts with units. Otherwise the manifest does.
+    * `keys`: keys on which the drive depends continuously (`Manifest.keys`). A mapping gives their start values, in SI
+      or as texts with units; by default these come from the manifest.
     * `column`: column of the points table, or an element of a list such as `harmonics[1]`; by default the name of the value.
     * `bounds`: smallest and largest value of a key, in SI or as quantities of pint; by default a key keeps the sign of its start value.
     * `max_evaluations`: most computed curves of each of at most three rounds.
@@ -373,7 +374,7 @@ def _sigma(problem: _Problem, computed: Floats, noise: Floats) -> Floats:
     """Standard error of each residual, (n,)."""
     if problem.errors is not None:
         return np.asarray(np.hypot(problem.errors, noise))
-    # The unknown variance of the measurement is what the noise of the computed values leaves of the residuals.
+    # The unknown variance of the measurement is that of the residuals minus the noise of the computed values.
     freedoms = max(len(computed) - len(problem.keys), 1)
     scatter = (np.sum((computed - problem.values) ** 2) - np.sum(noise**2)) / freedoms
     floor = np.finfo(float).eps * np.max(np.abs(problem.values))

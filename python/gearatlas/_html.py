@@ -1,4 +1,4 @@
-"""Tables of HTML, as notebooks show them, and titles of columns."""
+"""HTML tables for notebooks, and titles of columns."""
 
 from __future__ import annotations
 

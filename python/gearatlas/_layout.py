@@ -1,4 +1,4 @@
-"""Where the rows of a table lie in arrays with one dimension per axis of the grid, and such arrays for xarray."""
+"""Positions of the rows of a table in arrays with one dimension per axis of the grid, and such arrays for xarray."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Layout:
 
     @classmethod
     def along(cls, groups: Sequence[dict[str, Array]], rows: int) -> Layout:
-        """The layout with a dimension for each group of columns, (rows,) each. It has the name of the first of them."""
+        """The layout with one dimension per group of columns, (rows,) each, named after the first of them."""
         dims: dict[str, Array] = {}
         beside: dict[str, tuple[str, Array]] = {}
         places: list[Array] = []
@@ -75,7 +75,7 @@ class Layout:
         return cls(dims, tuple(places), beside)
 
     def array(self, values: Array) -> Array:
-        """Values of the rows, (rows, ...), as an array over the dimensions. Without a row there is NaN, or None."""
+        """Values of the rows, (rows, ...), as an array over the dimensions. Elements without a row are NaN or None."""
         places = [len(own) for own in self.dims.values()]
         shape = (*places, *values.shape[1:])
         if len(values) == math.prod(places):
@@ -154,7 +154,7 @@ def dataset(table: Table, points: Table | None) -> xarray.Dataset:
 
 def _along_elements(table: Table, name: str, width: int, labels: dict[str, list[Any]]) -> str:
     """The dimension of the elements of a list: `contact` of all `contact_...` columns with the same names, or
-    `harmonics_number` of `harmonics` and `harmonics_stderr`. Its labels are put into `labels`."""
+    `harmonics_number` of `harmonics` and `harmonics_stderr`. The function adds its labels to `labels`."""
     names: list[Any] = table.elements(name)
     own = names or list(range(1, width + 1))
     base = name.removesuffix("_stderr").removesuffix("_spread")

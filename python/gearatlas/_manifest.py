@@ -59,7 +59,7 @@ class Point:
         return self._inner.direction
 
     def __getitem__(self, key: str) -> float:
-        """The value of a key that the drive depends on continuously, in SI."""
+        """The value of a key on which the drive depends continuously, in SI."""
         return self._inner.value(key)
 
     def unit(self, key: str) -> str:
@@ -83,7 +83,7 @@ class Point:
 class Manifest:
     """A manifest without errors, as `atlas check` accepts it.
 
-    It can be pickled. Where it is unpickled, it reads the files that it names again, and they must be the same.
+    It can be pickled. When it is unpickled, it reads its files again, and they must be the same.
     """
 
     def __init__(self, inner: _gearatlas.Manifest) -> None:
@@ -166,7 +166,7 @@ class Manifest:
         return self.grid.to_dicts()
 
     def __len__(self) -> int:
-        """How many points the grid has."""
+        """Number of points of the grid."""
         return len(self._inner)
 
     def point(self, id: int = 0, values: Changes | None = None, **more: float | str) -> Point:
@@ -185,7 +185,7 @@ class Manifest:
 
 
 def _depth_of_caller() -> int:
-    """How many frames above the calling function the first one outside the package is."""
+    """Number of frames from the calling function up to the first one outside the package."""
     depth, frame = 1, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
         depth, frame = depth + 1, frame.f_back

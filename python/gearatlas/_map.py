@@ -118,7 +118,7 @@ class CycleMap:
         return self._inner.weights
 
     def start(self) -> Floats:
-        """The state that `run.initial` gives, (2N,)."""
+        """The state from `run.initial`, (2N,)."""
         return self._inner.start()
 
     def from_modal(self, displacement: npt.ArrayLike, velocity: npt.ArrayLike) -> Floats:
@@ -137,7 +137,7 @@ class CycleMap:
         return deflection, rate
 
     def __call__(self, states: npt.ArrayLike, cycles: int = 1, *, first_cycle: int = 0) -> Floats:
-        """The states after some mesh cycles, in the shape given: (n, 2N) or (2N,)."""
+        """The states after some mesh cycles, in the given shape: (n, 2N) or (2N,)."""
         rows = self._rows(states)
         ends = self._inner.image(rows, cycles, first_cycle, False, None, [], False)[0]
         return ends.reshape(np.shape(states))

@@ -40,7 +40,7 @@ class Quantity:
         return self.numbers * self.factor(si)
 
     def factor(self, si: str) -> float:
-        """How many of the SI unit `si` make one of the own unit. Raises `AtlasError` if they measure different things."""
+        """Number of SI units `si` in one unit of the quantity. Raises `AtlasError` if the units do not match."""
         if self.unit is None or self.unit == si:
             return 1.0
         factor = _gearatlas.conversion(self.unit, si)

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def optional(module: str, packages: str) -> Any:
-    """A module, or what to install so that it is there."""
+    """Imports a module; the error says what to install."""
     try:
         return import_module(module)
     except ImportError as error:

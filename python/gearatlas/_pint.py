@@ -1,4 +1,4 @@
-"""Quantities of pint in what users give: recognised by their methods, so that pint is not imported."""
+"""Quantities of pint in arguments: they are recognised by their methods, so that pint is not imported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import _gearatlas
 
 
 def parts(value: Any) -> tuple[Any, str]:
-    """The number or array of a quantity, and its unit as manifests write it; without a unit for any other value.
+    """The number or array of a quantity, and its unit in the notation of manifests; an empty unit for any other value.
 
     The unit is that of the quantity if manifests know it, so that `Hz` means revolutions per second as it does there.
     Other units become base units of SI.

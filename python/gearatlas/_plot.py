@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 
 _FIRST = ("lambda_max", "deflection_rms", "deflection")
-"""Columns to draw by default, the first that has values."""
+"""Candidates for the default column; the first with values is drawn."""
 
 _MOST_IN_LEGEND = 12
 
@@ -90,7 +90,7 @@ class _Picture:
         return ""
 
     def factor(self, name: str) -> float:
-        """How many of the unit to draw make one of the SI unit."""
+        """Number of drawn units in one SI unit."""
         wanted = self.units.get(name)
         factor = 1.0 if wanted is None else _gearatlas.conversion(self.unit(name), wanted)
         if factor is None:
@@ -98,7 +98,7 @@ class _Picture:
         return factor
 
     def shown(self, name: str) -> Array:
-        """The values of the rows that are kept, in the unit to draw; None in texts is empty."""
+        """The values of the kept rows, in the drawn unit; None becomes an empty text."""
         values = self.si(name)[self.kept]
         if values.dtype.kind in "OU":
             return np.array(["" if value is None else str(value) for value in values])
@@ -108,7 +108,7 @@ class _Picture:
         return titled(name, self.units.get(name, self.unit(name)))
 
     def fix(self, at: Mapping[str, Any]) -> str:
-        """Keeps the rows with the values of some axes that are nearest to those asked for, and tells which they are."""
+        """Keeps the rows whose axis values are nearest to the requested ones, and describes these values."""
         told = []
         for name, value in at.items():
             own = self.si(name)
@@ -124,7 +124,7 @@ class _Picture:
         return ", ".join(told)
 
     def varied(self) -> list[str]:
-        """The axes with several values in the rows that are kept."""
+        """The axes with several values in the kept rows."""
         return [name for name in self.layout.dims if name != ROW and len(np.unique(self.layout.values(name)[self.kept])) > 1]
 
     def across(self, over: str | Sequence[str] | None) -> list[str]:
@@ -143,7 +143,7 @@ class _Picture:
         raise AtlasError(f"{', '.join(varied)} vary; fix some of them by at={{'{varied[0]}': ...}}, or name one or two as over=")
 
     def map(self, axes: Any, across: Sequence[str], column: str, style: Mapping[str, Any]) -> None:
-        """Colours over two axes, the first one upwards."""
+        """Colours over two axes, the first one vertical."""
         others = [name for name in self.varied() if name not in across]
         if others:
             raise AtlasError(f"{', '.join(others)} vary too; fix them by at={{'{others[0]}': ...}}")
@@ -167,8 +167,8 @@ class _Picture:
         axes.set(xlabel=self.label(across[1]), ylabel=self.label(across[0]))
 
     def curves(self, axes: Any, over: str, column: str, style: Mapping[str, Any]) -> None:
-        """One curve for each combination of the other axes that vary, with standard errors; dots where several rows share
-        a point."""
+        """One curve per combination of the other varying axes, with standard errors; dots if several rows share a
+        point."""
         right, up = self.shown(over), self.shown(column)
         errors = self.table.stderr(column)
         others = [name for name in self.varied() if name != over]
@@ -190,7 +190,7 @@ class _Picture:
             axes.legend()
 
     def branches(self, axes: Any, over: str, column: str, style: Mapping[str, Any]) -> None:
-        """A line for each branch, dashed where its orbits are unstable."""
+        """One line per branch, dashed for unstable orbits."""
         right, up = self.shown(over), self.shown(column)
         branch = self.layout.places[0][self.kept]
         stable = self.table["stable"][self.kept].astype(bool)

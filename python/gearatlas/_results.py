@@ -30,7 +30,7 @@ class _Named:
         self._name = name
 
     def __get__(self, results: Results | None, owner: type) -> Table:
-        # The class itself has none: documentation reads the descriptor.
+        # On the class itself, return the descriptor for the documentation.
         return self if results is None else results.table(self._name)  # type: ignore[return-value]
 
 
@@ -68,7 +68,7 @@ class Results(Mapping[str, Table]):
         self, folder: str | os.PathLike[str], kept: TemporaryDirectory[str] | None = None
     ) -> None:
         self.folder = Path(folder)
-        """Where the files are."""
+        """The folder of the files."""
         self._kept = kept
         self._tables: dict[str, Table] = {}
 
@@ -164,7 +164,7 @@ class Results(Mapping[str, Table]):
         * `axes`: axes of Matplotlib to draw in; by default a new figure.
         * `style`: options of Matplotlib for the curve or the map, such as `cmap="magma"`.
 
-        Raises `AtlasError` if the axes are not clear.
+        Raises `AtlasError` if the axes are ambiguous.
         """
         name = table or ("points" if "points" in self or "branches" not in self else "branches")
         return plot(self.table(name), self._axes_of(name), column, over=over, at=at, units=units, axes=axes, **style)

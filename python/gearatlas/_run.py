@@ -20,24 +20,24 @@ from ._results import Results, temporary_folder
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run stands."""
+    """Progress of a run."""
 
     done: int
-    """Points finished, those taken over from an interrupted run among them."""
+    """Finished points, including those from an interrupted run."""
     points: int
-    """Points of the run, as far as they are known."""
+    """Known points of the run."""
     failed: int
     """Points that failed."""
     not_converged: int
     """Points that did not settle."""
     resumed: int
-    """Points taken over from an interrupted run."""
+    """Points from an interrupted run."""
     cycles: int
     """Mesh cycles integrated."""
     elapsed: float
-    """Time since the first point was begun [s]."""
+    """Time since the start of the first point [s]."""
     open: bool
-    """Whether more points may follow from the results of these, as they do on a refined grid."""
+    """Whether the results of these points may require more points, as on a refined grid."""
 
 
 class _Bar:
@@ -51,7 +51,7 @@ class _Bar:
     def __call__(self, progress: Progress) -> None:
         bar = self._bar
         bar.total = progress.points
-        # Points of an earlier run say nothing of how fast this one is.
+        # Points of an earlier run are irrelevant for the speed of this one.
         bar.initial = progress.resumed
         troubles = {"failed": progress.failed, "not settled": progress.not_converged}
         said = {name: count for name, count in troubles.items() if count}
@@ -64,7 +64,7 @@ class _Bar:
 
 
 class _Teller:
-    """Tells a callback."""
+    """Calls a callback."""
 
     def __init__(self, callback: Callable[[Progress], object]) -> None:
         self._callback = callback
@@ -77,7 +77,7 @@ class _Teller:
 
 
 def _folder(out: str | os.PathLike[str] | None) -> tuple[str, TemporaryDirectory[str] | None]:
-    """The folder of results, and what keeps it if it is a temporary one."""
+    """The folder of results, and the object that keeps a temporary folder alive."""
     if out is not None:
         return os.fspath(out), None
     kept = temporary_folder()
@@ -176,7 +176,7 @@ def sweep(
     * `axes`, and further arguments: values of the axes by their names. An axis is `load`, `torque`, `speed`, or a key of the
       manifest. Values are numbers in SI, texts with units, or quantities of pint: one of them, or a list or array. A mapping
       such as `{"from": 600, "to": 900, "count": 4}` or `{"normal": ["10 um", "1 um"]}` is an axis as in the manifest.
-      Axes that are not named keep the values of the manifest.
+      Other axes keep the values of the manifest.
     * Other arguments are those of `run`.
     """
     chosen = plain({**(axes or {}), **more})

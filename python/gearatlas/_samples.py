@@ -1,4 +1,4 @@
-"""Statistics over samples: what the distributions of a grid make of results."""
+"""Statistics over samples: distributions of results from the distributions of a grid."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def quantiles(
 
 
 def rattles(points: Table) -> npt.NDArray[np.float64]:
-    """1 where the (first) mesh is out of contact for a part of the time, 0 where it never is, NaN where a point has no NVH
+    """1 if the (first) mesh is out of contact for a part of the time, 0 if it never is, NaN if a point has no NVH
     statistics (`analyses.nvh`)."""
     free = points["fraction_free"]
     return np.where(np.isnan(free), np.nan, (free > 0).astype(float))
@@ -75,9 +75,9 @@ def probability(
     By default it is rattle, `gearatlas.rattles`. The result has one row per combination of `by`, with the columns `by`,
     `probability`, `low`, `high`, `samples` and `unknown`. `by` has all other axes with several values unless it is given.
 
-    `probability` is the share of the samples where the condition is known. The interval of Clopper & Pearson (Biometrika 26
-    (1934) 404) holds for independent samples and any probability, 0 and 1 included; see `quantiles` for those of a
-    scrambled sequence. Unknown samples count as false for `low` and as true for `high`.
+    `probability` is the share among the samples with a known condition. The interval of Clopper & Pearson (Biometrika
+    26 (1934) 404) holds for independent samples and any probability, including 0 and 1; `quantiles` describes samples
+    of a scrambled sequence. Unknown samples count as false for `low` and as true for `high`.
     """
     beta = optional("scipy.stats", "scipy").beta
     tail = _tail(confidence)
@@ -105,11 +105,11 @@ def sobol_indices(
 ) -> dict[str, Array]:
     """First-order and total Sobol' indices of a column (needs SALib).
 
-    They are the shares of its variance that each distribution causes alone, and with all others. The manifest must have
-    `grid.design = "saltelli"`. The result has one row per combination of `by` and distribution, with the columns `by`,
-    `axis`, `first`, `first_error`, `total`, `total_error`, `samples` and `missing`. An error is half the width of the
-    interval, from `resamples` bootstrap samples with `seed`. `SALib.analyze.sobol` computes all four. `missing` samples
-    have a row without a value and are left out.
+    They are the shares of its variance that each distribution causes alone, and together with the others. The manifest
+    must have `grid.design = "saltelli"`. The result has one row per combination of `by` and distribution, with the
+    columns `by`, `axis`, `first`, `first_error`, `total`, `total_error`, `samples` and `missing`. An error is half the
+    width of the interval, from `resamples` bootstrap samples with `seed`. `SALib.analyze.sobol` computes all four.
+    `missing` samples have a row without a value and are left out.
     """
     _tail(confidence)
     analyze = optional("SALib.analyze.sobol", "SALib").analyze
@@ -158,7 +158,7 @@ def _points(results: Results | Table) -> Table:
 
 
 def _told(table: Table) -> dict[str, Any]:
-    """How the table says that its samples were drawn."""
+    """The sampling design in the metadata of the table."""
     if "samples" not in table.metadata:
         raise ValueError("these results have no samples: no axis of the manifest's grid is a distribution")
     told: dict[str, Any] = json.loads(table.metadata["samples"])

@@ -1,4 +1,4 @@
-"""Derivatives of the answers of a point by keys of its manifest."""
+"""Derivatives of the results of a point by keys of its manifest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ._table import Table
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the answers of a point change with keys."""
+    """How the results of a point change with keys."""
 
     motion: str
     """The class of the motion, such as `periodic` or `chaotic`."""
@@ -32,7 +32,7 @@ def sensitivity(
     step: float = 0.02,
     tables: str | os.PathLike[str] = "tables",
 ) -> Sensitivity:
-    """Differentiates the answers of a point, as `atlas sensitivity` does.
+    """Differentiates the results of a point, as `atlas sensitivity` does.
 
     Derivatives of a periodic motion are exact. Those of a chaotic motion are estimates over an ensemble.
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     import pyarrow
     import xarray
 
-# Units of result files that a parser of units does not read.
+# Units of result files that pint cannot parse.
 _AS_PINT = {"": "", "1": "", "mesh cycles": "", "1/cycle": "", "half gaps": ""}
 
 _SHOWN = (8, 16)
-"""Rows and columns that a notebook shows."""
+"""Largest numbers of rows and columns in a notebook."""
 
 Rows = slice | Sequence[int] | Sequence[bool] | npt.NDArray[Any]
 
@@ -159,10 +159,10 @@ class Table:
         return values
 
     def stderr(self, name: str) -> npt.NDArray[np.float64] | None:
-        """Standard errors of a column or element, (rows,), NaN where there is none; None if the table has none."""
+        """Standard errors of a column or element, (rows,), NaN for missing ones; None if the table has none."""
         base, bracket, element = name.partition("[")
         partner = ("lambda_stderr" if base == "lambda_max" else f"{base}_stderr") + bracket + element
-        # The lists of errors are empty where no point has any.
+        # The lists of errors are empty if no point has any.
         try:
             return np.asarray(self[partner], float)
         except KeyError:

@@ -1,9 +1,9 @@
-"""From files of matrices to a modal file: `python -m gearatlas.convert drive.npz` or `drive.toml`.
+"""Converts files of matrices to a modal file: `python -m gearatlas.convert drive.npz` or `drive.toml`.
 
     python -m gearatlas.convert drive.npz --modes 40 --out drive.modal.toml
-    python -m gearatlas.convert drive.toml               # names Matrix Market files, has directions by freedom
+    python -m gearatlas.convert drive.toml               # names Matrix Market files, gives directions by freedom
 
-docs/modal-files.md has the names of the arrays and keys.
+docs/modal-files.md lists the names of the arrays and keys.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ._optional import optional
 from .matrices import DIRECTIONS, MATRICES, NUMBERS, Contact, Matrices, Matrix, StructureError, Vector
 from .modal_file import write
 
-# What a contact and a bearing have beside their direction.
+# Names of the second direction of a contact and of a bearing.
 SECOND = {"contact": "force", "bearing": "rate"}
 
 
@@ -46,7 +46,7 @@ def read(path: str | os.PathLike[str], gyroscopic_at: float | None = None) -> Ma
 
 def _npz(path: Path) -> dict[str, Any]:
     try:
-        # Arrays of numbers only: unpickling would run whatever a file holds.
+        # Only arrays of numbers: unpickling could run code from the file.
         with np.load(path, allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in arrays.files}
     except (ValueError, zipfile.BadZipFile, EOFError) as error:
@@ -58,7 +58,7 @@ def _npz(path: Path) -> dict[str, Any]:
 
 
 def _toml(path: Path) -> dict[str, Any]:
-    """Matrices are read from the files named; directions are tables of `freedom = value`, counted from 1."""
+    """Reads matrices from the named files; directions are tables of `freedom = value`, counted from 1."""
     try:
         text = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -96,7 +96,7 @@ def _market(path: Path, name: str, file: Any) -> Matrix:
 
 
 def _no_market(matrix: Path, error: ValueError) -> str:
-    """What a file is that is no Matrix Market file, and how it becomes one."""
+    """The error for a file that is not a Matrix Market file, with advice on its conversion."""
     with matrix.open(encoding="utf-8", errors="replace") as lines:
         first = next((line for line in lines if line.strip()), "")
     fields = first.replace(",", " ").split()
@@ -171,7 +171,7 @@ def _structure(found: dict[str, Any], source: str, gyroscopic_at: float | None) 
 
 
 def _part(source: str, kind: str, name: str, values: dict[str, Any]) -> Contact:
-    # In a TOML file the direction is `contact.NAME.direction`, beside the other keys.
+    # In a TOML file the direction is `contact.NAME.direction`, like the other keys.
     direction = values.pop("", values.pop("direction", None))
     if direction is None:
         raise StructureError(f"{source}: `{kind}.{name}` has no direction; give `{kind}.{name}` over the freedoms")
@@ -198,7 +198,7 @@ def _whole(source: str, name: str, value: float) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command line: 0 when the file is written, 2 for bad input, 1 where it cannot be written."""
+    """The command line: 0 if the file is written, 2 for bad input, 1 if it cannot be written."""
     parser = argparse.ArgumentParser(prog="python -m gearatlas.convert", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("structure", type=Path, help=".npz file of arrays, or .toml file that names .mtx files")
     parser.add_argument("--out", type=Path, help="write this modal file [default: NAME.modal.toml beside the structure]")

@@ -22,7 +22,7 @@ from ._optional import optional
 from ._results import Results, open
 from ._table import Table
 
-# The largest whole number up to which floating-point numbers hold every one.
+# The largest integer up to which all integers are exact floating-point numbers.
 _EXACT = 2**53
 # Rows below the head, columns and characters in a cell of a worksheet of Excel.
 _MOST_ROWS, _MOST_COLUMNS, _MOST_CHARACTERS = 1_048_575, 16_384, 32_767
@@ -52,7 +52,7 @@ def _exact(table: str, column: str, values: np.ndarray[Any, Any], format: str) -
 
 
 def _column(table: Table, name: str) -> np.ndarray[Any, Any]:
-    """A column without objects: the empty text for no text, NaN for no truth value. Other columns as they are."""
+    """A column without objects: missing texts become empty, missing truth values NaN. Other columns are unchanged."""
     values = table[name]
     if values.dtype != object:
         return values

@@ -6,8 +6,8 @@
     box.write("box.housing.toml")
     found = housing.transfer(box, frequencies, "left x")["cover"]          # (m/s²)/N over Hz
 
-SI throughout: matrices in kg, N and m, unless `millimetres` says that they are in t, N and mm. Readers raise `StructureError`.
-pyNastran, SciPy and pyuff are needed by the functions that name them only.
+All units are SI: matrices in kg, N and m, or in t, N and mm with `millimetres`. Readers raise `StructureError`.
+Only the functions that name pyNastran, SciPy or pyuff need these packages.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOST_FREEDOMS = 400
 """Most freedoms that atlas accepts."""
 
 ROUND_OFF = 1e-6
-"""Difference across the diagonal that the digits of a file leave, of a matrix scaled to a diagonal of ones."""
+"""Largest difference across the diagonal from the rounding of a file, for a matrix scaled to a diagonal of ones."""
 
 Label = tuple[int, int]
 """Grid and component of a freedom: 1 to 6 are x to rz, 0 is a scalar point such as a mode."""
@@ -40,21 +40,21 @@ Label = tuple[int, int]
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a housing, which bearings may stand on."""
+    """A node of a housing, which can support bearings."""
 
     position: tuple[float, float, float]
-    """Its place in space [m], in the axes of `train.shaft.*.origin`."""
+    """Its position in space [m], in the axes of `train.shaft.*.origin`."""
     freedoms: tuple[str, ...] = FREEDOMS
-    """Those it has, in the order of `FREEDOMS`; the other ones are held."""
+    """Its freedoms, in the order of `FREEDOMS`; all others are fixed."""
     grid: int | None = None
     """Its number in the file of a finite-element program."""
 
 
 @dataclass(frozen=True)
 class Housing:
-    """Reduced matrices over the freedoms of nodes, node by node, and internal freedoms; checked where it is made.
+    """Reduced matrices over the freedoms of nodes, node by node, and internal freedoms; checked on creation.
 
-    Raises `StructureError` where sizes do not agree or a matrix is not finite or not symmetric.
+    Raises `StructureError` if sizes do not agree or a matrix is not finite or not symmetric.
     """
 
     M: Matrix
@@ -140,7 +140,7 @@ def from_matrices(
     millimetres: bool = False,
     source: str = "the matrices",
 ) -> Housing:
-    """A housing from M, K and perhaps C over freedoms in any order, one label each.
+    """A housing from M, K and optionally C over freedoms in any order, with one label per freedom.
 
     The freedoms of the `grid` of each node become those of the node; all others become internal, named by grid and component.
     """
@@ -157,7 +157,7 @@ def from_matrices(
         order += [label for _, label in has]
     rest = sorted(set(labels) - set(order))
     index = [place[label] for label in order + rest]
-    # Energies in mJ; displacements in mm, rotations and modes as they are.
+    # Energies in mJ; displacements in mm; rotations and modes need no conversion.
     unit = np.array([1e3 if 1 <= component <= 3 else 1.0 for _, component in order + rest])
     scale = 1e-3 * np.outer(unit, unit) if millimetres else 1.0
     parts = {}
@@ -171,9 +171,9 @@ def from_matrices(
 
 
 def from_punch(path: str | os.PathLike[str], names: Mapping[str, str], nodes: Mapping[str, Node], **more: Any) -> Housing:
-    """From DMIG matrices in a punch file (`.pch`), by pyNastran. `names` has those of M, K and perhaps C, as all readers.
+    """A housing from DMIG matrices in a punch file (`.pch`), by pyNastran.
 
-    `more` as of `from_matrices`.
+    `names` gives the names of M, K and optionally C. `more`: further arguments of `from_matrices`.
     """
     bdf = _nastran("pyNastran.bdf.bdf").BDF(log=_quiet())
     try:
@@ -184,7 +184,7 @@ def from_punch(path: str | os.PathLike[str], names: Mapping[str, str], nodes: Ma
     for name, wanted in names.items():
         matrix, rows, columns = _named(path, bdf.dmig, wanted).get_matrix(is_sparse=False, apply_symmetry=True)
         found[name] = (matrix, list(rows.values()), list(columns.values()))
-    # A matrix has only the freedoms that have an entry in it.
+    # A matrix contains only the freedoms with entries in it.
     labels = sorted({_label(label) for _, rows, columns in found.values() for label in rows + columns})
     place = {label: index for index, label in enumerate(labels)}
     whole = {}
@@ -198,7 +198,8 @@ def from_punch(path: str | os.PathLike[str], names: Mapping[str, str], nodes: Ma
 def from_op4(
     path: str | os.PathLike[str], names: Mapping[str, str], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From matrices of these names in an OP4 file over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
+    """A housing from named matrices in an OP4 file over freedoms `labels`, by pyNastran. `more`: see
+    `from_matrices`."""
     found = _nastran("pyNastran.op4.op4").read_op4(os.fspath(path), log=_quiet())
     parts = {name: _named(path, found, wanted).data for name, wanted in names.items()}
     return from_matrices(parts, labels, nodes, source=str(path), **more)
@@ -207,7 +208,8 @@ def from_op4(
 def from_op2(
     path: str | os.PathLike[str], names: Mapping[str, str], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From matrices of these names in an OP2 file over freedoms `labels`, by pyNastran. `more` as of `from_matrices`."""
+    """A housing from named matrices in an OP2 file over freedoms `labels`, by pyNastran. `more`: see
+    `from_matrices`."""
     found = _nastran("pyNastran.op2.op2").read_op2(os.fspath(path), log=_quiet(), load_geometry=False).matrices
     parts = {name: _named(path, found, wanted).data for name, wanted in names.items()}
     return from_matrices(parts, labels, nodes, source=str(path), **more)
@@ -216,7 +218,8 @@ def from_op2(
 def from_matrix_market(
     files: Mapping[str, str | os.PathLike[str]], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From Matrix Market files of M, K and perhaps C over freedoms `labels`, by SciPy. `more` as of `from_matrices`."""
+    """A housing from Matrix Market files of M, K and optionally C over freedoms `labels`, by SciPy. `more`: see
+    `from_matrices`."""
     scipy_io = optional("scipy.io", "scipy")
     try:
         found = {name: scipy_io.mmread(path) for name, path in files.items()}
@@ -228,9 +231,10 @@ def from_matrix_market(
 def from_abaqus(
     files: Mapping[str, str | os.PathLike[str]], labels: Sequence[Label], nodes: Mapping[str, Node], **more: Any
 ) -> Housing:
-    """From `.mtx` files of M, K and perhaps C as Abaqus writes them with FORMAT=COORDINATE: lines of row, column, value.
+    """A housing from `.mtx` files of M, K and optionally C, as Abaqus writes them with FORMAT=COORDINATE: lines of row,
+    column, value.
 
-    One triangle stands for both. `more` as of `from_matrices`.
+    A single triangle is completed by symmetry. `more`: further arguments of `from_matrices`.
     """
     found = {}
     for name, path in files.items():
@@ -254,8 +258,8 @@ def transfer(
 ) -> dict[str, npt.NDArray[np.complex128]]:
     """Acceleration of every response point per newton on a freedom, such as `left x`, over frequencies [Hz]: (m/s²)/N.
 
-    `−ω² r (K (1 + iη) + iω C − ω² M)⁻¹ f` of the housing without shafts, η the loss factor. A force of a bearing on the
-    housing, as `analyses.nvh.orders` has it, times this is its share of the acceleration.
+    `−ω² r (K (1 + iη) + iω C − ω² M)⁻¹ f` for the housing without shafts, with the loss factor η. The product with a
+    bearing force from `analyses.nvh.orders` is the share of this force in the acceleration.
     """
     load = housing.row(force).astype(complex)
     rows = np.array([housing.row(point) for point in housing.points]).reshape(len(housing.points), -1)

@@ -1,8 +1,8 @@
-"""What is a linear structure as matrices, and is it one?
+"""Linear structures as matrices, with checks.
 
 M u'' + (C + Ω G) u' + (K + K_c) u = f over freedoms u, with the directions along which contacts, loads and
-bearings act: what finite-element codes and programs of rotor dynamics export. `gearatlas.modal_file` makes the
-modal file of it that `model.kind = "modal"` reads. SI throughout.
+bearings act. Finite-element programs and programs of rotor dynamics export such matrices. `gearatlas.modal_file`
+converts them to the modal file that `model.kind = "modal"` reads. All units are SI.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Matrix = Any
 """A matrix of NumPy, or a sparse one of SciPy."""
 
 MATRICES = ("M", "K", "C", "G", "Kc")
-"""Mass, symmetric stiffness, damping, gyroscopic matrix by rad/s of the pinion's speed, cross-coupled
+"""Mass, symmetric stiffness, damping, gyroscopic matrix per rad/s of the pinion's speed, cross-coupled
 stiffness."""
 
 NUMBERS = ("teeth", "teeth_wheel", "rated_force")
@@ -41,9 +41,9 @@ DIRECTIONS = (
     "constant_load",
     "load_by_speed",
 )
-"""Directions over the freedoms, named as the columns of the modal file that they become."""
+"""Directions over the freedoms, with the names of the resulting columns of the modal file."""
 
-# Of the largest entry: what assembly and a file of seventeen digits leave.
+# Round-off of assembly and of a file with seventeen digits, relative to the largest entry.
 ROUND_OFF = 1e-9
 
 
@@ -53,31 +53,31 @@ class StructureError(AtlasError, ValueError):
 
 @dataclass(frozen=True)
 class Contact:
-    """A one-sided contact beside the two flanks of the mesh, or a bearing whose forces are computed."""
+    """A one-sided contact in addition to the two flanks of the mesh, or a bearing whose forces are computed."""
 
     direction: Vector
-    """Deflection of a contact by the freedoms [1]; force on a bearing by the freedoms [N/m]."""
+    """Deflection of a contact per freedom [1]; force on a bearing per freedom [N/m]."""
     second: Vector | None = None
-    """Direction of a contact's force where that is another [1]; force of a bearing's dampers by the
-    velocities [N s/m]."""
+    """Direction of a contact's force if it differs [1]; force of a bearing's dampers per velocity
+    [N s/m]."""
     values: Mapping[str, Any] = field(default_factory=dict)
     """Further keys of `[[contact]]`: `gap`, `stiffness`, `levels`, `damping`, `cycles`, ..."""
 
 
 @dataclass(frozen=True)
 class Matrices:
-    """A linear structure as matrices over n freedoms; checked where it is made.
+    """A linear structure as matrices over n freedoms; checked on creation.
 
-    Raises `StructureError` where M and K are not square, finite and symmetric, M is not positive definite, G
+    Raises `StructureError` if M and K are not square, finite and symmetric, M is not positive definite, G
     is not skew, or sizes do not agree.
     """
 
     M: Matrix
     """Mass matrix, n by n, dense or sparse."""
     K: Matrix
-    """Symmetric stiffness matrix; singular where the structure moves as a rigid body."""
+    """Symmetric stiffness matrix; singular if the structure has rigid-body motions."""
     directions: Mapping[str, Vector]
-    """n numbers each; `mesh` and `torque` are required, others are those of `DIRECTIONS`."""
+    """n numbers each; `mesh` and `torque` are required, the others of `DIRECTIONS` are optional."""
     teeth: int
     rated_force: float
     """Mesh force at load 1 [N]."""
@@ -85,13 +85,13 @@ class Matrices:
     C: Matrix | None = None
     """Damping matrix [N s/m]."""
     G: Matrix | None = None
-    """Gyroscopic matrix, skew: a damping by rad/s of the pinion's speed."""
+    """Gyroscopic matrix, skew: a damping per rad/s of the pinion's speed."""
     Kc: Matrix | None = None
-    """Stiffness that is not symmetric, on top of K: cross-coupling of bearings."""
+    """Unsymmetric stiffness in addition to K: cross-coupling of bearings."""
     contacts: Mapping[str, Contact] = field(default_factory=dict)
     bearings: Mapping[str, Contact] = field(default_factory=dict)
     source: str = "the structure"
-    """Where it comes from, as messages call it."""
+    """Its name in messages."""
 
     def __post_init__(self) -> None:
         for name in MATRICES:
@@ -117,7 +117,7 @@ class Matrices:
 
     @property
     def size(self) -> int:
-        """How many freedoms there are."""
+        """Number of freedoms."""
         return int(self.M.shape[0])
 
     def _all_directions(self) -> list[tuple[str, Vector]]:
@@ -169,13 +169,13 @@ def spur_mesh(
 ) -> dict[str, Vector]:
     """Directions of a spur mesh over (x₁, y₁, θ₁, x₂, y₂, θ₂), the freedoms of pinion and wheel.
 
-    x, y, z are right-handed, rotations about z; the wheel's centre lies from the pinion's at the angle
-    `orientation` to x. Turning the pinion by θ₁ > 0 closes the drive flanks. With c the direction to the wheel's
-    centre, t = z × c, the drive flanks of the pinion push along n = cos α t + sin α c and
+    x, y, z are right-handed, and rotations are about z. The direction from the pinion's centre to the wheel's has the
+    angle `orientation` to x. Rotating the pinion by θ₁ > 0 closes the drive flanks. With the direction c to the wheel's
+    centre and t = z × c, the drive flanks of the pinion push along n = cos α t + sin α c, and
 
         δ = n (u₁ − u₂) + r₁ θ₁ + r₂ θ₂,
 
-    r the base radii [m], α the operating pressure angle [rad]. Coast flanks lie along cos α t − sin α c. A unit
+    with the base radii r [m] and the operating pressure angle α [rad]. Coast flanks act along cos α t − sin α c. A unit
     friction force acts on the pinion along cos α c − sin α t.
     """
     sin, cos = float(np.sin(pressure_angle)), float(np.cos(pressure_angle))

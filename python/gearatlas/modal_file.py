@@ -1,6 +1,7 @@
-"""Which modal file does a structure of matrices become?
+"""Converts a structure of matrices to a modal file.
 
-Mass-normalised modes of K φ = ω² M φ, everything else projected on them (docs/modal-files.md). Needs SciPy.
+The file contains mass-normalised modes of K φ = ω² M φ and the projections of all other data on them
+(docs/modal-files.md). Needs SciPy.
 """
 
 from __future__ import annotations
@@ -17,22 +18,23 @@ import numpy as np
 from ._optional import optional
 from .matrices import Contact, Matrices, Matrix, StructureError, Vector
 
-# Up to so many freedoms all modes are found at once; beyond, the lowest of a sparse structure.
+# Up to this number of freedoms a dense solver is used; beyond, a sparse solver for the lowest modes.
 DENSE = 1500
 
-# A mode is a rigid motion where its elastic energy is a difference of terms so much larger, or where its frequency is
-# this part of the highest of the structure: an eigenvalue solver knows squares of frequencies to 1e-16 of the highest.
+# A mode counts as a rigid motion if its elastic energy is below RIGID of the sum's terms, or its frequency below
+# UNRESOLVED of the highest of the structure: an eigenvalue solver resolves squares of frequencies to 1e-16 of the
+# highest.
 RIGID = 1e-12
 UNRESOLVED = 1e-8
 
-# Below this part of the highest frequency of a file the program takes no mode for elastic.
+# The program does not accept elastic modes below this fraction of the highest frequency of a file.
 NEARLY_RIGID = 1e-5
 
-# A freedom that a rigid motion moves by no more than this, by the largest and by root masses, is at rest in it.
+# A freedom is at rest in a rigid motion below this fraction of the largest displacement, weighted by root masses.
 AT_REST = 1e-9
 
-# Round-off of a direction and of a matrix over the modes, by the terms that they are sums of; of a matrix also by
-# the geometric mean of the diagonal entries that an entry stands between, and of rigid motions by the largest entry.
+# Round-off of a direction and of a matrix over the modes, relative to their summed terms. For a matrix also relative to
+# the geometric mean of the two diagonal entries, and for rigid motions relative to the largest entry.
 CANCELLED = 1e-12
 COUPLED = 1e-10
 
@@ -44,14 +46,14 @@ class Modes:
     frequency: Vector
     """Natural angular frequencies [rad/s], ascending; exactly 0 for rigid motions."""
     shapes: Vector
-    """The modes, a column each over the freedoms [1/√kg]."""
+    """The modes, one column each over the freedoms [1/√kg]."""
 
     @classmethod
     def of(cls, structure: Matrices, count: int | None = None) -> Modes:
         """The lowest modes, `count` of them, or all.
 
-        Small structures are solved at once, large sparse ones by shift-invert (ARPACK) with a shift below zero, at
-        which the matrix is positive definite whatever moves rigidly. Raises `StructureError` where K is not
+        Small structures use a dense solver, large sparse ones shift-invert (ARPACK) with a negative shift, at
+        which the matrix is positive definite despite rigid motions. Raises `StructureError` if K is not
         positive semidefinite, or M not positive definite.
         """
         size = structure.size
@@ -81,7 +83,7 @@ def _sparse(structure: Matrices, count: int) -> Vector:
     M, K = sparse.csc_matrix(structure.M), sparse.csc_matrix(structure.K)
     # Far below the elastic modes, and large enough that the shifted matrix is well conditioned.
     shift = -1e-8 * float(np.median(K.diagonal() / M.diagonal()))
-    # A start of its own in place of a random one: the same matrices give the same file.
+    # A fixed start instead of a random one, so that the same matrices give the same file.
     start = np.cos(np.arange(structure.size) ** 2)
     try:
         _, shapes = linalg.eigsh(K, k=count, M=M, sigma=shift, v0=start)
@@ -111,7 +113,7 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
     shapes = shapes / np.sqrt(masses)
     energy = np.einsum("im,im->m", shapes, K @ shapes)
     terms = np.einsum("im,im->m", abs(shapes), abs(K) @ abs(shapes))
-    # Of modes that leave springs at rest but for round-off, energy and terms are both round-off.
+    # Both energy and terms are round-off for modes that move springs only by round-off.
     highest = max(float(energy.max()), float((K.diagonal() / M.diagonal()).max()))
     rigid = abs(energy) <= np.maximum(RIGID * terms, UNRESOLVED**2 * highest)
     if (energy[~rigid] < 0.0).any():
@@ -129,10 +131,10 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
         )
     order = np.argsort(frequency, kind="stable")
     frequency, shapes = frequency[order], shapes[:, order]
-    # What a rigid motion leaves at rest is at rest: a bearing that damps by round-off would make two motions of one.
+    # Clear round-off of freedoms at rest in a rigid motion: a bearing with damping at round-off would split the motion.
     moved = np.sqrt(np.asarray(M.diagonal()))[:, np.newaxis] * abs(shapes)
     shapes = np.where((frequency == 0.0) & (moved <= AT_REST * moved.max(axis=0)), 0.0, shapes)
-    # The sign of a mode is anybody's; its largest entry is positive here.
+    # The sign of a mode is arbitrary; its largest entry is positive here.
     largest = abs(shapes).argmax(axis=0)
     return frequency, shapes * np.sign(shapes[largest, np.arange(len(frequency))])
 
@@ -140,9 +142,9 @@ def _settled(structure: Matrices, shapes: Vector) -> tuple[Vector, Vector]:
 def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) -> dict[str, Any]:
     """The modal file as a dictionary of tables.
 
-    `modes` are the lowest ones, by default all; `damping` is a ratio of every elastic mode on top of C. C becomes
-    `damping` where it leaves the modes uncoupled and damps no rigid motion, which every kernel takes, and
-    `damping_matrix` else.
+    `modes` is the number of lowest modes, by default all. `damping` is a ratio of every elastic mode in addition to C.
+    C becomes `damping`, which every kernel supports, if it does not couple modes or damp rigid motions; otherwise
+    `damping_matrix`.
     """
     if not 0.0 <= damping < 1.0:
         raise StructureError(f"the damping ratio is {damping:g}; give a ratio of at least 0 and below 1")
@@ -157,7 +159,7 @@ def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) 
 
     def over_modes(matrix: Matrix) -> Vector:
         projected = _clean(shapes.T @ (matrix @ shapes), abs(shapes).T @ (abs(matrix) @ abs(shapes)))
-        # What dampers and springs do to a rigid motion that moves them by round-off is round-off.
+        # Entries of rigid motions that move dampers and springs only by round-off are round-off.
         weak = (abs(projected) <= CANCELLED * abs(projected).max()) & (still[:, np.newaxis] | still)
         return np.where(weak, 0.0, projected)
 
@@ -195,12 +197,12 @@ def tables(structure: Matrices, modes: int | None = None, damping: float = 0.0) 
 
 
 def _clean(values: Vector, terms: Vector) -> Vector:
-    """What is a sum of terms that cancel to round-off is 0: symmetries of a drive stay symmetries."""
+    """Sets sums whose terms cancel to round-off to 0, so that symmetries of a drive are preserved."""
     return np.where(abs(values) <= CANCELLED * terms, 0.0, values)
 
 
 def _ratios(frequency: Vector, damping: Vector, terms: Vector) -> Vector | None:
-    """The damping ratios that a matrix over the modes is, where it is diagonal."""
+    """The damping ratios in a matrix over the modes; None if it is not diagonal."""
     own = np.where(np.diag(damping) > CANCELLED * np.diag(terms), np.diag(damping), 0.0)
     apart = abs(damping - np.diag(np.diag(damping)))
     coupled = apart > COUPLED * np.sqrt(np.outer(own, own)) + CANCELLED * terms
@@ -217,7 +219,7 @@ def write(
     modes: int | None = None,
     damping: float = 0.0,
 ) -> dict[str, Any]:
-    """Writes the modal file; arguments and what is returned are those of `tables`."""
+    """Writes the modal file; arguments and return value are those of `tables`."""
     file = tables(structure, modes, damping)
     count = len(file["frequency"])
     head = [
@@ -229,7 +231,7 @@ def write(
 
 
 def _lines(file: Mapping[str, Any]) -> list[str]:
-    """TOML: single values and lists first, tables behind them."""
+    """TOML: single values and lists first, then tables."""
     lines, behind = [], []
     for key, value in file.items():
         if key in ("contact", "bearing"):

@@ -5,10 +5,10 @@
     write(geared((pinion, wheel), nodes=(2, 1), teeth=(20, 30), base_radii=(0.0376, 0.0564),
                  pressure_angle=0.349, rated_torque=50.0), "drive.modal.toml", modes=40)
 
-A `ross.Rotor` of six freedoms a node has, node by node, x, y, z, α, β, θ: displacements, rotations about x, about y and
-about its axis z, all right-handed; links of bearings follow. Of `ross.MultiRotor` nothing is taken: it closes the mesh for
-good by a spring, and counts the wheel's rotation against its axis. Its rotors, before they are joined, are what
-this module wants. ROSS is not imported here: whatever has its methods is a rotor.
+A `ross.Rotor` with six freedoms per node has, node by node, x, y, z, α, β, θ: displacements, rotations about x, about y
+and about its axis z, all right-handed; links of bearings follow. `ross.MultiRotor` is not used, because it closes the
+mesh permanently by a spring, and counts the wheel's rotation against its axis. Give its rotors before they are joined.
+This module does not import ROSS: any object with the methods of a rotor is accepted.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ def geared(
     speed: float = 0.0,
     axial: bool = False,
 ) -> Matrices:
-    """Pinion's and wheel's rotor, a spur mesh between them that opens and closes.
+    """The rotors of pinion and wheel, with a spur mesh between them that opens and closes.
 
-    * `nodes`: those of the gears; their masses and inertias are in the rotors, as `DiskElement` or `GearElement`.
+    * `nodes`: nodes of the gears; their masses and inertias are in the rotors, as `DiskElement` or `GearElement`.
     * `base_radii` [m], `pressure_angle` [rad] (the operating one), `orientation`: angle from x to the wheel's
       centre [rad], the same x for both rotors.
-    * `rated_torque`: on the pinion [N m], load 1. It acts at the nodes `ends` (by default the first nodes), and the
-      wheel's share of it on the wheel.
-    * `speed`: pinion speed at which bearings have their coefficients [rad/s].
-    * `axial`: keeps axial motion, which a spur mesh does not excite; without, z is held.
+    * `rated_torque`: torque on the pinion at load 1 [N m]. It acts at the nodes `ends` (by default the first nodes),
+      and its counterpart acts on the wheel.
+    * `speed`: pinion speed for the coefficients of bearings [rad/s].
+    * `axial`: keeps axial motion, which a spur mesh does not excite; otherwise z is fixed.
 
-    Gyroscopic terms go with the speed, the wheel's the other way by the ratio of teeth. What of the bearings'
-    stiffness is not symmetric goes into K_c. Forces on bearings along x and y become `bearings`.
-    Raises `StructureError`.
+    Gyroscopic terms are proportional to the speed; those of the wheel have the opposite sign and the ratio of teeth as
+    a factor. The unsymmetric part of the bearings' stiffness becomes K_c. Forces on bearings along x and y become
+    `bearings`. Raises `StructureError`.
     """
     ratio = teeth[0] / teeth[1]
     if not np.isclose(base_radii[0] / base_radii[1], ratio, rtol=1e-3):
@@ -87,7 +87,7 @@ def geared(
     shafts = [place(which, node, TURN) for which, node in enumerate(ends)]
     directions["torque"] = over(list(zip(shafts, base_radii)))
     directions["torque_pinion"] = over([(shafts[0], 1.0)])
-    # Positive in the wheel's own sense of running, as in drives that are drawn.
+    # Positive in the wheel's direction of running, as in drives from a drawing.
     directions["torque_wheel"] = over([(shafts[1], -1.0)])
     bearings = {}
     for which, (rotor, frequency) in enumerate(zip(rotors, frequencies)):
@@ -130,6 +130,6 @@ def _index(rotor: Any, node: int) -> int:
 
 
 def _links(rotor: Any) -> list[list[int]]:
-    """Places of the three freedoms of what bearings stand on."""
+    """Indices of the three freedoms of the supports of bearings."""
     linked = [element for element in rotor.bearing_elements if element.n_link is not None]
     return [list(element.dof_global_index.values())[3:] for element in linked]

@@ -1,4 +1,4 @@
-//! Work that Ctrl-C ends.
+//! Work that Ctrl-C can interrupt.
 
 use pyo3::prelude::*;
 use std::panic::resume_unwind;
@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// How often Python looks for Ctrl-C, and for news, while it waits.
+/// Interval at which Python checks for Ctrl-C and for progress while it waits.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Does some work on a thread of its own, without the interpreter's lock. Meanwhile `between` is called
-/// now and then, and once at the end. Where Ctrl-C is pressed, or `between` raises an exception, the
-/// flag that the work was given is raised, its end is waited for, and the exception goes on.
+/// Runs `work` on a separate thread, without the interpreter's lock. Meanwhile calls `between` periodically, and once
+/// at the end. After Ctrl-C or an exception in `between`, raises the flag of the work, waits for its end, and passes
+/// the exception on.
 ///
 /// # Errors
 /// The exception.

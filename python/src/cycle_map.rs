@@ -21,10 +21,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Mesh cycles of a trajectory or a tangent that are done before Ctrl-C is looked for: some milliseconds.
+/// Mesh cycles of a trajectory or a tangent between two checks for Ctrl-C: some milliseconds.
 const AT_ONCE: u64 = 2000;
 
-/// The same, below which starting other threads takes longer than it saves.
+/// The number of cycles below which starting other threads takes longer than it saves.
 const ALONE: u64 = 16;
 
 /// The map of an operating point.
@@ -105,13 +105,13 @@ impl CycleMap {
         self.map.point().run.kernel.name()
     }
 
-    /// Components that something feels: all but those of the neutral pair.
+    /// Components with an effect on the dynamics: all except those of the neutral pair.
     #[getter]
     fn felt<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
         self.map.norm().felt().into_pyarray(py)
     }
 
-    /// Weight of each component in the energy norm, over that of a displacement by half a gap.
+    /// Weight of each component in the energy norm, divided by that of a displacement of half a gap.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let norm = self.map.norm();
@@ -119,7 +119,7 @@ impl CycleMap {
         PyArray1::from_iter(py, weights)
     }
 
-    /// The state that `run.initial` gives.
+    /// The state from `run.initial`.
     fn start<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.map.start().into_pyarray(py)
     }
@@ -256,7 +256,7 @@ impl CycleMap {
 }
 
 impl CycleMap {
-    /// How many states there are.
+    /// Number of states.
     fn count(&self, states: &PyReadonlyArray2<'_, f64>) -> PyResult<usize> {
         let (shape, dimension) = (states.shape(), self.dimension());
         if shape[1] == dimension {
@@ -279,7 +279,7 @@ impl CycleMap {
         keys.iter().map(derivative).collect()
     }
 
-    /// Has the map computed: here where it takes some milliseconds, otherwise so that Ctrl-C ends it.
+    /// Computes the map: directly if it takes some milliseconds, otherwise so that Ctrl-C can interrupt it.
     fn work(
         &self,
         py: Python<'_>,

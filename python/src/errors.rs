@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::error::Error;
 
-/// The exception of a name, with its arguments.
+/// The exception with a name and arguments.
 fn raise<'py>(py: Python<'py>, name: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = || {
         py.import("gearatlas._errors")?
@@ -16,7 +16,7 @@ fn raise<'py>(py: Python<'py>, name: &str, arguments: impl pyo3::call::PyCallArg
     made().map_or_else(|error| error, PyErr::from_value)
 }
 
-/// `gearatlas.AtlasError` with what an error says, its causes included.
+/// `gearatlas.AtlasError` with the message of an error and its causes.
 pub fn failed(py: Python<'_>, error: &dyn Error) -> PyErr {
     refused(py, &with_causes(error))
 }
@@ -26,7 +26,7 @@ pub fn refused(py: Python<'_>, sentence: &str) -> PyErr {
     raise(py, "AtlasError", (sentence,))
 }
 
-/// `gearatlas.ManifestError` with the text of the command line, and every fault by its parts.
+/// `gearatlas.ManifestError` with the text of the command line, and the parts of every fault.
 pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let text = format!("{}{}", errors.render(), errors.summary());
     match faults(py, &errors.sources, errors.errors()) {
@@ -35,7 +35,7 @@ pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     }
 }
 
-/// Faults by their parts, as `gearatlas._errors.Fault` has them.
+/// The parts of faults, in the form of `gearatlas._errors.Fault`.
 pub fn faults<'py, 'd>(
     py: Python<'py>,
     sources: &[Source],

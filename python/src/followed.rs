@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-/// Follows the orbits that a manifest asks for and writes their tables to a folder. `progress` is called
-/// with a sentence for every line and plane that is done.
+/// Follows the orbits that a manifest requests and writes their tables to a folder. Calls `progress` with a sentence
+/// for every finished line and plane.
 #[pyfunction]
 #[pyo3(signature = (manifest, folder, *, threads, tables, progress))]
 pub fn follow(

@@ -1,6 +1,5 @@
-//! The compiled half of the Python package `atlas`: everything here calls the library, and gives what
-//! it answers a form that Python takes. The lock of the interpreter is released while anything is
-//! computed or read.
+//! The compiled half of the Python package `gearatlas`. It calls the library and converts its results for Python. The
+//! lock of the interpreter is released during computations and reading.
 
 mod attended;
 mod cycle_map;
@@ -17,7 +16,7 @@ mod table;
 mod toml_values;
 mod trace;
 
-/// What the package `atlas` calls; not to be used by itself.
+/// Functions for the package `gearatlas`; not for direct use.
 #[pyo3::pymodule]
 mod _gearatlas {
     #[pymodule_export]

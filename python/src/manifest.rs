@@ -1,4 +1,4 @@
-//! Manifests: read, judged, and their points listed.
+//! Manifests: reads and checks them, and lists their points.
 
 use crate::errors::{faults, faulty, refused};
 use crate::point::Point;
@@ -15,22 +15,22 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A manifest without faults.
+/// A valid manifest.
 #[pyclass(frozen, module = "gearatlas._gearatlas")]
 pub struct Manifest {
     pub job: Arc<Job>,
     source: Origin,
 }
 
-/// Where a manifest comes from.
+/// Origin of a manifest.
 struct Origin {
-    /// What messages call it.
+    /// Its name in messages.
     name: String,
-    /// Where relative paths in it start.
+    /// Base folder of relative paths in it.
     folder: PathBuf,
 }
 
-/// What `set` of Python asks to change, as `--set` does.
+/// The changes from `set` of Python, in the form of `--set`.
 fn changes(set: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
     let change = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String = key.extract()?;
@@ -68,7 +68,7 @@ impl Manifest {
         judged(py, found, path.display().to_string(), folder)
     }
 
-    /// The manifest that a text is; relative paths in it start at `folder`.
+    /// The manifest in a text; `folder` is the base of relative paths in it.
     #[staticmethod]
     fn from_text(
         py: Python<'_>,
@@ -80,7 +80,7 @@ impl Manifest {
         Self::read(py, text, &changes(set)?, name, folder)
     }
 
-    /// The manifest that was pickled.
+    /// The manifest from a pickle.
     #[staticmethod]
     fn unpickled(
         py: Python<'_>,
@@ -114,7 +114,7 @@ impl Manifest {
         (made, parts).into_pyobject(py)
     }
 
-    /// The manifest that a dictionary of tables is.
+    /// The manifest from a dictionary of tables.
     #[staticmethod]
     fn from_dict(
         py: Python<'_>,
@@ -145,13 +145,13 @@ impl Manifest {
         self.job.changes.clone()
     }
 
-    /// What the manifest is warned of, every warning by its parts.
+    /// The warnings of the manifest, with the parts of each.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let warnings = &self.job.warnings;
         faults(py, &warnings.sources, warnings.diagnostics.iter())
     }
 
-    /// The same as the command line shows it; empty where there is nothing.
+    /// The warnings as on the command line; empty if there are none.
     fn warned(&self) -> String {
         self.job.warnings.render()
     }
@@ -161,7 +161,7 @@ impl Manifest {
         self.job.seed
     }
 
-    /// Keys that a drive depends on continuously.
+    /// Keys on which a drive depends continuously.
     #[getter]
     fn keys(&self) -> Vec<String> {
         self.job.between.continuous_keys()
@@ -180,14 +180,14 @@ impl Manifest {
         self.job.points.len()
     }
 
-    /// The grid: `point_id`, the value of every axis, `sample` where some are distributions, and `direction` where states
-    /// are carried.
+    /// The grid: `point_id`, the value of every axis, `sample` if some are distributions, and `direction` if states are
+    /// carried.
     fn grid(&self, py: Python<'_>) -> PyResult<Table> {
         py.detach(|| self.listed())
             .map_err(|error| PyValueError::new_err(error.to_string()))
     }
 
-    /// The point of a number; `values` change keys of it.
+    /// The point with a number; `values` change some of its keys.
     fn point(slf: &Bound<'_, Self>, id: usize, values: &Bound<'_, PyDict>) -> PyResult<Point> {
         let points = &slf.get().job.points;
         let count = points.len();

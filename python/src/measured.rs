@@ -20,7 +20,7 @@ pub fn read_measured(py: Python<'_>, path: PathBuf) -> PyResult<Vec<Column<'_>>>
     Ok(columns.into_iter().flatten().map(of).collect())
 }
 
-/// How many of the unit `to` make one of the unit `from`; None if either is not known or they measure different things.
+/// Number of units `to` in one unit `from`; None if either is unknown or they belong to different quantities.
 #[pyfunction]
 pub fn conversion(from: &str, to: &str) -> Option<f64> {
     units::conversion(from, to)

@@ -1,4 +1,4 @@
-//! Operating points: those of a grid, and others near them.
+//! Operating points: points of a grid, and others near them.
 
 use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyTuple};
 pub struct Point {
     manifest: Py<Manifest>,
     pub spec: PointSpec,
-    /// Keys that have other values than on the grid.
+    /// Keys whose values differ from the grid.
     pub changes: Vec<(Parameter, f64)>,
 }
 
@@ -29,10 +29,10 @@ impl Point {
         &self.manifest.get().job
     }
 
-    /// The parameter of a name.
+    /// The parameter with a name.
     ///
     /// # Errors
-    /// There is none.
+    /// It does not exist.
     pub fn parameter(&self, py: Python<'_>, name: &str) -> PyResult<Parameter> {
         let found = self.job().between.parameter(&self.spec, name);
         found.map_err(|error| failed(py, &error))
@@ -50,7 +50,7 @@ impl Point {
         (made, (self.id(), values)).into_pyobject(py)
     }
 
-    /// Its number on the grid, or that of the point it was made from.
+    /// Its number on the grid, or that of the point from which it was made.
     #[getter]
     fn id(&self) -> u64 {
         self.spec.point_id
@@ -68,13 +68,13 @@ impl Point {
         self.spec.speed
     }
 
-    /// Which way its sweep runs.
+    /// Direction of its sweep.
     #[getter]
     fn direction(&self) -> Option<&'static str> {
         self.spec.direction.map(|way| way.name())
     }
 
-    /// The value of a key that a drive depends on continuously, in SI.
+    /// The value of a key on which a drive depends continuously, in SI.
     fn value(&self, py: Python<'_>, key: &str) -> PyResult<f64> {
         let parameter = self.parameter(py, key)?;
         let own = self.changes.iter().find(|(own, _)| *own == parameter);
@@ -90,7 +90,7 @@ impl Point {
         Ok(self.parameter(py, key)?.unit())
     }
 
-    /// The same point where some keys have other values: numbers in SI, or texts with units.
+    /// The same point with other values of some keys: numbers in SI, or texts with units.
     pub fn changed(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<Self> {
         let mut changes = self.changes.clone();
         for (key, value) in values {
@@ -103,7 +103,7 @@ impl Point {
                 }
                 Err(_) => value.extract()?,
             };
-            // Load and torque are two names of one thing.
+            // Load and torque are two names of one quantity.
             let same = |own: &Parameter| match key.as_str() {
                 "load" | "torque" => ["load", "torque"].contains(&own.name()),
                 _ => *own == parameter,

@@ -1,4 +1,4 @@
-//! Folders of results: which tables they have, each table, and the records of their runs.
+//! Folders of results: the list of their tables, each table, and the records of their runs.
 
 use crate::errors::{failed, refused};
 use crate::table::Table;
@@ -14,7 +14,7 @@ pub fn present_tables(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<&'static 
     Ok(found.into_iter().map(TableKind::name).collect())
 }
 
-/// A table of a folder, held against the record of its run.
+/// A table of a folder, checked against the record of its run.
 #[pyfunction]
 pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table> {
     let Some(kind) = TableKind::named(name) else {
@@ -22,7 +22,7 @@ pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table
         let sentence = format!("there is no table `{name}`; known tables are {known}");
         return Err(refused(py, &sentence));
     };
-    // A folder with other tables is the right one, and this table was not asked for.
+    // If the folder has other tables, it is the right one, and the job did not request this table.
     let here = present_tables(py, folder.clone())?;
     if !here.is_empty() && !here.contains(&name) {
         let sentence = format!(

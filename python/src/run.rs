@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-/// Where a sweep stands, for whoever asks.
+/// The progress of a sweep, for another thread.
 struct News<'a>(&'a Mutex<Option<Progress>>);
 
 impl News<'_> {
@@ -26,7 +26,7 @@ impl Watcher for News<'_> {
         self.put(&begun.progress);
     }
 
-    // The record of the run has them.
+    // The record of the run contains them.
     fn warning(&mut self, _: &str) {}
 
     fn point(&mut self, _: &PointRow, progress: &Progress) {
@@ -38,8 +38,8 @@ impl Watcher for News<'_> {
     }
 }
 
-/// Computes what is missing of a manifest's results in a folder, and gives the record of the run as
-/// JSON. `progress` is called with the numbers of a sweep's progress whenever they have changed.
+/// Computes the missing results of a manifest in a folder, and returns the record of the run as JSON. Calls `progress`
+/// with the numbers of a sweep's progress after every change.
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (manifest, folder, *, threads, overwrite, tables, max_failures, progress))]

@@ -1,4 +1,4 @@
-//! How the answers of a point change with keys of its manifest.
+//! How do the results of a point change with keys of its manifest?
 
 use crate::attended::attended;
 use crate::errors::failed;
@@ -14,7 +14,8 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// How a point moves, why that is said of it, and a row for each key and quantity. All continuous keys where none are named.
+/// The kind of motion of a point, the reason for it, and a row for each key and quantity. Without `keys`, all
+/// continuous ones.
 #[pyfunction]
 #[pyo3(signature = (point, *, keys, members, cycles, step, tables))]
 pub fn sensitivity(
@@ -47,7 +48,7 @@ pub fn sensitivity(
     Ok((found.class.name(), found.reason, rows))
 }
 
-/// The rows as a table. Units differ from row to row, so that they are columns.
+/// The rows as a table. Units are a column, because they differ between rows.
 fn table(rows: &[Sensitivity]) -> Result<Table, ArrowError> {
     type Text = fn(&Sensitivity) -> &str;
     type Number = fn(&Sensitivity) -> Option<f64>;

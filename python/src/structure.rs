@@ -52,7 +52,7 @@ fn table(columns: Vec<Numbers>) -> Result<Table, ArrowError> {
     let (mut fields, mut arrays) = (Vec::new(), Vec::<ArrayRef>::new());
     for (name, unit, description, values) in columns {
         fields.push(with_unit(name, DataType::Float64, unit, description));
-        // What is not a number is absent, as in result files.
+        // NaN becomes null, as in result files.
         let values = values
             .into_iter()
             .map(|value| Some(value).filter(|v| !v.is_nan()));
@@ -63,7 +63,7 @@ fn table(columns: Vec<Numbers>) -> Result<Table, ArrowError> {
     Ok(Table::new(schema, vec![batch]))
 }
 
-/// The retained modes of the structure, one a row.
+/// The retained modes of the structure, one per row.
 fn modes(structure: &ModalStructure) -> Vec<Numbers> {
     let none = || vec![f64::NAN; structure.frequency.len()];
     let of = |column: &Option<Vec<f64>>| column.clone().unwrap_or_else(none);
@@ -168,7 +168,7 @@ fn natural(frequencies: &Frequencies) -> Vec<Numbers> {
     ]
 }
 
-/// What the drive flanks are over a mesh cycle, as the kernel sees them.
+/// The drive flanks over a mesh cycle in the kernel's model.
 fn mesh(model: &Model, samples: u32) -> Vec<Numbers> {
     let (contact, cycle) = (&model.contacts[0], model.first_cycle());
     let phases: Vec<f64> = (0..samples)

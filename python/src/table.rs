@@ -1,5 +1,5 @@
-//! Tables as Arrow hands them over (the PyCapsule interface of its C data interface), without a copy,
-//! and their columns as arrays of NumPy. A pickled table is a stream of Arrow IPC.
+//! Tables in the interface of Arrow (the PyCapsule interface of its C data interface), without a copy, and their
+//! columns as NumPy arrays. A pickled table is a stream of Arrow IPC.
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi::FFI_ArrowSchema;
@@ -58,7 +58,7 @@ fn refused(error: ArrowError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// A column's field with its unit and description, as result files have them.
+/// A column's field with its unit and description, as in result files.
 pub fn with_unit(name: &str, kind: DataType, unit: &str, description: &str) -> Field {
     let told = Metadata::from([("unit", unit), ("description", description)]);
     Field::new(name, kind, true).with_metadata(told)
@@ -71,7 +71,7 @@ impl Table {
         PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
-    /// The rows as a stream of batches. Another schema may be asked for; the table's own is given.
+    /// The rows as a stream of batches. Ignores a requested schema and gives the table's own.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,
@@ -104,7 +104,7 @@ impl Table {
         Ok(Self::new(schema, batches))
     }
 
-    /// The rows with some numbers, which must be below the number of rows, in this order.
+    /// The rows with some indices, which must be below the number of rows, in this order.
     fn taken(&self, rows: PyReadonlyArray1<'_, u64>) -> PyResult<Self> {
         let numbers: UInt64Array = rows.as_array().iter().copied().collect();
         let all = concat_batches(&self.schema, &self.batches).map_err(refused)?;
@@ -131,7 +131,7 @@ impl Table {
         fields.map(|field| field.name().as_str()).collect()
     }
 
-    /// What the table's file says of itself.
+    /// The metadata of the table's file.
     #[getter]
     fn metadata(&self) -> HashMap<String, String> {
         let pairs = self.schema.metadata().iter();
@@ -140,7 +140,7 @@ impl Table {
             .collect()
     }
 
-    /// What is told of a column: `unit`, `description`, and `elements` of named lists.
+    /// The metadata of a column: `unit`, `description`, and `elements` of named lists.
     fn told(&self, name: &str) -> PyResult<HashMap<String, String>> {
         let pairs = self.field(name)?.metadata().iter();
         Ok(pairs
@@ -148,9 +148,8 @@ impl Table {
             .collect())
     }
 
-    /// A column as an array: numbers, with NaN where there is none; whole numbers as they are if
-    /// none is missing; lists as the rows of a matrix, NaN behind their ends. Texts, and truth values
-    /// of which some are missing, as a list.
+    /// A column as an array. Numbers have NaN for missing values; integers stay integers if none is missing. Lists
+    /// become rows of a matrix, padded with NaN. Texts, and booleans with missing values, become a list.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let absent = self.parts(name).any(|part| part.null_count() > 0);
         match self.field(name)?.data_type() {
@@ -213,7 +212,7 @@ impl Table {
         all
     }
 
-    /// Lists as rows, NaN behind their ends.
+    /// Lists as rows, padded with NaN.
     fn matrix<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let lists = || self.parts(name).map(|part| part.as_list::<i32>());
         let lengths = lists().flat_map(|part| part.iter().map(|list| list.map_or(0, |l| l.len())));

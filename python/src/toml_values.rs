@@ -8,16 +8,16 @@ use toml::{Table, Value};
 /// A dictionary as the text of a manifest.
 ///
 /// # Errors
-/// `TypeError` for what a manifest cannot hold.
+/// `TypeError` for a value that a manifest cannot contain.
 pub fn text_of(dictionary: &Bound<'_, PyDict>) -> PyResult<String> {
     let table = table_of(dictionary.as_mapping(), "")?;
     toml::to_string(&table).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// A value as it stands behind `KEY=`: nothing for None, which takes the key out.
+/// The text of a value after `KEY=`: empty for None, which removes the key.
 ///
 /// # Errors
-/// `TypeError` for what a manifest cannot hold.
+/// `TypeError` for a value that a manifest cannot contain.
 pub fn value_text(value: &Bound<'_, PyAny>, key: &str) -> PyResult<String> {
     if value.is_none() {
         Ok(String::new())
@@ -71,7 +71,7 @@ fn value_of(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     {
         return Ok(Value::Float(number));
     }
-    // A path, such as that of a file of points.
+    // A path, for example of a file of points.
     if let Ok(path) = value.call_method0("__fspath__") {
         return Ok(Value::String(path.extract()?));
     }
@@ -81,7 +81,7 @@ fn value_of(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     )))
 }
 
-/// Whether a value is a scalar of NumPy of some kind.
+/// Whether a value is a NumPy scalar of some kind.
 fn is_numpy(value: &Bound<'_, PyAny>, kind: &str) -> bool {
     let is = || {
         let numpy = value.py().import("numpy")?;

@@ -10,7 +10,7 @@ use gearatlas::sweep::{PointTrace, PointTraceError, Prepared};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Samples and events of a point's trajectory, and why it ended early, where it did.
+/// Samples and events of a point's trajectory, and the reason if it ended early.
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (point, *, cycles, skip, samples_per_cycle, modal, outputs, swept, tables))]

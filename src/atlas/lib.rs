@@ -1,6 +1,5 @@
-//! Gear rattle over grids of operating points: a flexible drive with backlash is
-//! propagated exactly between breakpoints, events are located to round-off, and every
-//! point of a grid is answered with numbers that carry their error.
+//! Gear rattle over grids of operating points. The program propagates a flexible drive with backlash exactly between
+//! breakpoints and locates events to round-off. Every result carries its error.
 //!
 //! Data flows one way:
 //!
@@ -8,8 +7,8 @@
 //! manifest → gear + shaft → model → propagate → analysis → store → report
 //! ```
 //!
-//! `sweep` drives the middle, `cli` drives everything. A module imports only from
-//! layers above its own line; `tests/house/architecture.rs` holds the code to that.
+//! `sweep` drives the middle, `cli` drives everything. A module imports only from layers above its own line;
+//! `tests/house/architecture.rs` enforces this.
 
 pub mod cli;
 pub mod export;
@@ -21,5 +20,5 @@ pub use gearatlas_jobs::{fmu, input, manifest, store, sweep, topology, units};
 pub use gearatlas_machine::characterize;
 pub use gearatlas_verify::{reference, verify};
 
-/// The commit the program was built from, with `-dirty` where the sources differ from it; none outside a git checkout.
+/// The commit of the sources, with `-dirty` if they differ from it; `None` outside a git checkout.
 pub const COMMIT: Option<&str> = option_env!("ATLAS_COMMIT");

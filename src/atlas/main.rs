@@ -1,4 +1,4 @@
-//! The `atlas` binary; everything it does is in [`gearatlas::cli`].
+//! The `atlas` binary; the code is in [`gearatlas::cli`].
 
 fn main() -> std::process::ExitCode {
     gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);

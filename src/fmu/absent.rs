@@ -1,12 +1,12 @@
-//! Functions of FMI 3.0 for what this FMU does not have, those for model exchange and scheduled execution among them:
-//! importers refuse a library without them.
+//! Functions of FMI 3.0 that this FMU does not support, such as those for model exchange and scheduled execution.
+//! Importers refuse a library without them.
 
 use super::export::exported;
 use super::foreign::{Handle, Logger, Logger3, Opaque};
 use super::instance::Refusal;
 use std::ffi::c_int;
 
-/// Functions that get or set values of a type that no variable has: nothing is asked of none.
+/// Functions that get or set values of a type without variables. They accept only empty requests.
 macro_rules! of_no_variable {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         exported! { $(
@@ -57,7 +57,7 @@ of_no_variable! {
     fmi3GetOutputDerivatives(_orders: Opaque, _values: Opaque, _count: usize);
 }
 
-/// Functions that are never to be called on this FMU.
+/// Functions that an importer must never call on this FMU.
 macro_rules! not_provided {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         exported! { $(
@@ -92,7 +92,7 @@ not_provided! {
     fmi3ActivateModelPartition(_clock: u32, _time: f64);
 }
 
-/// No instance, with a message.
+/// Returns no instance, and logs a message.
 fn refused(logger: Logger3, environment: Opaque) -> Handle {
     let only = || Err(Refusal::error("this FMU is for co-simulation"));
     Handle::make(Logger::Three(logger, environment), only)

@@ -1,6 +1,6 @@
 //! Gives functions their names in the library.
 
-/// Exports functions under their own names. What their arguments point to is looked at in [`crate::foreign`] alone.
+/// Exports functions under their own names. Only [`crate::foreign`] follows the pointers in their arguments.
 macro_rules! exported {
     ($(fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $answer:ty)? $body:block)*) => { $(
         // SAFETY: the name is one of the standard, and stands here once.

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 that are common or of co-simulation.
+//! The common functions and the co-simulation functions of FMI 2.0.
 
 use super::export::exported;
 use super::foreign::{Asked, CallbacksOf, Given, Handle, Kept, Logger, Opaque, Slot, Text};
@@ -10,7 +10,7 @@ use std::ffi::{c_char, c_int};
 /// Kind of FMU: co-simulation.
 const CO_SIMULATION: c_int = 1;
 
-/// Kind of status: the time up to which steps went well.
+/// Kind of status: the time up to which steps succeeded.
 const LAST_SUCCESSFUL_TIME: c_int = 2;
 
 /// Kind of status: whether the FMU wants to end the simulation.
@@ -248,7 +248,7 @@ exported! {
     }
 }
 
-/// Writes the bytes of a state where there is room for them.
+/// Writes the bytes of a state if they have room.
 pub fn serialize(state: Kept, bytes: Asked<u8>, size: usize) -> Result<(), Refusal> {
     let own = state.read()?.bytes();
     let room = bytes.list(size)?.get_mut(..own.len());
@@ -262,7 +262,7 @@ pub fn serialize(state: Kept, bytes: Asked<u8>, size: usize) -> Result<(), Refus
     Ok(())
 }
 
-/// Keeps the state of some bytes.
+/// Stores the state from some bytes.
 pub fn deserialize(bytes: Given<u8>, size: usize, state: Slot) -> Result<(), Refusal> {
     let live = Live::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
     state.fill(live)

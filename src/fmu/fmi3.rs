@@ -1,4 +1,4 @@
-//! The functions of FMI 3.0 that this FMU provides; [`super::absent`] has the others.
+//! The functions of FMI 3.0 that this FMU provides; the others are in [`super::absent`].
 
 use super::export::exported;
 use super::fmi2::{deserialize, serialize};
@@ -7,7 +7,7 @@ use super::instance::{Instance, Refusal};
 use std::ffi::{c_char, c_int};
 use std::path::Path;
 
-/// One value for each variable: none is an array.
+/// Requires one value per variable, because no variable is an array.
 fn one_each(count: usize, values: usize) -> Result<(), Refusal> {
     if count == values {
         return Ok(());

@@ -1,8 +1,8 @@
-//! What the importer hands over, as Rust has it, and what goes back: all use of its pointers.
+//! Conversion of the importer's data to Rust and back: the only code that uses its pointers.
 //!
-//! The types here are made by the importer alone, in the call of a function that this library exports. The standard says what
-//! they point to: for the time of the call a text that ends with 0, as many values as the call says, or what an earlier call
-//! returned. A null pointer is refused, except that an empty list may be one.
+//! Only the importer makes values of these types, when it calls a function that this library exports. The standard
+//! defines their targets. For the time of the call they point to a text that ends with 0, to as many values as the call
+//! says, or to a result of an earlier call. Null pointers are refused, except for empty lists.
 
 #![allow(unsafe_code)]
 
@@ -11,16 +11,16 @@ use super::panics::caught;
 use gearatlas_jobs::fmu::Live;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
-/// What a call ends with, in both versions.
+/// Statuses of calls, in both versions.
 pub const OK: c_int = 0;
-/// Not done; the state is as before.
+/// Not done; the state is unchanged.
 pub const DISCARD: c_int = 2;
-/// Wrong; the instance goes on.
+/// Error; the instance remains usable.
 pub const ERROR: c_int = 3;
-/// The instance is no more.
+/// The instance is lost.
 pub const FATAL: c_int = 4;
 
-/// A pointer that is handed back as it is, or not looked at.
+/// A pointer that is returned unchanged or ignored.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Opaque(*mut c_void);
@@ -43,13 +43,13 @@ impl Text {
     }
 }
 
-/// Values that the importer gives.
+/// Values from the importer.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Given<T>(*const T);
 
 impl<T: Copy> Given<T> {
-    /// So many of them.
+    /// The first `count` values.
     pub fn list<'a>(self, count: usize) -> Result<&'a [T], Refusal> {
         match (count, self.0.is_null()) {
             (0, _) => Ok(&[]),
@@ -60,13 +60,13 @@ impl<T: Copy> Given<T> {
     }
 }
 
-/// Room for values that the importer asks for.
+/// Memory of the importer for requested values.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Asked<T>(*mut T);
 
 impl<T: Copy> Asked<T> {
-    /// So many of them.
+    /// The first `count` values.
     pub fn list<'a>(self, count: usize) -> Result<&'a mut [T], Refusal> {
         match (count, self.0.is_null()) {
             (0, _) => Ok(&mut []),
@@ -76,7 +76,7 @@ impl<T: Copy> Asked<T> {
         }
     }
 
-    /// Answers with one value, where there is room for it.
+    /// Writes one value if there is room for it.
     pub fn answer(self, value: T) {
         if !self.0.is_null() {
             // SAFETY: the importer handed it over as room for one value.
@@ -99,7 +99,7 @@ impl Kept {
     }
 }
 
-/// Where the importer keeps a state.
+/// The importer's variable for a state.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Slot(*mut *mut Live);
@@ -111,7 +111,7 @@ impl Slot {
         place.ok_or_else(|| Refusal::error("a place for a state is a null pointer"))
     }
 
-    /// Keeps a state there, in place of one that is there already.
+    /// Stores a state there, instead of an existing one.
     pub fn overwrite(self, live: &Live) -> Result<(), Refusal> {
         let place = self.place()?;
         // SAFETY: it is null or what this type made and has not freed.
@@ -122,13 +122,13 @@ impl Slot {
         Ok(())
     }
 
-    /// Keeps a new state there, whatever there was.
+    /// Stores a new state there, whatever the variable contained.
     pub fn fill(self, live: Live) -> Result<(), Refusal> {
         *self.place()? = Box::into_raw(Box::new(live));
         Ok(())
     }
 
-    /// Frees the state that is there, if any.
+    /// Frees the stored state, if any.
     pub fn free(self) -> Result<(), Refusal> {
         let place = std::mem::replace(self.place()?, std::ptr::null_mut());
         if !place.is_null() {
@@ -139,12 +139,12 @@ impl Slot {
     }
 }
 
-/// What FMI 2.0 calls with a message: a function of C with any number of arguments.
+/// The logger of FMI 2.0: a C function with any number of arguments.
 // SAFETY: a type, which calls nothing.
 pub type Logger2 =
     Option<unsafe extern "C" fn(Opaque, *const c_char, c_int, *const c_char, *const c_char, ...)>;
 
-/// What FMI 3.0 calls with one.
+/// The logger of FMI 3.0.
 // SAFETY: a type, which calls nothing.
 pub type Logger3 = Option<unsafe extern "C" fn(Opaque, c_int, *const c_char, *const c_char)>;
 
@@ -158,21 +158,21 @@ pub struct Callbacks {
     environment: Opaque,
 }
 
-/// Them, as a call has them.
+/// A pointer to them, as in a call.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct CallbacksOf(*const Callbacks);
 
-/// Where messages go.
+/// The receiver of messages.
 pub enum Logger {
-    /// To an importer of FMI 2.0, with the name of the instance.
+    /// An importer of FMI 2.0, with the name of the instance.
     Two(Logger2, Opaque, CString),
-    /// To one of FMI 3.0.
+    /// An importer of FMI 3.0.
     Three(Logger3, Opaque),
 }
 
 impl Logger {
-    /// That of an importer of FMI 2.0; none where it gives no functions.
+    /// The logger of an importer of FMI 2.0; `None` if it gives no functions.
     pub fn two(callbacks: CallbacksOf, name: Text) -> Option<Self> {
         // SAFETY: the importer handed it over as its functions, which stay where they are while there is an instance.
         let callbacks = unsafe { callbacks.0.as_ref() }?;
@@ -184,7 +184,7 @@ impl Logger {
         ))
     }
 
-    /// Hands a message over.
+    /// Sends a message.
     pub fn say(&self, status: c_int, message: &str) {
         let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
         let category = c"logStatusError".as_ptr();
@@ -212,12 +212,12 @@ impl Logger {
     }
 }
 
-/// An instance as the importer holds it.
+/// The importer's handle of an instance.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Handle(*mut c_void);
 
-/// An instance and its logger; no instance after a panic.
+/// An instance and its logger; without an instance after a panic.
 struct Held {
     instance: Option<Instance>,
     logger: Logger,
@@ -227,7 +227,7 @@ impl Handle {
     /// No instance.
     pub const NONE: Self = Self(std::ptr::null_mut());
 
-    /// Makes an instance; none where that is refused, with a message.
+    /// Makes an instance. On failure logs a message and returns none.
     pub fn make(logger: Logger, make: impl FnOnce() -> Result<Instance, Refusal>) -> Self {
         super::panics::keep();
         let refusal = match caught(make) {
@@ -238,7 +238,7 @@ impl Handle {
             Ok(Err(refusal)) => refusal.sentence().to_owned(),
             Err(said) => said,
         };
-        // A panic of the importer's function is none of ours.
+        // A panic in the importer's function is not handled here.
         logger.say(ERROR, &refusal);
         Self::NONE
     }
@@ -248,7 +248,7 @@ impl Handle {
         unsafe { self.0.cast::<Held>().as_mut() }
     }
 
-    /// Lets an instance act; the status is its answer, and a refusal goes to the logger.
+    /// Calls an instance and returns its status. A refusal goes to the logger.
     pub fn call(self, act: impl FnOnce(&mut Instance) -> Result<(), Refusal>) -> c_int {
         let Some(Held { instance, logger }) = self.held() else {
             return ERROR;

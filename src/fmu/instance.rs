@@ -1,4 +1,4 @@
-//! An instance of an FMU, whichever version of FMI speaks to it: what may be asked when, and what is answered.
+//! What may the importer ask an instance in which state, and what is the answer? Independent of the version of FMI.
 
 use super::foreign::{DISCARD, ERROR};
 use gearatlas_jobs::fmu::{Drive, INPUTS, Live, Mode, Plant, Role};
@@ -6,20 +6,20 @@ use std::borrow::Cow;
 use std::ffi::c_int;
 use std::path::Path;
 
-/// Part of a step by which the importer's clock may differ from the instance's.
+/// Largest difference between the clocks of importer and instance, relative to the step.
 const SAME_TIME: f64 = 1e-9;
 
-/// Why something is not done.
+/// Why a call is refused.
 #[derive(Debug)]
 pub enum Refusal {
-    /// It cannot be done as things stand.
+    /// It is impossible in the present state.
     Discard(String),
-    /// It is not to be asked for.
+    /// The call is never allowed.
     Error(Cow<'static, str>),
 }
 
 impl Refusal {
-    /// What is not to be asked for.
+    /// A call that is never allowed.
     pub fn error(sentence: impl Into<Cow<'static, str>>) -> Self {
         Self::Error(sentence.into())
     }
@@ -32,7 +32,7 @@ impl Refusal {
         }
     }
 
-    /// In words.
+    /// The reason, in words.
     pub fn sentence(&self) -> &str {
         match self {
             Self::Discard(sentence) => sentence,
@@ -45,12 +45,12 @@ impl Refusal {
 pub struct Instance {
     drive: Drive,
     live: Live,
-    /// What is stepped, and the parameters that it was built for.
+    /// The plant, and the parameters for which it was built.
     plant: Option<(Vec<f64>, Plant)>,
 }
 
 impl Instance {
-    /// That of a folder of resources.
+    /// The instance for a folder of resources.
     pub fn new(resources: &Path, token: &str) -> Result<Self, Refusal> {
         let drive =
             Drive::open(resources, token).map_err(|error| Refusal::error(error.to_string()))?;
@@ -62,7 +62,7 @@ impl Instance {
         })
     }
 
-    /// Back to where it was made.
+    /// Restores the state after instantiation.
     pub fn reset(&mut self) {
         self.live = at_start(&self.drive);
     }
@@ -92,7 +92,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends it; everything is built now at the latest.
+    /// Ends the initialization, after the plant is built.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
         self.require(&[Mode::Initialization], "leaving initialization mode")?;
         self.prepare()?;
@@ -107,7 +107,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds what is stepped where it is not at hand, and puts the motion at its start where there is none.
+    /// Builds the plant if necessary, and sets the motion to its start if there is none.
     fn prepare(&mut self) -> Result<(), Refusal> {
         let known = |own: &(Vec<f64>, Plant)| same_bits(&own.0, &self.live.parameters);
         if !self.plant.as_ref().is_some_and(known) {
@@ -136,7 +136,7 @@ impl Instance {
         own.map_or("", |own| own.name.as_str())
     }
 
-    /// What an output is read off; in initialization mode it is built.
+    /// The plant and its state, for outputs; builds the plant in initialization mode.
     fn ready(&mut self) -> Result<(&Plant, &Live), Refusal> {
         self.require(
             &[Mode::Initialization, Mode::Step, Mode::Terminated],
@@ -151,7 +151,7 @@ impl Instance {
         }
     }
 
-    /// The value of a variable that is a number.
+    /// The value of a variable of floating-point type.
     pub fn number(&mut self, reference: u32) -> Result<f64, Refusal> {
         let role = self.role(reference)?;
         match role {
@@ -194,7 +194,7 @@ impl Instance {
                     "setting a parameter",
                 )?;
                 self.live.parameters[place] = value;
-                // It starts anew, on what these parameters build.
+                // The motion starts again, in a plant with these parameters.
                 self.live.motion = None;
             }
             Role::Input(input) => {
@@ -211,7 +211,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets the rate at which an input goes on from its present value.
+    /// Sets the rate at which an input changes from its present value.
     pub fn set_rate(&mut self, reference: u32, order: c_int, value: f64) -> Result<(), Refusal> {
         let role = self.role(reference)?;
         let Role::Input(input) = role else {
@@ -242,7 +242,7 @@ impl Instance {
             return Err(Refusal::error(format!("a step has the length {length}")));
         }
         let own = self.live.time;
-        // Written so that what is no number is refused.
+        // The comparison also refuses NaN.
         let same = (time - own).abs() <= SAME_TIME * length.max(time.abs());
         if !same {
             return Err(Refusal::error(format!(
@@ -252,7 +252,7 @@ impl Instance {
         let Some((_, plant)) = &mut self.plant else {
             return Err(no_motion());
         };
-        // The importer's clock leads: two that are added up apart drift.
+        // Use the importer's clock, because two separate sums of steps would drift apart.
         self.live.time = time;
         plant.step(&mut self.live, length).map_err(|stop| {
             self.live.time = own;
@@ -265,7 +265,7 @@ impl Instance {
         &self.live
     }
 
-    /// Takes another state up; where it is none of this drive, nothing changes.
+    /// Restores another state; changes nothing if it belongs to another drive.
     pub fn set_state(&mut self, live: &Live) -> Result<(), Refusal> {
         let foreign = || Refusal::error("the state is of another drive");
         if live.parameters.len() != self.live.parameters.len() {
@@ -290,7 +290,7 @@ impl Instance {
     }
 }
 
-/// Whether numbers are equal, bit by bit.
+/// Whether numbers are bitwise equal.
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
@@ -299,7 +299,7 @@ fn no_motion() -> Refusal {
     Refusal::error("there is no motion yet")
 }
 
-/// A state before anybody set anything.
+/// The state before the importer sets anything.
 fn at_start(drive: &Drive) -> Live {
     let description = drive.description();
     Live {

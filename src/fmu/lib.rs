@@ -1,8 +1,9 @@
 //! The library in an FMU: the C interfaces of FMI 2.0 and FMI 3.0, for co-simulation, over one instance.
 //!
-//! All functions of both standards' co-simulation stand here by their names, and those of FMI 3.0 for other kinds of FMU, which
-//! importers ask for as well. They take what the importer hands over (`foreign`), ask the `instance`, and answer with a
-//! status; a refusal is a sentence to the importer's logger. Nothing is printed, and no panic leaves.
+//! This file exports all functions of both standards for co-simulation by their names, and those of FMI 3.0 for other
+//! kinds of FMU, which importers also need. They convert the importer's arguments (`foreign`), call the `instance`, and
+//! return a status; a refusal is a sentence to the importer's logger. The library prints nothing, and no panic leaves
+//! it.
 
 mod absent;
 mod export;
@@ -15,6 +16,6 @@ mod resource_path;
 
 use gearatlas_jobs::fmu::MARK;
 
-/// By this the program knows the library of its own version.
+/// Marks the library, so that the program recognises its own version.
 #[used]
 static OF_VERSION: &str = MARK;

@@ -1,4 +1,4 @@
-//! What a panic says, kept for the importer's logger instead of the error stream.
+//! Panic messages for the importer's logger instead of the error stream.
 
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe};
@@ -8,8 +8,8 @@ thread_local! {
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// From now on panics of this library are kept and not printed. The standard library is a part of this one, so that nobody
-/// else's are.
+/// Stores panic messages of this library from now on instead of printing them. The library contains its own copy of the
+/// standard library, so that this affects no other code.
 pub fn keep() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -19,7 +19,7 @@ pub fn keep() {
     });
 }
 
-/// Does something; what a panic says instead.
+/// Runs `work`; after a panic, returns its message as the error.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
         let said = LAST.with_borrow_mut(std::mem::take);

@@ -1,10 +1,10 @@
-//! Where the resources lie, as FMI 2.0 says it: in a URI.
+//! Where are the resources? Reads the URI of FMI 2.0.
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
 
-/// The folder of `file:///a%20b`; of `file:/a b` or a plain path too, which some importers give.
+/// The folder of `file:///a%20b`; also of `file:/a b` or a plain path, which some importers give.
 pub fn of_uri(uri: &str) -> PathBuf {
     let plain = uri.strip_prefix("file:").map(|rest| {
         let rest = rest.strip_prefix("//").unwrap_or(rest);

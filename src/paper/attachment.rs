@@ -12,8 +12,8 @@ use gearatlas_core::structure::{ModalStructure, ModeCount};
 
 /// The `retained` lowest modes of a structure and `count` attachment modes for the rest.
 ///
-/// It keeps what acts on the shafts and on one line of action. It drops further contacts, couplings, bearing
-/// forces, torques and motions of places.
+/// The result keeps loads on the shafts and one line of action. It drops further contacts, couplings, bearing forces,
+/// torques and motions of places.
 ///
 /// # Errors
 /// [`ModeCount`] unless `max(1, rigid modes) ≤ retained` and `retained + count ≤ modes`.
@@ -97,7 +97,7 @@ fn ritz(stiffness: &[f64], w: &[f64], count: usize) -> (Vec<f64>, Vec<Vec<f64>>)
         for (x, k) in next.iter_mut().zip(stiffness) {
             *x /= k;
         }
-        // Twice is enough.
+        // Two passes are enough.
         for _ in 0..2 {
             for known in &basis {
                 let along = dot(known, &next);
@@ -188,7 +188,7 @@ mod tests {
         }
     }
 
-    /// As many attachment modes as modes left out are those modes.
+    /// With as many attachment modes as omitted modes, they are these modes.
     #[test]
     fn all_attachment_modes_are_the_modes() {
         let full = structure();

@@ -1,9 +1,9 @@
-//! `atlas-paper` times the paper's kernels on its cases and checks them as `atlas verify` checks those of `atlas`.
+//! `atlas-paper` times the paper's kernels on its cases, and checks them as `atlas verify` does with those of `atlas`.
 
 // A program prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
-// The name by which the file that is shared with the benches knows it.
+// The crate name in the file that is shared with the benches.
 extern crate gearatlas_core as gearatlas;
 
 mod ladder;

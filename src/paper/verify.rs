@@ -1,4 +1,4 @@
-//! The checks of `atlas verify`, carried out on the paper's kernels.
+//! The checks of `atlas verify`, with the paper's kernels.
 
 use crate::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
 use crate::model::Model;
@@ -8,7 +8,7 @@ use gearatlas_verify::verify::{self, Check, Extent, Report, Subjects, Trouble};
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
 
-/// Fewest unit steps a mesh cycle, as published.
+/// Fewest unit steps per mesh cycle, as published.
 const CELLS: u32 = 60;
 
 fn built<'m, P: Propagator + 'm>(
@@ -38,7 +38,7 @@ pub fn kernels() -> Vec<Candidate> {
     ]
 }
 
-/// Names of the checks that every kernel meets.
+/// Names of the checks for every kernel.
 pub const CHECKS: [&str; 11] = [
     "multipliers",
     "grazing",
@@ -53,13 +53,13 @@ pub const CHECKS: [&str; 11] = [
     "resumed",
 ];
 
-/// The checks that every kernel meets, in the order of the program's.
+/// The checks for every kernel, in the order of the program.
 pub fn checks() -> impl Iterator<Item = Check> {
     let all = verify::CHECKS.iter().copied();
     all.filter(|check| CHECKS.contains(&check.name))
 }
 
-/// Carries out checks on the paper's kernels. `watch` is called with every check before it starts.
+/// Runs checks on the paper's kernels. Calls `watch` with every check before it starts.
 ///
 /// # Errors
 /// The built-in drives cannot be assembled.

@@ -1,4 +1,4 @@
-//! Integrating with any kernel, and what was met on the way.
+//! Integration with any kernel, and its events.
 
 use super::state_difference;
 use gearatlas::analysis::EnergyNorm;
@@ -16,7 +16,7 @@ pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, ROUND_OFF, 10_000)
 }
 
-/// Keeps every event.
+/// Stores every event.
 #[derive(Debug, Default)]
 pub struct Events(pub Vec<Event>);
 
@@ -30,7 +30,7 @@ impl Observer for Events {
     }
 }
 
-/// Advances whole cycles without tangents; gives the end and the work done.
+/// Advances whole cycles without tangents; returns the end and the work.
 pub fn advance_with<K: Kernel, O: Observer>(
     kernel: &K,
     start: &TrajectoryState,
@@ -53,13 +53,13 @@ pub fn advance_with<K: Kernel, O: Observer>(
     (trajectory, counters)
 }
 
-/// Advances whole cycles unwatched.
+/// Advances whole cycles without an observer.
 pub fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> TrajectoryState {
     advance_with(kernel, start, cycles, &mut ()).0
 }
 
-/// Static equilibrium of the mean stiffness without errors: a start beside the balance of the mesh at
-/// phase 0, from which every drive here comes to rattle.
+/// Static equilibrium of the mean stiffness without errors. It differs from the equilibrium of the mesh at phase 0, so
+/// that every drive here rattles from it.
 pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
     let mut mean = model.clone();
     mean.lines
@@ -77,7 +77,7 @@ pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
     TrajectoryState::new(model, state, 0)
 }
 
-/// The state after some cycles from there.
+/// The state after some cycles from this equilibrium.
 pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
     advance(&volterra(model), &mean_equilibrium(model), cycles)
 }
@@ -140,7 +140,7 @@ pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
     })
 }
 
-/// A state from which contacts open and close, a few half gaps from the static one.
+/// A state a few half gaps from the static one, from which contacts open and close.
 pub fn disturbed(model: &Model) -> TrajectoryState {
     let start = model.start(&InitialState::Static);
     let norm = EnergyNorm::new(model);

@@ -1,6 +1,6 @@
-//! An allocator that counts, and what a kernel allocates while it integrates.
+//! A counting allocator, and the allocations of a kernel during integration.
 
-// The one place where unsafe code is needed: an allocator cannot be replaced without.
+// The one place with unsafe code: an allocator cannot be replaced without it.
 #![allow(unsafe_code)]
 // Every test program uses a part of it.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -42,7 +42,7 @@ pub fn count() -> u64 {
     COUNT.with(Cell::get)
 }
 
-/// Adds up what it is shown, so that nothing can be left out.
+/// Sums all windows, so that the compiler cannot remove them.
 #[derive(Default)]
 struct Sum(f64);
 
@@ -58,8 +58,8 @@ impl Observer for Sum {
     }
 }
 
-/// Advances a rattling drive, watched and with tangents, and beside it one without, as a twin
-/// would be; counts allocations after the first cycle, which makes room for the tangents.
+/// Advances a rattling drive, observed and with tangents, and a second one without, like a twin. Counts allocations
+/// after the first cycle, which allocates for the tangents.
 pub fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
     let mut trajectory = model.start(&InitialState::Static);
     let mut twin = trajectory.clone();

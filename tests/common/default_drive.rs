@@ -1,4 +1,4 @@
-//! The default drive from its drawing: gears, shafts on bearings, and both as one.
+//! The default drive from its drawing: gears, shafts on bearings, and both together.
 
 // Every test binary uses a part of it.
 #![allow(dead_code)]

@@ -1,4 +1,4 @@
-//! A flank whose law is given by functions, for closed forms.
+//! A flank whose law consists of functions, for closed forms.
 
 use gearatlas::gear::{FlankLaw, PairCompliance, PathOfContact};
 
@@ -9,13 +9,13 @@ pub struct FunctionFlank {
     /// Slope of the lines of contact in the plane of action.
     pub helix: f64,
     pub compliance: Law<PairCompliance>,
-    /// Between a pair at s and one so many base pitches ahead.
+    /// Between a pair at s and one that is some base pitches ahead.
     pub coupling: Box<dyn Fn(f64, usize) -> f64 + Sync>,
     pub relief: Law<f64>,
-    /// By s and z.
+    /// Over s and z.
     pub deviation: Box<dyn Fn(f64, f64) -> f64 + Sync>,
     pub kinks: Vec<f64>,
-    /// Approach and its derivative by line load, where the contact is not linear.
+    /// Approach and its derivative by line load, if the contact is not linear.
     pub contact: Option<Law<[f64; 2]>>,
 }
 
@@ -36,7 +36,7 @@ impl FunctionFlank {
     }
 }
 
-/// A compliance of teeth and contact and one of the bodies, spread over their parts.
+/// A compliance of teeth and contact and one of the bodies, split into their parts.
 pub fn split(tooth: f64, foundation: f64) -> PairCompliance {
     PairCompliance {
         tooth: [0.3 * tooth, 0.5 * tooth],
@@ -81,7 +81,7 @@ impl FlankLaw for FunctionFlank {
     }
 }
 
-/// A path of the given contact ratio, the pitch point at mesh phase 0.3 of the first pair.
+/// A path with the given contact ratio; the pitch point is at mesh phase 0.3 of the first pair.
 pub fn path(contact_ratio: f64) -> PathOfContact {
     let base_pitch = 11.8e-3;
     PathOfContact {

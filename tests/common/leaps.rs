@@ -1,4 +1,4 @@
-//! Cycles of constant contact skipped at once, against marching through them.
+//! Cycles of constant contact skipped at once, compared with step-by-step integration.
 
 use crate::common::advance::{advance, mean_equilibrium};
 use crate::common::{Case, state_difference};
@@ -15,7 +15,7 @@ pub fn loaded(mut case: Case) -> Case {
     case
 }
 
-/// Skips cycles as a trace does; with it goes how many were jumped.
+/// Skips cycles like a trace; returns also the number of skipped ones.
 pub fn skip<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -41,7 +41,7 @@ pub fn skip<K: Kernel>(
     (trajectory, jumped)
 }
 
-/// Skipping comes to where marching comes, and skips most cycles.
+/// Skipping reaches the state of integration, and skips most cycles.
 pub fn agrees<K: Kernel>(name: &str, model: &Model, kernel: &K, cycles: u64) {
     let start = mean_equilibrium(model);
     let (found, jumped) = skip(model, kernel, &start, cycles);

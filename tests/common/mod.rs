@@ -1,11 +1,11 @@
-//! Hand-built drives from one degree of freedom to forty modes, all of which rattle from
-//! the equilibrium of their mean stiffness (asserted in `tests/motion/reference.rs`), and how states are compared.
+//! Hand-built drives from one degree of freedom to forty modes, and comparisons of states. All drives rattle from the
+//! equilibrium of their mean stiffness (asserted in `tests/motion/reference.rs`).
 //!
-//! Mesh data are those of a 20/30-tooth steel pair of module 4 mm and 20 mm face width:
-//! single- and double-pair stiffness 3.333e8 and 4.444e8 N/m with contact ratio 1.6,
-//! transmission error 5 µm at the mesh frequency, pinion speed 1200 rad/s.
+//! Mesh data are those of a 20/30-tooth steel pair of module 4 mm and 20 mm face width: single- and double-pair
+//! stiffness 3.333e8 and 4.444e8 N/m with contact ratio 1.6, transmission error 5 µm at the mesh frequency, pinion
+//! speed 1200 rad/s.
 
-// Every test binary uses a part of it; benches use it too, outside any test.
+// Every test binary uses a part of it; benches also use it, outside any test.
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub mod advance;
@@ -49,7 +49,7 @@ pub fn model_at((structure, drive, _): &Case, load: f64, speed: f64) -> Model {
     Model::new(structure, drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// The relative rotation alone, rigid: one degree of freedom.
+/// Only the relative rotation, rigid: one degree of freedom.
 pub fn one_degree() -> Case {
     let structure = structure(&[0.0], 0.0, &[1.3], &[1.3]);
     (structure, two_level_mesh(10e-6), strong_rattle())
@@ -62,7 +62,7 @@ pub fn two_modes() -> Case {
     (structure, two_level_mesh(9e-6), strong_rattle())
 }
 
-/// A line of the coast flank of [`six_modes`] that two of the elastic modes feel the other way.
+/// A line of the coast flank of [`six_modes`], with the opposite sign in two of the elastic modes.
 pub fn coast_line(structure: &ModalStructure) -> FlankParticipation {
     let mut mesh = structure.mesh.clone();
     for i in [2, 4] {
@@ -114,8 +114,7 @@ pub fn six_modes() -> Case {
     (structure, drive, point)
 }
 
-/// The twenty lowest modes of the default drive; the others return as residual
-/// flexibility; 30 % load.
+/// The twenty lowest modes of the default drive, the others as residual flexibility; 30 % load.
 pub fn twenty_modes() -> Case {
     let mut s = default_drive();
     s.residual_flexibility = (20..s.modes())
@@ -165,15 +164,14 @@ fn default_drive() -> ModalStructure {
     }
 }
 
-/// Structures and tables for building models from manifests; tables are kept where cargo keeps
-/// what tests leave.
+/// Structures and tables for models from manifests; the tables are in cargo's folder for files of tests.
 pub fn parts() -> Prepared {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/tables");
     Prepared::new(TableStore::open(folder))
 }
 
-/// Largest difference of two states (length 2N), first and second components each
-/// against their own largest entry in `b`; the larger of the two.
+/// Largest difference of two states (length 2N), first and second components each relative to their largest entry in
+/// `b`; the larger of the two.
 pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let n = b.len() / 2;
     let part = |a: &[f64], b: &[f64]| {
@@ -189,9 +187,8 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     part(&a[..n], &b[..n]).max(part(&a[n..], &b[n..]))
 }
 
-/// Largest difference of two states: positions against the largest one or the half gap,
-/// velocities against the largest one or half a gap a mesh radian, so that a state at rest
-/// has a scale too.
+/// Largest difference of two states: positions relative to the largest one or the half gap, velocities relative to the
+/// largest one or half a gap per mesh radian, so that a state at rest also has a scale.
 pub fn state_difference(model: &Model, a: &[f64], b: &[f64]) -> f64 {
     let n = model.modes();
     let floors = [
@@ -210,7 +207,7 @@ pub fn state_difference(model: &Model, a: &[f64], b: &[f64]) -> f64 {
     worst
 }
 
-/// The same drive at other speeds, with other excitation of as many harmonics.
+/// The same drive at other speeds, with other excitation of the same number of harmonics.
 pub fn other_speeds(case: &Case) -> Vec<Case> {
     let scaled = [0.2, 0.5, 0.97, 1.0 + 1e-15, 2.0].map(|factor| {
         let mut case = case.clone();

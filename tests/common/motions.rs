@@ -1,5 +1,4 @@
-//! Random drives whose kind of motion is known without an exponent: integrable, linear, or
-//! contracting under a forcing without a period.
+//! Random drives with a known kind of motion: integrable, linear, or contracting under a forcing without a period.
 
 use super::advance::advance;
 use super::structure;
@@ -12,21 +11,20 @@ use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::Volterra;
 use gearatlas::structure::ModalStructure;
 
-/// Why a planted motion is regular.
+/// Reason for the regularity of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// One undamped mode between constant springs, nothing shaken: energy is conserved, and a
-    /// system of one degree that conserves its energy is integrable.
+    /// One undamped mode between constant springs, without excitation: energy is conserved, and a conservative system
+    /// of one degree of freedom is integrable.
     Integrable,
-    /// As [`Kind::Integrable`], beside undamped modes that the mesh does not feel.
+    /// Like [`Kind::Integrable`], with additional undamped modes without an effect on the mesh.
     Beside,
-    /// Undamped modes in lasting contact with a constant stiffness, shaken by the transmission
-    /// error: linear.
+    /// Undamped modes in permanent contact with a constant stiffness, with excitation by the transmission error:
+    /// linear.
     Linear,
-    /// Damped modes in lasting contact under ripple without a period: linear.
+    /// Damped modes in permanent contact under ripple without a period: linear.
     Rippled,
-    /// Modes in lasting contact with a stiffness of several levels: linear with periodic
-    /// coefficients.
+    /// Modes in permanent contact with a stiffness of several levels: linear with periodic coefficients.
     Parametric,
     /// A damped drive that rattles under ripple without a period.
     Torus,
@@ -43,13 +41,13 @@ impl Kind {
     ];
 }
 
-/// A drive that is set in motion.
+/// A drive with an initial state.
 pub struct Planted {
     pub model: Model,
     pub start: TrajectoryState,
 }
 
-/// Shares of a turn a mesh cycle that are far from every fraction.
+/// Fractions of a period per mesh cycle that are far from every rational number.
 const IRRATIONAL: [f64; 4] = [
     std::f64::consts::SQRT_2,
     1.618_033_988_749_895,
@@ -57,7 +55,7 @@ const IRRATIONAL: [f64; 4] = [
     std::f64::consts::FRAC_1_PI,
 ];
 
-/// The drive of a seed.
+/// The drive for a seed.
 pub fn planted(kind: Kind, seed: u64) -> Planted {
     let mut stream = Stream::new(seed, kind as u64, 77);
     let mut between = |low: f64, high: f64| low + (high - low) * stream.uniform();
@@ -101,7 +99,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         ..structure(&frequency, ratio, &mesh, &vec![1.0; felt + unfelt])
     };
     if lasting {
-        // Load enough for contact to last.
+        // Enough load for permanent contact.
         point.load = between(1.0, 3.0);
     }
     let drive = Drive {
@@ -141,7 +139,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
     let model = Model::new(&structure, &drive, point).unwrap();
     let mut start = model.start(&InitialState::Static);
     let norm = EnergyNorm::new(&model);
-    // A kick of so many half gaps.
+    // A kick of some half gaps.
     let kick = norm.unit() * if lasting { 0.02 } else { decades(&mut between, 0.3, 300.0) };
     for &i in &norm.felt() {
         start.state[i] += kick * between(-1.0, 1.0) / norm.weights()[i];
@@ -150,8 +148,8 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
     Planted { model, start }
 }
 
-/// Whether two motions of a drive from far apart become one, within 1e-9 half gaps: what
-/// drives them then says all about either.
+/// Whether two motions of a drive from distant states become one, within 1e-9 half gaps. Then the excitation alone
+/// determines both.
 pub fn contracts(model: &Model, start: &TrajectoryState, cycles: u64) -> bool {
     let norm = EnergyNorm::new(model);
     let kernel = Volterra::new(model, f64::EPSILON, 10_000);

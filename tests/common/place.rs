@@ -1,4 +1,4 @@
-//! A folder of its own with a manifest, and `atlas` as a process in it.
+//! A separate folder with a manifest, and `atlas` as a process in it.
 
 // Every test binary uses a part of it.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -38,7 +38,7 @@ impl Place {
         command.output().unwrap()
     }
 
-    /// A script of the shell, in which `$ATLAS` is the program.
+    /// Runs a shell script, in which `$ATLAS` is the program.
     pub fn shell(&self, script: &str) -> Output {
         Command::new("bash")
             .current_dir(self.0.path())
@@ -66,7 +66,7 @@ impl Place {
         serde_json::from_slice(&fs::read(self.path(out).join("run.json")).unwrap()).unwrap()
     }
 
-    /// Runs to the end; points that do not settle within their cycles are no matter here.
+    /// Runs to the end; points that do not settle within their cycles are allowed.
     pub fn whole(&self, out: &str, arguments: &[&str]) -> PathBuf {
         let output = self.run(out, arguments);
         assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));

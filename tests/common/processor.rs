@@ -1,4 +1,4 @@
-//! Processes that are to find the instructions of their processor, emulated or not.
+//! Processes that should detect the instructions of their processor, emulated or not.
 
 // Every test binary uses a part of it.
 #![allow(dead_code)]
@@ -6,8 +6,8 @@
 use std::env;
 use std::process::Command;
 
-/// Beginnings of the names of variables that choose instructions, or the emulated processor, in place of
-/// what a process finds. tests/python/program.py has the same list.
+/// Prefixes of the names of variables that choose instructions or the emulated processor instead of detection.
+/// tests/python/program.py has the same list.
 const CHOOSE_INSTRUCTIONS: [&str; 14] = [
     "ARROW_",
     "ATEN_CPU_",
@@ -25,7 +25,7 @@ const CHOOSE_INSTRUCTIONS: [&str; 14] = [
     "QEMU_",
 ];
 
-/// Takes the variables that choose instructions out of the environment of a command.
+/// Removes the variables that choose instructions from the environment of a command.
 pub fn without_chosen_instructions(command: &mut Command) -> &mut Command {
     for (name, _) in env::vars_os() {
         let chooses = |beginning: &&str| name.to_string_lossy().starts_with(*beginning);

@@ -12,7 +12,7 @@ pub const PORTABLE: [&str; 2] = [
     "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usable,-FMA4_Usable,-AVX2_Usable,-AVX_Usable",
 ];
 
-/// What becomes of a command; of a portable job, with its variable.
+/// Output of a command; a portable job runs with its variable.
 pub fn atlas(folder: impl AsRef<Path>, arguments: &[&str]) -> Output {
     let is_portable = arguments.contains(&"run.instructions=portable");
     let [name, value] = PORTABLE;
@@ -24,7 +24,7 @@ pub fn atlas(folder: impl AsRef<Path>, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// What a command that must succeed says; a run in which a point did not converge does.
+/// Output of a command that must succeed; this includes a run with points that did not converge.
 #[track_caller]
 pub fn said(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
     let output = atlas(folder, arguments);
@@ -33,7 +33,7 @@ pub fn said(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What a command prints that has nothing else to say.
+/// Standard output of a command without messages.
 #[track_caller]
 pub fn printed(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
     let output = atlas(folder, arguments);
@@ -46,7 +46,7 @@ pub fn printed(folder: impl AsRef<Path>, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Why a command is refused, with a status.
+/// The message of a command that fails with a status.
 #[track_caller]
 pub fn refused(folder: impl AsRef<Path>, arguments: &[&str], status: i32) -> String {
     let output = atlas(folder, arguments);

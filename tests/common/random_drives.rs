@@ -1,4 +1,4 @@
-//! What random drives are put to, whatever the kernel: the rules of `tests/motion/fuzz_drives.rs`.
+//! Tests of random drives for any kernel: the rules of `tests/motion/fuzz_drives.rs`.
 
 use crate::common::advance::{Events, volterra};
 use crate::common::state_difference;
@@ -16,10 +16,10 @@ pub const TRANSIENT: u64 = 100;
 pub const CYCLES: u64 = 400;
 pub const EVENT_LIMIT: u32 = 1000;
 
-/// Steps of the reference integrator in a cycle that are waited for.
+/// Most steps per cycle for which the test runs the reference integrator.
 const AFFORDABLE: f64 = 3000.0;
 
-/// A rule that a row breaks, and how.
+/// A violated rule, with the details.
 #[derive(Debug)]
 pub struct Fault {
     pub kernel: &'static str,
@@ -27,16 +27,16 @@ pub struct Fault {
     pub how: String,
 }
 
-/// What became of some drives.
+/// Counts over some drives.
 #[derive(Debug, Default)]
 pub struct Tally {
     /// Rows by kernel and status.
     pub rows: BTreeMap<(&'static str, String), u64>,
     /// Rows of motion that changed after its record.
     pub later: u64,
-    /// Cycles compared, by what with.
+    /// Compared cycles, by the reference.
     pub compared: BTreeMap<&'static str, u64>,
-    /// Largest difference over what was allowed, by what with.
+    /// Largest difference relative to its bound, by the reference.
     pub worst: BTreeMap<&'static str, f64>,
     pub faults: Vec<(u64, Fault)>,
 }
@@ -57,7 +57,7 @@ fn investigate<K: Kernel>(
     (found.unwrap(), trajectory)
 }
 
-/// What one drive is put to.
+/// The test of one drive.
 pub struct Trial<'a> {
     pub model: &'a Model,
     pub start: TrajectoryState,
@@ -70,7 +70,7 @@ impl Trial<'_> {
         self.faults.push(Fault { kernel, rule, how });
     }
 
-    /// A kernel's row, against all rules; `known_off`: what it says that a cycle may be off by.
+    /// Tests a kernel's row by all rules; `known_off`: the error of a cycle that the kernel reports.
     pub fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K, known_off: f64) {
         let (row, end) = investigate(self.model, kernel, &self.start);
         let key = (name, row.status.name().to_owned());
@@ -88,7 +88,7 @@ impl Trial<'_> {
         self.onward((name, known_off), &row, &end);
     }
 
-    /// Mean force of motion that repeats.
+    /// Mean force of periodic motion.
     fn balance(&mut self, name: &'static str, row: &PointOutcome) {
         let repeats = matches!(
             row.class,
@@ -138,7 +138,7 @@ impl Trial<'_> {
         }
     }
 
-    /// A cycle of another kernel against the same of the structured one.
+    /// Compares a cycle of another kernel with that of the structured one.
     fn other(&mut self, name: &'static str, own: &Cycle, end: &Cycle, felt: &Felt) {
         let off = state_difference(self.model, &own.end.state, &end.end.state);
         let touches = own.grazings + end.grazings > 0;
@@ -151,13 +151,13 @@ impl Trial<'_> {
         }
     }
 
-    /// A cycle of the structured kernel against the reference integrator.
+    /// Compares a cycle of the structured kernel with the reference integrator.
     fn reference(&mut self, start: &TrajectoryState, end: &Cycle, allowed: f64) {
         let model = self.model;
         if Volterra::fastest_rate(model) * model.period() > AFFORDABLE {
             return;
         }
-        // A touch within the last digit is no comparison.
+        // A touch within the last digit cannot be compared.
         if let Ok(passage) = Reference::new(model).advance(start, 1) {
             let off = state_difference(model, &end.end.state, &passage.end.state);
             let counts = [end.events, passage.crossings.len()];
@@ -183,7 +183,7 @@ impl Trial<'_> {
         }
     }
 
-    /// The row again, from its end.
+    /// Computes the row again, from its end.
     fn onward(
         &mut self,
         (name, known_off): (&'static str, f64),
@@ -220,9 +220,9 @@ impl Trial<'_> {
     }
 }
 
-/// What a cycle makes of a small change of its start, and what that allows its end.
+/// Effect of a small change of the start on a cycle, and the resulting bounds for its end.
 struct Felt {
-    /// Of a change of all entries by the same part.
+    /// Growth of a change of all entries by the same fraction.
     gain: f64,
     /// Allowed difference of states.
     state: f64,
@@ -230,9 +230,9 @@ struct Felt {
     tangent: f64,
 }
 
-/// Feels a cycle's start: with all entries 1e-9 larger, and with one up and the next down, as
-/// rounding does. The second shows an event next to a tangency, whose time, and with it the
-/// tangents, moves by the root of a change.
+/// Tests the sensitivity to a cycle's start: with all entries larger by 1e-9, and with alternating changes, as by
+/// rounding. The second case detects an event next to a tangency, whose time, and with it the tangents, changes with
+/// the root of a change.
 fn felt(model: &Model, exact: &Volterra<'_>, start: &TrajectoryState, end: &Cycle) -> Option<Felt> {
     let beside = |sign: [f64; 2]| {
         let entries = start.state.iter().enumerate();
@@ -245,7 +245,7 @@ fn felt(model: &Model, exact: &Volterra<'_>, start: &TrajectoryState, end: &Cycl
     };
     let (along, across) = (beside([1.0, 1.0])?, beside([1.0, -1.0])?);
     let gain = 1e9 * state_difference(model, &along.end.state, &end.end.state);
-    // Where the load holds a loose flank far off, places times rates are large beside velocities.
+    // If the load holds a loose flank far away, displacements times rates are large compared with velocities.
     let farthest = start.state[..model.modes()]
         .iter()
         .fold(0.0f64, |m, x| m.max(x.abs()));
@@ -257,7 +257,7 @@ fn felt(model: &Model, exact: &Volterra<'_>, start: &TrajectoryState, end: &Cycl
     })
 }
 
-/// What a cycle leaves.
+/// Results of a cycle.
 struct Cycle {
     end: TrajectoryState,
     tangent: Vec<f64>,
@@ -265,7 +265,7 @@ struct Cycle {
     grazings: u64,
 }
 
-/// A cycle of a kernel, with one tangent; none where the integration stops.
+/// A cycle of a kernel, with one tangent; `None` if the integration stops.
 fn cycle<K: Kernel>(kernel: &K, start: &TrajectoryState) -> Option<Cycle> {
     let (mut end, mut events) = (start.clone(), Events::default());
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
@@ -289,8 +289,8 @@ fn cycle<K: Kernel>(kernel: &K, start: &TrajectoryState) -> Option<Cycle> {
     })
 }
 
-/// Largest difference of two tangents, first and second components each against their largest,
-/// or a thousandth of the entries that they started with, where a cycle has shrunk them.
+/// Largest difference of two tangents. First and second components are each relative to their largest entry, or, if a
+/// cycle has shrunk them, to a thousandth of their initial entries.
 fn tangent_difference(a: &[f64], b: &[f64]) -> f64 {
     let half = b.len() / 2;
     let part = |range: std::ops::Range<usize>| {
@@ -301,7 +301,7 @@ fn tangent_difference(a: &[f64], b: &[f64]) -> f64 {
     part(0..half).max(part(half..b.len()))
 }
 
-/// Puts one drive to kernels, each of which `ask` hands to a trial; gives the rules it breaks.
+/// Tests kernels on one drive, each with its function in `kernels`; returns the violated rules.
 pub fn put(drawn: &Drawn, tally: &mut Tally, kernels: &[(&'static str, Ask)]) -> Vec<Fault> {
     let model = match Model::new(&drawn.structure, &drawn.drive, drawn.point) {
         Ok(model) => model,
@@ -325,10 +325,10 @@ pub fn put(drawn: &Drawn, tally: &mut Tally, kernels: &[(&'static str, Ask)]) ->
     trial.faults
 }
 
-/// Builds the kernel of a name for the model of a trial and puts it to the rules.
+/// Builds the named kernel for the model of a trial and tests it by the rules.
 pub type Ask = fn(&mut Trial<'_>, &'static str);
 
-/// Notes that there is no kernel for the drive.
+/// Records that no kernel exists for the drive.
 pub fn refuse(trial: &mut Trial<'_>, name: &'static str) {
     *trial.tally.rows.entry((name, "failed".into())).or_default() += 1;
 }

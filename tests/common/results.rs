@@ -1,4 +1,4 @@
-//! Result tables as text, to compare what runs found bit for bit.
+//! Result tables as text, for bitwise comparisons of runs.
 
 // Every test binary uses a part of it.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -10,11 +10,11 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-/// Columns that say where and how long, not what.
+/// Columns that depend on place and time of the computation.
 const PLACEMENT: [&str; 3] = ["wall_time", "worker", "numa_node"];
 
-/// A table without its placement columns, in ascending `point_id` and, within a point, as
-/// written; a line a row. Nulls stay nulls, numbers keep their bits.
+/// A table without its placement columns, in ascending `point_id` and, within a point, in the written order; one line
+/// per row. Nulls stay nulls, numbers keep their bits.
 pub fn physics(folder: &Path, table: &str) -> String {
     let path = folder.join(table);
     let mut files = vec![path.clone()];
@@ -72,7 +72,7 @@ fn row_text(batch: &RecordBatch, row: usize) -> String {
         .collect()
 }
 
-/// Whether tables of two results folders say the same.
+/// Asserts that tables of two results folders are equal.
 pub fn assert_same(tables: &[&str], a: &Path, b: &Path) {
     for table in tables {
         let (left, right) = (physics(a, table), physics(b, table));

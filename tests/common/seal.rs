@@ -1,4 +1,4 @@
-//! The record of a run brought in line with tables that a test has changed.
+//! Updates the record of a run after a test has changed its tables.
 
 // Every test binary uses a part of it.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -7,8 +7,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Lets a record (`run.json`) name the tables as they are now, makes `change` in it, and gives it
-/// the checksum of its text.
+/// Updates the checksums of tables in a record (`run.json`), applies `change`, and seals the record again.
 pub fn reseal(record: &Path, change: impl FnOnce(&mut Value)) {
     let mut value: Value = serde_json::from_slice(&fs::read(record).unwrap()).unwrap();
     for table in value["tables"].as_array_mut().unwrap() {

@@ -1,4 +1,4 @@
-//! Says which tests this machine does not allow, and why.
+//! Reports tests that this machine does not support, with the reason.
 
 // Every test binary uses a part of it.
 #![allow(dead_code)]
@@ -6,8 +6,8 @@
 use std::fmt::Display;
 use std::io::Write;
 
-/// Puts `skipped: TEST: why` on the error stream itself: libtest keeps what the print macros write of
-/// tests that pass, and nobody would know. `scripts/test` ends with a list of these lines.
+/// Writes `skipped: TEST: why` directly to the error stream, because libtest hides the output of the print macros in
+/// tests that pass. `scripts/test` ends with a list of these lines.
 pub fn skipped(why: impl Display) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("a test");

@@ -1,6 +1,6 @@
-//! An oscillator with a stop on one side, whose answers are known: a family for continuation.
+//! An oscillator with a stop on one side and known solutions, as a family for continuation.
 
-// Every test binary uses a part of it; benches use it too, outside any test.
+// Every test binary uses a part of it; benches also use it, outside any test.
 #![allow(dead_code)]
 
 use gearatlas::analysis::continuation::drive::Family;
@@ -8,7 +8,7 @@ use gearatlas::analysis::continuation::map::At;
 use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
 
-/// Where the flank that the oscillator must not meet is out of its way.
+/// Distance that keeps the oscillator away from the other flank.
 pub const OFF: f64 = 50.0;
 
 /// Amplitude of the published motion at ω = 0.8.
@@ -53,7 +53,7 @@ impl Family for Stopped {
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
 
-    /// Central differences of the sixth order.
+    /// Central differences of sixth order.
     fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
         let h = 1e-3;
         let models: Vec<(f64, Model)> = [

@@ -1,20 +1,20 @@
-//! Changes of keys that leave most manifests drives: numbers over three decades, units kept, and keys of
-//! the schema with the values of its examples.
+//! Changes of keys that mostly keep a manifest valid: numbers over three decades, units kept, and keys of the schema
+//! with the values of its examples.
 
 use super::dice::Dice;
 use gearatlas::manifest::manual::json_schema;
 use gearatlas::units::split;
 use toml::Value;
 
-/// Keys that are changed, each with the values it may have.
+/// Keys to change, with their possible values.
 pub struct Changes {
-    /// Of each manifest: the keys that it has.
+    /// The keys of each manifest.
     own: Vec<Vec<(String, Value)>>,
-    /// Keys of the schema, with an example each as TOML has it.
+    /// Keys of the schema, each with an example in TOML.
     examples: Vec<(String, String)>,
 }
 
-/// Tables whose keys make a drive and its operating point.
+/// Tables whose keys define a drive and its operating point.
 const TABLES: [&str; 7] = [
     "model",
     "gear",
@@ -46,7 +46,7 @@ impl Changes {
         }
     }
 
-    /// The number of a manifest, and changes of it, a line each.
+    /// The number of a manifest, and changes of it, one per line.
     pub fn draw(&self, dice: &mut Dice) -> Vec<u8> {
         let base = dice.below(self.own.len());
         let mut bytes = vec![base as u8];
@@ -65,7 +65,7 @@ impl Changes {
     }
 }
 
-/// Another value in the place of one.
+/// A replacement for a value.
 fn changed(value: &Value, dice: &mut Dice) -> String {
     let scaled = |number: f64, dice: &mut Dice| match dice.below(12) {
         0 => 0.0,
@@ -92,7 +92,7 @@ fn changed(value: &Value, dice: &mut Dice) -> String {
     }
 }
 
-/// The keys of a value that hold no others, dotted.
+/// The dotted keys of a value that contain no other keys.
 fn leaves(key: String, value: Value, keys: &mut Vec<(String, Value)>) {
     match value {
         Value::Table(table) => {
@@ -133,7 +133,7 @@ fn gather(schema: &serde_json::Value, path: &str, examples: &mut Vec<(String, St
     }
 }
 
-/// Tables are written in another way in TOML than in JSON.
+/// TOML writes tables differently from JSON.
 fn holds_a_table(value: &serde_json::Value) -> bool {
     match value {
         serde_json::Value::Object(_) => true,

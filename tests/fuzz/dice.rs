@@ -1,11 +1,11 @@
-//! What random drives and inputs are drawn with.
+//! Random numbers for drives and inputs.
 
 // Every test binary uses a part of it.
 #![allow(dead_code)]
 
 use gearatlas::numerics::random::Stream;
 
-/// Draws that follow from a seed.
+/// Random numbers from a seed.
 pub struct Dice(pub Stream);
 
 impl Dice {

@@ -9,11 +9,11 @@ use gearatlas::numerics::random::Stream;
 use gearatlas::structure::ModalStructure;
 use std::fmt::Write;
 
-/// The drawing by which friction turns, as a manifest has it beside a modal file.
+/// The drawing for the changes of friction, as in a manifest with a modal file.
 const GEAR: &str = "[gear]\nteeth = [20, 30]\nmodule = \"4 mm\"\npressure_angle = \"20 deg\"\nface_width = \"20 mm\"\n\
                     body_length = [\"20 mm\", \"20 mm\"]\nrated_torque = \"50 N*m\"\n";
 
-/// When its pairs slide.
+/// The sliding of its pairs.
 fn pairs() -> EvenSharing {
     let pair = GearPair {
         teeth: [20, 30],
@@ -28,7 +28,7 @@ fn pairs() -> EvenSharing {
     EvenSharing::new(&pair).unwrap()
 }
 
-/// A drive at an operating point, with where it starts.
+/// A drive at an operating point, with its initial state.
 #[derive(Debug, Clone)]
 pub struct Drawn {
     pub structure: ModalStructure,
@@ -40,7 +40,7 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// The drive of a number under a seed.
+    /// The drive with a number under a seed.
     pub fn new(seed: u64, number: u64) -> Self {
         let mut dice = Dice(Stream::new(seed, number, 0));
         let n = 1 + dice.below(8);
@@ -53,7 +53,7 @@ impl Drawn {
         while frequency.len() < n {
             let last = frequency.last().copied().unwrap_or(0.0);
             if last > 0.0 && dice.chance(0.3) {
-                // A repeated mode, or one that is nearly so.
+                // A repeated mode, or a nearly repeated one.
                 let exponent = -dice.between(3.0, 16.0);
                 let apart = dice.pick(&[0.0, 10f64.powf(exponent)]);
                 frequency.push(last * (1.0 + apart));
@@ -87,7 +87,7 @@ impl Drawn {
         let mut mesh = participation(&mut dice);
         mesh[0] = dice.between(0.3, 1.5);
         let mut torque = if dice.chance(0.5) { mesh.clone() } else { participation(&mut dice) };
-        // What turns freely is held by the mesh alone: the load presses on it, or on nothing.
+        // Only the mesh holds a freely rotating mode: the load presses on it, or on nothing.
         torque[..rigid].copy_from_slice(&mesh[..rigid]);
         let rubs = dice.chance(0.25);
         let friction = if rubs {

@@ -1,12 +1,12 @@
-//! Bytes from seeds by a seeded generator: flips, cuts, copies, splices, words of a dictionary, and
-//! numbers at the ends of their range in the place of numbers.
+//! Inputs from seeds by a seeded generator: flips, cuts, copies, splices, words of a dictionary, and extreme numbers
+//! instead of numbers.
 
 use super::dice::Dice;
 
 /// Longest input \[bytes\].
 const LONGEST: usize = 32 << 10;
 
-/// Seeds and words to make inputs of.
+/// Seeds and words for inputs.
 pub struct Mutations {
     pub seeds: Vec<Vec<u8>>,
     pub words: Vec<String>,
@@ -16,7 +16,7 @@ impl Mutations {
     /// An input.
     pub fn draw(&self, dice: &mut Dice) -> Vec<u8> {
         let mut bytes = self.seeds[dice.below(self.seeds.len())].clone();
-        // Most faults need few changes; many show what is not judged at all.
+        // Most faults need few changes; many changes find unchecked parts.
         let changes = 1 << dice.below(6);
         for _ in 0..changes {
             self.change(&mut bytes, dice);
@@ -57,7 +57,7 @@ impl Mutations {
     }
 }
 
-/// The word around a place.
+/// The word around a position.
 fn word_at(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     let inside = |byte: &&u8| byte.is_ascii_alphanumeric() || b"_.-+".contains(*byte);
     let before = bytes[..at].iter().rev().take_while(inside).count();
@@ -65,7 +65,7 @@ fn word_at(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     at - before..at + behind
 }
 
-/// Leaves a line out, repeats it elsewhere, or has two change places.
+/// Removes a line, repeats it elsewhere, or swaps two lines.
 fn lines(bytes: &mut Vec<u8>, dice: &mut Dice) {
     let mut all: Vec<Vec<u8>> = (bytes.split(|byte| *byte == b'\n'))
         .map(<[u8]>::to_vec)

@@ -1,4 +1,5 @@
-//! Rolling bearings: published load and deflection, sums of their own, differences, and trains that stand on them.
+//! Rolling bearings compared with published loads and deflections, with independent sums and differences, and in
+//! trains.
 
 use crate::common;
 use gearatlas::manifest::{self, Job, StructureSource};
@@ -63,7 +64,7 @@ fn matrix(stiffness: &Ring<Ring>) -> Matrix5<f64> {
     Matrix5::from_fn(|i, j| stiffness[i][j])
 }
 
-/// Displacement under a load, by halved Newton steps from a start; rows that are not free stay.
+/// Displacement under a load, by damped Newton steps from a start; rows that are not free stay fixed.
 fn displaced(law: &RollingLaw, load: Ring, start: Ring, free: [bool; 5]) -> Ring {
     let mut moved = vector(start);
     let rest = |moved: &Vector5<f64>| {
@@ -123,7 +124,7 @@ fn published() -> Published {
     toml::from_str(include_str!("../data/rolling-bearings.toml")).unwrap()
 }
 
-/// The deep groove bearing moves as published within 2 %, the spread of implementations of the standard.
+/// The deep groove bearing has the published displacements within 2 %, the spread of implementations of the standard.
 #[test]
 fn deep_groove_bearing_yields_as_published() {
     for row in published().deep_groove {
@@ -136,7 +137,7 @@ fn deep_groove_bearing_yields_as_published() {
             0.0,
             0.0,
         ];
-        // Both radial balls of a bearing with six bear nothing, and nothing resists what they would.
+        // Both radial balls of a bearing with six carry no load, so that their directions have no stiffness.
         let across = row.axial_load > 0.0;
         let free = [true, across, across, across, across];
         let found = displaced(&law, load, start, free);
@@ -155,14 +156,14 @@ fn deep_groove_bearing_yields_as_published() {
             assert!(off.abs() < 0.02, "{name}: {found} {published}");
         }
     }
-    // The standard rounds √2 π/3 to 1.48; its example has 327 605 N/mm^1.5 with that.
+    // The standard rounds √2 π/3 to 1.48; its example has 327 605 N/mm^1.5 with this value.
     let own = deep_groove(0.0).law().unwrap().coefficient() / 1e3_f64.powf(1.5);
     let rounded = own * 1.48 / (2f64.sqrt() * PI / 3.0);
     println!("c_p {own:.1} N/mm^1.5, with 1.48 {rounded:.1}");
     assert!((rounded / 327_605.0 - 1.0).abs() < 1e-5);
 }
 
-/// Stiffness along and across a radial load, the axial displacement held.
+/// Stiffness along and across a radial load, with the axial displacement fixed.
 fn radial_stiffness(bearing: RollingBearing, load: f64) -> [f64; 2] {
     let law = bearing.law().unwrap();
     let free = [true, false, false, false, false];
@@ -176,8 +177,8 @@ fn radial_stiffness(bearing: RollingBearing, load: f64) -> [f64; 2] {
     [stiffness[0][0], stiffness[1][1]]
 }
 
-/// The textbook's formulas are fits: balls within 10 %, rollers within 2 %. Its ratios across the load hold within 2 % for
-/// 8 elements, and within 20 % for more.
+/// The textbook's formulas are fits: balls agree within 10 %, rollers within 2 %. Its ratios across the load agree
+/// within 2 % for 8 elements, and within 20 % for more.
 #[test]
 fn stiffness_is_near_the_textbook_fits() {
     let Friswell {
@@ -215,7 +216,7 @@ fn stiffness_is_near_the_textbook_fits() {
     }
 }
 
-/// Bearings of each kind where every freedom has moved.
+/// Bearings of each kind with displacements in every freedom.
 fn moved_bearings() -> Vec<(RollingBearing, Ring)> {
     let moved = [21e-6, -9e-6, 14e-6, 4e-4, -3e-4];
     let tight = |own: RollingBearing| RollingBearing {
@@ -235,7 +236,7 @@ fn moved_bearings() -> Vec<(RollingBearing, Ring)> {
     ]
 }
 
-/// Lengths that turn displacements and tilts of a ring into lengths \[m\], and loads into forces.
+/// Lengths that convert displacements and tilts of a ring to lengths \[m\], and loads to forces.
 fn freedoms(bearing: &RollingBearing) -> [f64; 5] {
     let diameter = bearing.pitch_diameter;
     [1.0, 1.0, 1.0, diameter, diameter]
@@ -283,8 +284,8 @@ fn elliptic(ratio: f64) -> [f64; 2] {
     sums.map(|sum| sum * 0.5 * PI / f64::from(steps))
 }
 
-/// Approach of a ball and a groove under 1 N \[m\]: Hertz's formulas by principal curvatures (Johnson, Contact Mechanics,
-/// 1985, 4.2), the ratio of axes sought by bisection.
+/// Approach of a ball and a groove under 1 N \[m\]: Hertz's formulas from principal curvatures (Johnson, Contact
+/// Mechanics, 1985, 4.2), with the ratio of axes by bisection.
 fn hertz_approach(curvatures: [f64; 2], modulus: f64) -> f64 {
     let [weak, strong] = curvatures;
     let mut bracket = [1.0 + 1e-9, 1e3];
@@ -388,7 +389,7 @@ fn loads_are_those_of_a_sum_in_space() {
     }
 }
 
-/// A pair of spur gears on rigid shafts; the pinion stands in rolling bearings.
+/// A pair of spur gears on rigid shafts; the pinion has rolling bearings.
 const PAIR: &str = r#"
 [job]
 name = "pair"
@@ -461,7 +462,7 @@ fn together(bearings: &[LoadedBearing], places: &[f64]) -> [Vector3<f64>; 2] {
     sums
 }
 
-/// The bearings of a rigid shaft bear the mesh force and its moment, displaced as one body.
+/// The bearings of a rigid shaft carry the mesh force and its moment, displaced as one body.
 #[test]
 fn bearings_and_load_are_in_equilibrium() {
     for (load, places) in [(1.0, [-20e-3, 60e-3]), (0.3, [-20e-3, 60e-3])] {
@@ -470,7 +471,7 @@ fn bearings_and_load_are_in_equilibrium() {
         let bearings = train.loaded_bearings().unwrap();
         let angle = train.pair.operating_pressure_angle().unwrap();
         let mesh = load * 60.0 / train.pair.base_radii()[0];
-        // The wheel stands at +x: its teeth push the pinion back along −y, and away.
+        // The wheel is at +x: its teeth push the pinion back along −y, and away.
         let force = Vector3::new(-angle.sin(), -angle.cos(), 0.0) * mesh;
         let moment = (Vector3::z() * 10e-3).cross(&force);
         let [found, turning] = together(&bearings, &places);
@@ -490,7 +491,7 @@ fn bearings_and_load_are_in_equilibrium() {
             one.moved[1] - one.moved[3] * along - two.moved[1],
         ];
         assert!(bent.iter().all(|off| off.abs() < 1e-15), "{bent:?}");
-        // Preload bears on both.
+        // Preload acts on both.
         assert!(one.bears.load[2] > 1.0 && two.bears.load[2] < -1.0);
         for own in &bearings {
             let k = &own.bears.stiffness;
@@ -502,7 +503,7 @@ fn bearings_and_load_are_in_equilibrium() {
     }
 }
 
-/// A stop bears beside the bearings as soon as they have let the shaft come to it.
+/// A stop carries load with the bearings as soon as their displacement lets the shaft reach it.
 #[test]
 fn stops_share_the_mean_load() {
     let stop = "[[train.stop]]\nshaft = \"pinion\"\nat = \"10 mm\"\ndirection = [0, -1, 0]\ngap = \"2 um\"\nstiffness = \"2e8 N/m\"\n\n[mesh]";
@@ -519,7 +520,7 @@ fn stops_share_the_mean_load() {
     assert!((borne - 2e8 * depth + mesh * angle.cos()).abs() < 1e-9 * mesh);
 }
 
-/// Flanks push, whichever gear of a mesh stands first in the manifest.
+/// Flanks push, for any order of the gears of a mesh in the manifest.
 #[test]
 fn a_mesh_that_coasts_bears_on_its_coast_flanks() {
     let text = shipped("two-stage");
@@ -541,7 +542,7 @@ fn a_mesh_that_coasts_bears_on_its_coast_flanks() {
     }
 }
 
-/// A loose gear stands on needles under the force that its brake asks of its teeth.
+/// A loose gear on needles carries the force that its brake requires of its teeth.
 #[test]
 fn loose_gears_stand_on_needles() {
     let needles = "loose = { roller = { count = 20, diameter = \"3 mm\", length = \"14 mm\", pitch_diameter = \"30 mm\" }, \
@@ -565,7 +566,7 @@ fn loose_gears_stand_on_needles() {
     assert!(own.bears.elements > 4);
 }
 
-/// The lateral modes of the rigid shaft are those of one body on both matrices, cross terms and all.
+/// The lateral modes of the rigid shaft are those of one body on both matrices, including cross terms.
 #[test]
 fn converged_matrices_make_the_modes() {
     let train = train(PAIR);
@@ -612,7 +613,7 @@ fn converged_matrices_make_the_modes() {
     }
 }
 
-/// The forces on bearings that the results tell are in equilibrium with the mesh at rest.
+/// The bearing forces in the results are in equilibrium with the mesh at rest.
 #[test]
 fn told_bearing_forces_bear_the_mesh() {
     let model = model(PAIR);
@@ -645,7 +646,7 @@ fn told_bearing_forces_bear_the_mesh() {
     }
 }
 
-/// Rollers on pins bear what the carrier takes away, each a third, and loose gears stand on needles.
+/// Rollers on pins carry the load of the carrier, a third each, and loose gears have needles.
 #[test]
 fn planets_and_loose_gears_stand_on_rolling_bearings() {
     let text = shipped("planetary");
@@ -660,7 +661,7 @@ fn planets_and_loose_gears_stand_on_rolling_bearings() {
     let (_, ratio) = speeds.iter().find(|(name, _)| name == carrier).unwrap();
     let origin = own.shafts[set.planets[0].shaft].origin;
     let asked = own.pair.rated_torque / ratio / origin[0].hypot(origin[1]) / bearings.len() as f64;
-    // The pins of the manifest stand out of place: the loads differ a little, their mean does not.
+    // The pins of the manifest are displaced: the loads differ slightly, but not their mean.
     let loads = bearings
         .iter()
         .map(|own| own.bears.load[0].hypot(own.bears.load[1]));
@@ -676,7 +677,7 @@ fn planets_and_loose_gears_stand_on_rolling_bearings() {
     build::structure(&job(&text).points.at(0).model).unwrap();
 }
 
-/// The bearings that the manifest of two stages offers in a comment hold its counter shaft.
+/// The bearings in a comment of the two-stage manifest support its counter shaft.
 #[test]
 fn the_shipped_catalogue_bearings_work() {
     let text = shipped("two-stage");
@@ -749,7 +750,7 @@ fn bearings_that_hold_nothing_are_told() {
     }
 }
 
-/// The twist of a clutch at rest over its torque, where stages differ forward and backward.
+/// The twist of a clutch at rest over its torque; the stages differ forward and backward.
 #[test]
 fn a_clutch_twists_as_its_stages_say() {
     let clutch = |load: f64| {
@@ -780,7 +781,7 @@ fn a_clutch_twists_as_its_stages_say() {
         assert_eq!(model.contacts.len(), 2 + 4);
         let state = model.start(&InitialState::Static).state;
         let torque = load * 60.0;
-        // The contact of the third stage that acts forward feels the twist itself.
+        // The deflection of the forward contact of the third stage is the twist itself.
         let contact = &model.contacts[4];
         let segment = &contact.cycle(0).segments[0];
         let (twist, _) = model.deflection_on(segment, 0, &state, 0.0);
@@ -799,7 +800,7 @@ fn a_clutch_twists_as_its_stages_say() {
     }
 }
 
-/// Turned by one pitch a bearing is as it was.
+/// A bearing is unchanged after a rotation by one pitch of its elements.
 #[test]
 fn a_bearing_turns_with_its_elements() {
     let bearing = balls(9, 10e-3, 20.0);

@@ -1,6 +1,7 @@
-//! Pairs of gears in loaded contact against plane finite elements of both whole gears (`tests/data/contact-fe.toml`,
-//! made by `scripts/records/record_contact_fe.py`): teeth, bodies, flattening and tip edges off the path together; and askew
-//! flanks against elements in three dimensions (`tests/data/face-fe.toml`, `scripts/records/record_face_fe.py`).
+//! Pairs of gears in loaded contact compared with plane finite elements of both whole gears
+//! (`tests/data/contact-fe.toml`, made by `scripts/records/record_contact_fe.py`): teeth, bodies, flattening and tip
+//! edges off the path together. Also misaligned flanks compared with elements in three dimensions
+//! (`tests/data/face-fe.toml`, `scripts/records/record_face_fe.py`).
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -17,7 +18,7 @@ fn floats(table: &toml::Value, key: &str) -> Vec<f64> {
     table[key].as_array().unwrap().iter().map(number).collect()
 }
 
-/// At every recorded place of the mesh cycle: approach, tangent stiffness and shares.
+/// At every recorded phase of the mesh cycle: approach, tangent stiffness and shares.
 #[test]
 fn gears_in_contact_approach_as_finite_elements_say() {
     let file: toml::Table = include_str!("../data/contact-fe.toml").parse().unwrap();
@@ -65,7 +66,7 @@ fn gears_in_contact_approach_as_finite_elements_say() {
             let bearing = |shares: Vec<f64>| -> Vec<f64> {
                 shares.into_iter().filter(|share| *share > 1e-9).collect()
             };
-            // Pairs come in the order of their places.
+            // Pairs are in the order of their positions.
             let own = bearing(borne.share.to_vec());
             let recorded = shares[index].as_array().unwrap().iter();
             let theirs = bearing(recorded.map(|share| share.as_float().unwrap()).collect());
@@ -97,13 +98,13 @@ fn gears_in_contact_approach_as_finite_elements_say() {
             "{teeth:?} {plane:?} {line_load} N/m: approach and stiffness off by {one:.4?} with one pair, \
              {two:.4?} with two, {worst:.4?} anywhere; shares by {apart:.4}"
         );
-        // The flattening is one of plane strain in either case: teeth in plane stress come out stiffer.
+        // The flattening assumes plane strain in both cases, so that teeth in plane stress are stiffer.
         let bound = if plane == Plane::Strain { 0.03 } else { 0.052 };
         assert!(
             one.iter().chain(&two).all(|off| *off < bound),
             "{one:?} {two:?}"
         );
-        // Where a tip edge has just taken hold.
+        // The largest differences occur when a tip edge has just come into contact.
         assert!(worst[0] < 0.08 && worst[1] < 0.12, "{worst:?}");
         assert!(apart < 0.036, "{apart}");
     }
@@ -133,7 +134,7 @@ fn gears_of(file: &toml::Table, pair: usize) -> (Flanks, f64) {
     (flanks.unwrap(), face_width)
 }
 
-/// Waves of load along the face at the pitch point: what both gears give to each.
+/// Waves of load along the face at the pitch point: the displacements of both gears.
 #[test]
 fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     let file: toml::Table = include_str!("../data/face-fe.toml").parse().unwrap();
@@ -164,7 +165,7 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     }
 }
 
-/// Flanks askew, one pair at the pitch point: load centroid and loaded length.
+/// Misaligned flanks, one pair at the pitch point: load centroid and loaded length.
 #[test]
 fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
     let file: toml::Table = include_str!("../data/face-fe.toml").parse().unwrap();
@@ -203,7 +204,7 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
         for (worst, off) in worst.iter_mut().zip(off) {
             *worst = worst.max(off);
         }
-        // Slices that stand alone bear too near mid-face, and where they bear on a part only on too much of it.
+        // Independent slices carry load too near mid-face, and with partial contact over too long a part.
         assert!(alone[0].abs() < 0.95 * centre.abs());
         assert!(length > 0.95 * face_width || alone[1] > 1.15 * length);
     }

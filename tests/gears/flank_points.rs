@@ -1,4 +1,4 @@
-//! Profiles and leads through points, beside the reliefs and crownings that are built in.
+//! Profiles and leads through points, compared with the built-in reliefs and crownings.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -52,7 +52,7 @@ fn apart(one: &MeshTable, other: &MeshTable) -> [f64; 2] {
     worst
 }
 
-/// Where the active profile of a gear ends \[m\]: roll lengths at its lowest point and at its tip.
+/// Ends of the active profile of a gear \[m\]: roll lengths at its lowest point and at its tip.
 fn active(gear: usize) -> [f64; 2] {
     let flanks = Flanks::new(&pair(ToothForm::default())).unwrap();
     let path = flanks.path();
@@ -61,7 +61,7 @@ fn active(gear: usize) -> [f64; 2] {
     ends
 }
 
-/// A linear tip relief of both gears and the same through three points are one table, kinks included.
+/// A linear tip relief of both gears and the same through three points give one table, including kinks.
 #[test]
 fn linear_relief_through_points_is_the_built_in_one() {
     let relief = Relief {
@@ -100,8 +100,8 @@ fn linear_relief_through_points_is_the_built_in_one() {
     assert!(off < 1e-8, "{off:e}");
 }
 
-/// Crowning of profile and lead through n points tends to the built-in ones with the square of their distance; cubics
-/// are nearer.
+/// Crowning of profile and lead through n points tends to the built-in one with the square of their distance; cubics
+/// are closer.
 #[test]
 fn crowning_through_points_converges() {
     let amount = 4e-6;
@@ -130,7 +130,7 @@ fn crowning_through_points_converges() {
             profile_points: points,
             ..ToothForm::default()
         };
-        // The stiffness steps where a pair takes hold, at another phase if anything is missing elsewhere.
+        // The stiffness jumps where a pair comes into contact, at another phase if a point differs elsewhere.
         apart(&profile, &table(form, 1))[1]
     };
     let [coarse, fine] = [8, 32].map(|count| through(count, BetweenPoints::Linear));
@@ -223,7 +223,7 @@ fn bad_courses_are_refused() {
 
 const MANIFEST: &str = include_str!("../../manifests/flex80-table.toml");
 
-/// What a manifest says of the points: both scales, faults with their keys.
+/// Points in a manifest: both scales, faults with their keys.
 #[test]
 fn manifests_have_courses() {
     let parse = |points: &str| {

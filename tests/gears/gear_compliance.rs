@@ -1,4 +1,4 @@
-//! What compliance must obey whatever its numbers: scaling, symmetry, sharing of the bodies.
+//! General laws of compliance: scaling, symmetry, sharing of the bodies.
 
 #![allow(clippy::unwrap_used)]
 
@@ -34,7 +34,7 @@ fn positions(flanks: &Flanks) -> impl Iterator<Item = f64> {
     (0..=12).map(move |i| path.start + (path.end - path.start) * f64::from(i) / 12.0)
 }
 
-/// Per unit width a gear twice as large gives as much; one twice as stiff half as much.
+/// Per unit width, a gear twice as large has the same compliance, and one twice as stiff half of it.
 #[test]
 fn size_does_not_matter_and_stiffness_does() {
     let small = flanks(&pair([20, 30], 2e-3));
@@ -55,7 +55,7 @@ fn size_does_not_matter_and_stiffness_does() {
     }
 }
 
-/// Bodies couple the pairs that are in contact at once, no others.
+/// Bodies couple only pairs that are in contact at the same time.
 #[test]
 fn only_pairs_in_contact_at_once_are_coupled() {
     let flanks = flanks(&pair([20, 30], 2e-3));
@@ -74,7 +74,7 @@ fn only_pairs_in_contact_at_once_are_coupled() {
     }
 }
 
-/// Run backwards the wheel drives: gears change places and positions their sign.
+/// In reverse the wheel drives: the gears exchange their roles and positions change sign.
 #[test]
 fn either_gear_may_be_called_the_pinion() {
     let mut forward = pair([20, 43], 3e-3);
@@ -109,8 +109,8 @@ fn either_gear_may_be_called_the_pinion() {
     }
 }
 
-/// The bodies between two pairs are stable and shared: the coupling is positive, and below what
-/// either pair gives by itself, so that springs of `own` and one of the coupling are equivalent.
+/// The compliance of shared bodies is stable: the coupling of two pairs is positive, and below the compliance of either
+/// pair alone. Therefore springs of `own` and one of the coupling are equivalent.
 #[test]
 fn two_pairs_share_the_bodies() {
     for teeth in [[20, 30], [19, 48], [62, 62], [40, 150]] {
@@ -129,7 +129,7 @@ fn two_pairs_share_the_bodies() {
                 assert!(coupling[gear] < near.foundation[gear].min(far.foundation[gear]));
             }
             assert!(near.own(coupling) > near.without_bodies());
-            // Load sharing by the compliance matrix, and by springs in parallel on one in series.
+            // Load sharing by the compliance matrix, and by parallel springs with one in series.
             let cross = coupling[0] + coupling[1];
             let (a, d) = (near.total(), far.total());
             let by_matrix = (a + d - 2.0 * cross) / (a * d - cross * cross);
@@ -139,7 +139,7 @@ fn two_pairs_share_the_bodies() {
         assert!(found > 3);
         assert_eq!(flanks.body_coupling(path.end, 1), None);
         assert_eq!(flanks.body_coupling(path.start, 2), None);
-        // The pair that leaves contact as the next but one comes in is still in it.
+        // The pair that leaves contact when the next but one enters is still in it.
         assert!(
             flanks
                 .body_coupling(path.end - path.base_pitch, 1)
@@ -148,7 +148,7 @@ fn two_pairs_share_the_bodies() {
     }
 }
 
-/// Beyond a contact ratio of 2 every other pair is coupled, too, and less.
+/// Beyond a contact ratio of 2 every other pair is also coupled, but less.
 #[test]
 fn three_pairs_share_the_bodies_of_high_contact_ratio_gears() {
     let mut high = pair([60, 80], 3e-3);
@@ -168,7 +168,7 @@ fn three_pairs_share_the_bodies_of_high_contact_ratio_gears() {
     }
 }
 
-/// The load-dependent contact replaces the linear one and nothing else.
+/// Only the load-dependent contact replaces the linear one.
 #[test]
 fn under_load_only_the_contact_changes() {
     let flanks = flanks(&pair([20, 30], 4e-3));

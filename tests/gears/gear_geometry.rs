@@ -1,4 +1,4 @@
-//! Tooth geometry and path of contact against closed forms and a brute-force rack.
+//! Tooth geometry and path of contact compared with closed forms and a brute-force rack.
 
 #![allow(clippy::unwrap_used)]
 
@@ -37,8 +37,8 @@ fn close(value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{value} {expected}");
 }
 
-/// Signed distance \[m\] of a point of the tooth from the rack's tooth beside it, with the gear
-/// rolled by an angle: the rounded tooth is a sharp-cornered core grown by the tip radius.
+/// Signed distance \[m\] of a point of the tooth from the neighbouring tooth of the rack, with the gear rolled by an
+/// angle: the rounded tooth is a sharp-cornered core expanded by the tip radius.
 fn rack_distance(pair: &GearPair, tooth: &Tooth, (x, y): (f64, f64), rolled: f64) -> f64 {
     let (module, rack) = (pair.module, pair.form.rack);
     let (sin, cos) = pair.pressure_angle.sin_cos();
@@ -64,7 +64,7 @@ fn rack_distance(pair: &GearPair, tooth: &Tooth, (x, y): (f64, f64), rolled: f64
     core - radius
 }
 
-/// What the rolling rack leaves at a point of the tooth \[modules\]: below 0 it cuts it off.
+/// Material that the rolling rack leaves at a point of the tooth \[modules\]; negative if it cuts the point off.
 fn left_by_rack(pair: &GearPair, tooth: &Tooth, point: ProfilePoint) -> f64 {
     let at = |rolled: f64| rack_distance(pair, tooth, (point.x, point.y), rolled);
     let steps = 4000;
@@ -88,7 +88,7 @@ fn undercut_a_little() -> GearPair {
     gears
 }
 
-/// The involute of an undercut tooth begins where the rolling rack no longer cuts it, above the base circle, and the
+/// The involute of an undercut tooth begins above the base circle, where the rolling rack no longer cuts it, and the
 /// fillet ends there.
 #[test]
 fn an_undercut_flank_begins_where_the_rack_leaves_it() {
@@ -109,7 +109,7 @@ fn an_undercut_flank_begins_where_the_rack_leaves_it() {
     assert_eq!(Tooth::new(&pair([20, 30], 4e-3), 0).unwrap().undercut, None);
 }
 
-/// A pair whose contact begins above the undercut has the path of contact of its tip circles.
+/// A pair with contact above the undercut has the path of contact of its tip circles.
 #[test]
 fn undercut_below_the_contact_changes_no_path() {
     let gears = undercut_a_little();
@@ -121,7 +121,7 @@ fn undercut_below_the_contact_changes_no_path() {
     assert!(flanks.reach()[0] < flanks.path().start);
 }
 
-/// Every point of flank and fillet is touched by the rolling rack and never cut by it.
+/// The rolling rack touches every point of flank and fillet and never cuts it.
 #[test]
 fn the_profile_is_the_envelope_of_the_rack() {
     let mut cases = vec![pair([20, 30], 4e-3), shifted([12, 25], [0.5, -0.2])];
@@ -133,7 +133,7 @@ fn the_profile_is_the_envelope_of_the_rack() {
     });
     // The corner's centre above the rolling line.
     cases.push(shifted([15, 60], [0.9, -0.9]));
-    // Undercut pinions, much and a little.
+    // Pinions with large and with small undercut.
     cases.push(pair([12, 30], 4e-3));
     cases.push(undercut_a_little());
     for pair in &cases {
@@ -189,7 +189,7 @@ fn thickness_is_that_of_the_drawing() {
             * (FRAC_PI_2 + 2.0 * pair.form.profile_shift[index] * pair.pressure_angle.tan())
             - pair.form.thinning[index];
         close(tooth.thickness(tooth.reference_radius), arc, 1e-16);
-        // The profile itself is as thick at any height.
+        // The thickness of the profile is the same at any height.
         let point = tooth.flank(0.3);
         let radius = point.x.hypot(point.y);
         close(
@@ -202,7 +202,7 @@ fn thickness_is_that_of_the_drawing() {
 
 #[test]
 fn contact_ratios_in_closed_form() {
-    // Another code gives 1.78978.
+    // Another program gives 1.78978.
     close(flanks(&pair([62, 62], 2e-3)).contact_ratio(), 1.78978, 1e-5);
     let flanks = flanks(&pair([20, 30], 4e-3));
     let path = flanks.path();
@@ -218,14 +218,14 @@ fn contact_ratios_in_closed_form() {
         (approach + recess) / path.base_pitch,
         1e-13,
     );
-    // One pair alone from the phase ε − 1 on.
+    // Only one pair from the phase ε − 1 on.
     let [lowest, highest] = path.single_pair().unwrap();
     close(path.phase(lowest), flanks.contact_ratio() - 1.0, 1e-12);
     close(path.phase(highest - 1e-12), 1.0, 1e-9);
     close(path.position(path.phase(0.0)), path.pitch_point, 1e-17);
 }
 
-/// Tips are followed beyond both ends of the path, as far as at most three pairs are in contact at once.
+/// Tips are followed beyond both ends of the path, up to the phase with at most three pairs in contact.
 #[test]
 fn fewer_than_three_pairs_are_within_reach() {
     for addendum in [1.0, 1.2, 1.35] {
@@ -245,7 +245,7 @@ fn fewer_than_three_pairs_are_within_reach() {
     }
 }
 
-/// Both flanks pass through the point on the line of action, wherever it is.
+/// Both flanks pass through any point on the line of action.
 #[test]
 fn flanks_touch_on_the_line_of_action() {
     for pair in [pair([20, 30], 4e-3), shifted([17, 43], [0.4, 0.3])] {
@@ -299,7 +299,7 @@ fn backlash_is_what_shifts_thinning_and_distance_leave() {
     let base: f64 = tight.base_radii().iter().sum();
     let gap = 2.0 * base * (involute(angle(&apart)) - involute(angle(&tight)));
     close(flanks(&apart).backlash, gap, 1e-15);
-    // Tips keep the rack's clearance at the tight distance, and lie farther apart here.
+    // Tips have the rack's clearance at the tight distance, and a larger one here.
     close(flanks(&tight).clearance[0], 0.25 * tight.module, 1e-15);
     close(
         flanks(&apart).clearance[1],
@@ -363,7 +363,7 @@ fn drawings_that_do_not_run_say_why() {
     else {
         panic!("not pointed")
     };
-    // The addendum as the rack has it: the shifts sum to nothing.
+    // The rack's addendum: the shifts sum to zero.
     close(tip_diameter, 3e-3 * (12.0 + 2.0 + 1.8), 1e-12);
     assert!(limit < tip_diameter);
     let tooth = {

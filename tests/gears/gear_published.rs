@@ -1,5 +1,5 @@
-//! Mesh stiffness against what others give (`tests/data/mesh-stiffness.toml`), with the margins
-//! that the methods leave; each test says why its margin is what it is.
+//! Mesh stiffness compared with published values (`tests/data/mesh-stiffness.toml`), within the margins of the methods.
+//! Each test explains its margin.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Root diameter over bore of a solid disc on its shaft.
 const DISC: f64 = 3.0;
 
-/// The same of a body that is held right below its rim.
+/// The same for a body that is supported right below its rim.
 const RIM: f64 = 1.4;
 
 fn published(table: &str) -> toml::Table {
@@ -37,7 +37,7 @@ fn steel_pair(teeth: [u32; 2], module: f64, shift: [f64; 2]) -> GearPair {
     }
 }
 
-/// The pair on bodies of a ratio of root diameter to bore.
+/// The pair on bodies with a ratio of root diameter to bore.
 fn on_bodies(mut pair: GearPair, ratio: f64) -> Flanks {
     for index in [0, 1] {
         let root = Tooth::new(&pair, index).unwrap().root_radius;
@@ -46,8 +46,8 @@ fn on_bodies(mut pair: GearPair, ratio: f64) -> Flanks {
     Flanks::new(&pair).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What the bodies wind up between bore and root, per unit width and in plane stress: all pairs share
-/// it, `Σ (r_b/r_f)² ((r_f/r_i)² − 1) (1 + ν)/(2 π E)`.
+/// Torsional compliance of the bodies between bore and root, per unit width and in plane stress. All pairs share it,
+/// `Σ (r_b/r_f)² ((r_f/r_i)² − 1) (1 + ν)/(2 π E)`.
 fn winding(flanks: &Flanks, ratio: f64, material: &Material) -> f64 {
     let disc = (ratio * ratio - 1.0) * (1.0 + material.poisson_ratio)
         / (2.0 * PI * material.young_modulus);
@@ -59,7 +59,7 @@ fn winding(flanks: &Flanks, ratio: f64, material: &Material) -> f64 {
         .sum()
 }
 
-/// Stiffness per unit width of one or two pairs at a mesh phase, bodies shared.
+/// Stiffness per unit width of one or two pairs at a mesh phase, with shared bodies.
 fn shared(flanks: &Flanks, s: f64, compliance: &dyn Fn(f64) -> PairCompliance) -> f64 {
     let near = compliance(s);
     match flanks.body_coupling(s, 1) {
@@ -91,10 +91,9 @@ fn within(value: f64, published: f64, margin: f64) {
     );
 }
 
-/// 4.133e8 N/m, 10.6 % above, where each pair stands on bodies of its own: the other code takes teeth
-/// for cantilevers on a fitted foundation, which counts some of the root twice. Such a code with
-/// the height at which the force crosses the centre line as its lever has 3.905e8. With shared
-/// bodies it is 3.05e8 N/m: separate ones make two pairs a third too stiff.
+/// 4.133e8 N/m, 10.6 % above, with separate bodies per pair. The other program models teeth as cantilevers on a fitted
+/// foundation, which counts a part of the root twice. Such a program whose lever is the height where the force crosses
+/// the centre line has 3.905e8. With shared bodies it is 3.05e8 N/m: separate ones make two pairs a third too stiff.
 #[test]
 fn another_code_without_shared_bodies() {
     let table = published("other_code");
@@ -109,7 +108,7 @@ fn another_code_without_shared_bodies() {
         if next > flanks.path().end { alone(s) } else { alone(s) + alone(next) }
     });
     within(apart, number(&table, "mean_stiffness"), 0.12);
-    // The larger figure that is also given for the pair is no computed one.
+    // The larger published value for the pair is not computed.
     let young_modulus = number(&table, "young_modulus");
     let thumb = flanks.contact_ratio() * width * young_modulus / 18.0;
     within(thumb, number(&table, "rule_of_thumb"), 1e-4);
@@ -119,14 +118,13 @@ fn another_code_without_shared_bodies() {
     assert!(together < 0.8 * apart, "{together:e} {apart:e}");
 }
 
-/// Solid discs on shafts of a third of their root diameter, which do not wind up: what a disc turns
-/// between root and bore is no deflection of teeth and taken off here. At ISO's own load the mean
-/// stiffness is within 13 % but for the smallest pinions of large shift (17 % above), that of one
-/// pair up to 15 % above (28 %). A contact that flattens as little at no load as the linear
-/// one's is too stiff at this: c' is then 20 to 62 % above.
+/// Solid discs on shafts of a third of their root diameter. The torsion of a disc between root and bore is not a
+/// deflection of teeth and is subtracted here. At ISO's load the mean stiffness is within 13 %, except for the smallest
+/// pinions with large shift (17 % above), that of one pair up to 15 % above (28 %). A linear contact with the
+/// flattening at zero load is too stiff for this: c' is then 20 to 62 % above.
 ///
-/// ISO's c' and c_γ rest on Weber and Banaschek's deflections, multiplied by 0.8 to meet tests;
-/// scatter of its own 10 %.
+/// ISO's c' and c_γ are based on Weber and Banaschek's deflections, multiplied by 0.8 to agree with tests; their
+/// scatter is 10 %.
 #[test]
 fn iso_method_b_at_its_own_load() {
     let table = published("iso");
@@ -189,10 +187,9 @@ fn iso_method_b_at_its_own_load() {
     }
 }
 
-/// On bores of 50 and 78.57 mm, under the drive's rated 66.5 N/mm: double pairs 2.8 % above, single ones
-/// 14 % below, the mean 2.7 % below 4e8 N/m. With the linear contact they are 30 and 15 % above. On
-/// cores as thin as the drive's shafts all is 40 % softer: the levels mean bodies that do not
-/// wind up.
+/// On bores of 50 and 78.57 mm, under the drive's rated 66.5 N/mm: double pairs 2.8 % above, single ones 14 % below,
+/// the mean 2.7 % below 4e8 N/m. With the linear contact they are 30 and 15 % above. On cores as thin as the drive's
+/// shafts all are 40 % softer: the published levels assume bodies without torsion.
 #[test]
 fn calibrated_levels_of_the_default_pair() {
     let table = published("calibrated");
@@ -222,7 +219,7 @@ fn calibrated_levels_of_the_default_pair() {
     within(single, 1.15 * number(&table, "single_pair"), 0.01);
 }
 
-/// A cast-iron wheel on a steel pinion: ISO has one factor for all.
+/// A cast-iron wheel on a steel pinion: ISO has one factor for all such pairs.
 #[test]
 fn unlike_materials() {
     let table = published("iso");

@@ -1,7 +1,7 @@
-//! A geared pair with backlash on damped bearings, from a manifest, against the means that the test of
-//! another code holds itself to: ROSS (petrobras/ross, `test_mesh_with_backlash`), five revolutions from rest
-//! in steps of 1e-5 s by Newmark's method. Angles and centre distance are there those of the displaced
-//! shafts; here they are the nominal ones, which leaves 1e-3 of the deflection.
+//! A geared pair with backlash on damped bearings, from a manifest, compared with the reference means in the test of
+//! another program: ROSS (petrobras/ross, `test_mesh_with_backlash`), five revolutions from rest in steps of 1e-5 s by
+//! Newmark's method. Its angles and centre distance are those of the displaced shafts; here they are the nominal ones,
+//! which changes the deflection by 1e-3.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,9 +11,9 @@ use gearatlas::manifest;
 use gearatlas::propagate::{Event, Observer, Window};
 use std::path::Path;
 
-/// Mean transmission error as the code defines it, the error taken off \[m\].
+/// Mean transmission error as the program defines it, without the error \[m\].
 const DEFLECTION: f64 = 7.152756140961932e-05;
-/// Mean half gap \[m\], which grows as the shafts part.
+/// Mean half gap \[m\], which grows as the shafts separate.
 const HALF_GAP: f64 = 6.497875817066328e-05;
 /// Mean mesh force \[N\].
 const FORCE: f64 = 3191.99620748778;
@@ -23,9 +23,9 @@ const CENTRE_DISTANCE: f64 = 0.20004375431223567;
 /// Integrals over time.
 #[derive(Default)]
 struct Means {
-    /// Of the mesh deflection \[m s\].
+    /// Integral of the mesh deflection \[m s\].
     deflection: f64,
-    /// Of the forces of drive and coast flanks, these negative \[N s\].
+    /// Integrals of the forces of drive and coast flanks (negative) \[N s\].
     force: [f64; 2],
 }
 
@@ -73,7 +73,7 @@ fn means_of_a_geared_pair_from_rest() {
     });
     let sin = 20f64.to_radians().sin();
     let apart = wheel - pinion;
-    // Once more sin(alpha) (x_pinion - x_wheel) stands in ours.
+    // Our deflection contains an additional sin(alpha) (x_pinion - x_wheel).
     let deflection = means.deflection / time + sin * apart;
     let found = [
         ("deflection", deflection, DEFLECTION, 2e-3),

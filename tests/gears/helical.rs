@@ -1,5 +1,4 @@
-//! Helical gears against closed forms, against the spur pair of their transverse section and against
-//! ISO 6336-1.
+//! Helical gears compared with closed forms, with the spur pair of their transverse section and with ISO 6336-1.
 
 #![allow(clippy::unwrap_used, dead_code)]
 
@@ -12,7 +11,7 @@ use gearatlas::gear::{
 };
 use std::f64::consts::PI;
 
-/// The default gears, inclined by an angle in degrees.
+/// The default gears with a helix angle in degrees.
 fn pair(degrees: f64) -> GearPair {
     GearPair {
         teeth: [20, 30],
@@ -29,7 +28,7 @@ fn pair(degrees: f64) -> GearPair {
     }
 }
 
-/// The same, as wide as an overlap ratio asks for, with the same torque per width.
+/// The same with the face width for an overlap ratio, and the same torque per width.
 fn overlapping(degrees: f64, overlap: f64) -> GearPair {
     let mut pair = pair(degrees);
     pair.face_width *= overlap / pair.overlap_ratio();
@@ -61,8 +60,8 @@ fn bear(law: &impl FlankLaw, phase: f64, face: Face, misalignment: f64, force: f
     lines.sharing(misalignment).unwrap().bear(force)
 }
 
-/// Stiffness per width of a transverse section at a mesh phase, bodies shared, under a line load or
-/// with the linear contact.
+/// Stiffness per width of a transverse section at a mesh phase, with shared bodies, under a line load or with the
+/// linear contact.
 fn section_stiffness(law: &impl FlankLaw, phase: f64, line_load: Option<f64>) -> f64 {
     let path = law.path();
     let near = path.position(phase);
@@ -124,7 +123,7 @@ fn transverse_quantities_have_closed_forms() {
             .sum();
         let length = rolled - centre_distance * transverse.sin();
         close(flanks.contact_ratio(), length / gears.base_pitch(), 1e-12);
-        // Thinning is all the backlash at the reference centre distance.
+        // All backlash at the reference centre distance comes from thinning.
         let along = 80e-6 * transverse.cos();
         close(flanks.backlash, along, 1e-10);
         close(
@@ -136,7 +135,7 @@ fn transverse_quantities_have_closed_forms() {
     }
 }
 
-/// inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂) without backlash; and what a larger distance opens.
+/// inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂) without backlash; and the backlash at a larger distance.
 #[test]
 fn shifted_gears_mesh_without_backlash_at_their_own_distance() {
     let mut gears = pair(15.0);
@@ -148,7 +147,7 @@ fn shifted_gears_mesh_without_backlash_at_their_own_distance() {
     assert!(gears.normal_backlash().unwrap().abs() < 1e-15);
     let tight = gears.tight_centre_distance().unwrap();
     gears.form.centre_distance = Some(tight + 10e-6);
-    // 2 sin α per distance along the line of action, for small ones.
+    // For small distances, 2 sin α per distance along the line of action.
     let open = gears.action_backlash().unwrap();
     close(open, 2.0 * 10e-6 * angle.sin(), 2e-3);
 }
@@ -186,8 +185,8 @@ fn undercut_begins_where_the_straight_flank_of_the_rack_says() {
     }
 }
 
-/// Teeth of a helix that the drawing leaves a narrow tip may stand where the virtual teeth of their normal section
-/// have come to a point: those end before, and the loads on them.
+/// Helical teeth with a narrow but permitted tip may be so high that the virtual teeth of their normal section are
+/// pointed. Those end earlier, and so do the loads on them.
 #[test]
 fn virtual_teeth_may_come_to_a_point() {
     let mut gears = pair(18.0);
@@ -212,7 +211,7 @@ fn virtual_teeth_may_come_to_a_point() {
     assert!((1e10..2e10).contains(&mean), "{mean:e}");
 }
 
-/// The law of the pair and what stands on it tend to those of spur gears with the square of β.
+/// The flank law of the pair and results from it tend to those of spur gears with the square of β.
 #[test]
 fn gears_that_are_hardly_inclined_are_spur_gears() {
     let spur = cycle(&pair(0.0));
@@ -231,8 +230,8 @@ fn gears_that_are_hardly_inclined_are_spur_gears() {
     }
 }
 
-/// Faces as wide as whole numbers of mesh cycles have all slices at once: their stiffness is the mean of
-/// the transverse sections whatever the phase.
+/// On faces as wide as whole numbers of mesh cycles all slices are in mesh at once: their stiffness is the mean of the
+/// transverse sections at any phase.
 #[test]
 fn whole_overlap_leaves_no_variation() {
     for overlap in [1.0, 2.0] {
@@ -244,7 +243,7 @@ fn whole_overlap_leaves_no_variation() {
         assert!(found.range(&found.stiffness) < 1e-6 * mean);
         assert!(found.peak_to_peak() < 1e-6 * found.mean(&found.transmission_error));
         assert!(!found.has_error());
-        // Tip edges make contact longer under load; what is left of variation is the division of the face.
+        // Tip edges make contact longer under load; the remaining variation comes from the division of the face.
         let loaded = cycle(&gears);
         let longer = loaded.mean_stiffness() / mean - 1.0;
         assert!((0.005..0.03).contains(&longer), "{longer:e}");
@@ -254,8 +253,8 @@ fn whole_overlap_leaves_no_variation() {
     }
 }
 
-/// A tooth bears from where its first end takes hold to where its last lets go: ε_α + ε_β mesh cycles, so that as many
-/// pairs bear on average. Tip edges make it longer.
+/// A tooth carries load for ε_α + ε_β mesh cycles, from the contact of its first end to the release of its last. Hence
+/// as many pairs carry load on average. Tip edges make it longer.
 #[test]
 fn teeth_bear_as_long_as_the_total_contact_ratio() {
     for overlap in [0.4, 1.0, 1.7] {
@@ -272,7 +271,7 @@ fn teeth_bear_as_long_as_the_total_contact_ratio() {
     assert!((1.6..1.9).contains(&spur), "{spur}");
 }
 
-/// Whatever the number of pairs: ε_α of them bear a face of whole overlap.
+/// For any number of pairs: ε_α of them carry load on a face of whole overlap.
 #[test]
 fn many_pairs_share_a_wide_face() {
     for (contact_ratio, overlap) in [(1.3, 1.0), (2.4, 2.0), (2.9, 3.0)] {
@@ -302,9 +301,9 @@ fn the_transmission_error_varies_less_as_overlap_grows_to_one() {
     assert!(ranges[5] < 1e-6 * ranges[0], "{ranges:?}");
 }
 
-/// ISO 6336-1:2006, method B, with z_n = z/cos³ β in q' and cos β in c' (coefficients as in
-/// `gear_published.rs`): what the inclination changes, the errors of the spur pairs left out. Found is
-/// less by 0.4 % at 10°, 1.4 to 1.7 % at 20° and 2.8 to 3.7 % at 30° in c', by up to 5.1 % in c_γ.
+/// ISO 6336-1:2006, method B, with z_n = z/cos³ β in q' and cos β in c' (coefficients as in `gear_published.rs`): the
+/// change by the helix angle, without the errors of the spur pairs. The computed c' is lower by 0.4 % at 10°, 1.4 to
+/// 1.7 % at 20° and 2.8 to 3.7 % at 30°, and c_γ by up to 5.1 %.
 #[test]
 fn inclination_changes_the_stiffness_as_iso_says() {
     let file: toml::Table = include_str!("../data/mesh-stiffness.toml").parse().unwrap();
@@ -352,7 +351,7 @@ fn inclination_changes_the_stiffness_as_iso_says() {
     }
 }
 
-/// Order 4 where all is in contact, 2 where the border of contact runs across the face.
+/// Order 4 with full contact, 2 if the border of contact crosses the face.
 #[test]
 fn spans_converge() {
     let mut gears = overlapping(20.0, 0.94);
@@ -397,7 +396,7 @@ fn spans_converge() {
     );
 }
 
-/// Gears whose tip edges touch nothing beyond the path.
+/// Gears without contact of tip edges beyond the path.
 fn on_path(gears: &GearPair) -> Crowned {
     Crowned(Flanks::new(gears).unwrap(), 0.0)
 }
@@ -436,7 +435,7 @@ impl FlankLaw for Crowned {
     }
 }
 
-/// Wide and narrow, relieved, crowned, askew and hardly loaded: all build, and the polynomials are near
+/// Wide and narrow, relieved, crowned, misaligned and lightly loaded: all tables build, and the polynomials are near
 /// the law between their nodes.
 #[test]
 fn relieved_crowned_and_askew_faces_build() {
@@ -491,7 +490,7 @@ fn flanks_that_stiffen_under_their_load_settle() {
         };
         let table = MeshTable::build(&law, &inputs, &|_, _| {}).unwrap();
         let force = torque / inputs.base_radius;
-        // The pattern holds all of the force.
+        // The pattern contains the whole force.
         let slice = gears.face_width / 16.0;
         for row in table.pattern.chunks(16) {
             close(row.iter().sum::<f64>() * slice, force, 1e-10);
@@ -502,7 +501,7 @@ fn flanks_that_stiffen_under_their_load_settle() {
     assert!(mean(rated) > 1.05 * mean(0.1 * rated));
 }
 
-/// A law of constant stiffness: pairs counted place by place.
+/// A law of constant stiffness: pairs counted at each position.
 fn constant(contact_ratio: f64, overlap: f64) -> (FunctionFlank, Face) {
     let path = path(contact_ratio);
     let width = 40e-3;
@@ -513,7 +512,7 @@ fn constant(contact_ratio: f64, overlap: f64) -> (FunctionFlank, Face) {
     (law, Face { width, slices: 64 })
 }
 
-/// Sections at z > 0 are ahead: there the next pair is already in contact when it is not at mid-face.
+/// Sections at z > 0 are ahead: there the next pair is in contact earlier than at mid-face.
 #[test]
 fn the_load_wanders_from_end_to_end() {
     let (mut law, face) = constant(1.6, 0.5);
@@ -535,13 +534,13 @@ fn the_load_wanders_from_end_to_end() {
             let centre = moment / count;
             assert!((load.centre - centre).abs() < 1e-5 * face.width);
         }
-        // At 0.6 mid-face loses its old pair: the sections ahead have lost it.
+        // At 0.6 mid-face loses its old pair; the sections ahead have already lost it.
         assert!(hand * bear(&law, 0.6, face, 0.0, 1e3).centre < -1e-3);
     }
 }
 
-/// All places of the path at once: Λ₀ and Λ₁ are means over it, larger by what the normal force is
-/// than the force along the line of action.
+/// All positions of the path at once: Λ₀ and Λ₁ are means over it, larger by the ratio of the normal force to the force
+/// along the line of action.
 #[test]
 fn friction_goes_with_the_normal_force() {
     let (law, face) = constant(1.6, 1.0);
@@ -563,7 +562,7 @@ fn friction_goes_with_the_normal_force() {
     close(shares, 1.0, 1e-12);
 }
 
-/// μ ∝ (w/ρ)^0.2 with the radius of curvature across the lines of contact, 1/cos β_b as large.
+/// μ ∝ (w/ρ)^0.2 with the radius of curvature across the lines of contact, which is larger by 1/cos β_b.
 #[test]
 fn inclined_flanks_rub_less_by_their_curvature() {
     let oil = MeanFriction {
@@ -597,7 +596,7 @@ fn a_right_handed_pinion_that_drives_is_pushed_forward() {
     }
 }
 
-/// Without helix the formulas are those of spur gears bit by bit.
+/// Without helix the formulas equal those of spur gears bit by bit.
 #[test]
 fn spur_gears_are_not_touched() {
     let gears = pair(0.0);
@@ -619,7 +618,7 @@ fn spur_gears_are_not_touched() {
     }
 }
 
-/// A relieved spur law askew, as it was tabulated before helical gears were known
+/// A misaligned spur law with relief, compared with its table from before helical gears were supported
 /// (`tests/data/spur-table.toml`, values of this program).
 #[test]
 fn a_spur_table_keeps_its_values() {

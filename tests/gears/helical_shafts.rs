@@ -1,4 +1,4 @@
-//! What helical gears ask of their bearings: axial forces, and moments that go with the pitch radii.
+//! Loads of helical gears on their bearings: axial forces, and moments proportional to the pitch radii.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,7 +13,7 @@ fn drive(degrees: f64, tier: Tier) -> RigidDrive {
     gears.helix_angle = degrees.to_radians();
     let mut shafts = default_drive::shafts();
     for bearing in shafts.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
-        // All moments are borne as forces.
+        // All moments act as forces on the bearings.
         *bearing = Bearing {
             tilt: 0.0,
             ..*bearing
@@ -31,8 +31,8 @@ fn drive(degrees: f64, tier: Tier) -> RigidDrive {
     }
 }
 
-/// Force on a bearing under a mesh force of 1 N on the drive flanks (side 1) or −1 N on the coast
-/// flanks (side −1), and the torques that balance it.
+/// Force on a bearing under a mesh force of 1 N on the drive flanks (side 1) or −1 N on the coast flanks (side −1),
+/// with the torques in balance.
 fn force(structure: &ModalStructure, side: f64, name: &str) -> f64 {
     let coast = structure.coast.as_ref().unwrap();
     let mesh = if side > 0.0 { &structure.mesh } else { &coast.mesh };
@@ -84,7 +84,7 @@ fn bearings_bear_the_axial_force_and_its_moment() {
     }
 }
 
-/// Shafts that cannot move along their axes feel no axial force.
+/// Shafts without axial freedom have no axial force.
 #[test]
 fn tiers_without_axial_freedom_keep_their_modes() {
     for tier in [Tier::Torsional, Tier::Translational] {

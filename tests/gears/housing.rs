@@ -1,5 +1,5 @@
-//! Housings: a beam as a housing against the same beam drawn as a shaft, energy and torques of a shipped train, what is
-//! refused.
+//! Housings: a beam as a housing compared with the same beam as a shaft, energy and torques of a shipped train, and
+//! refusals.
 
 use crate::common;
 use crate::trains::off_extended;
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-/// A folder of its own for the files of a test.
+/// A separate folder for the files of a test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("housing-{test}"));
     std::fs::create_dir_all(&folder).unwrap();
@@ -28,7 +28,7 @@ fn model(text: &str, folder: &Path) -> Model {
         .unwrap()
 }
 
-/// Direction of all axes, and their frame: the smallest rotation that brings z there, by Rodrigues' formula.
+/// Direction of all axes, and their frame: the smallest rotation from z to this direction, by Rodrigues' formula.
 const ALONG: [f64; 3] = [0.48, -0.6, 0.64];
 
 fn frame() -> Matrix3<f64> {
@@ -37,7 +37,7 @@ fn frame() -> Matrix3<f64> {
     Matrix3::identity() + across + across * across / (1.0 + along.z)
 }
 
-/// The point of space at a place in the frame.
+/// The point in space with given coordinates in the frame.
 fn place(local: [f64; 3]) -> [f64; 3] {
     (frame() * Vector3::from(local)).into()
 }
@@ -53,7 +53,8 @@ const STATIONS: [f64; 4] = [0.0, 0.04, 0.08, 0.12];
 const GROUND: [f64; 6] = [6e7, 4e7, 3e7, 9e3, 9e3, 0.0];
 const DAMPING: [f64; 2] = [300.0, 200.0];
 
-/// Mass and stiffness of a Timoshenko beam in one plane over (w, slope) at both ends, from its shapes by quadrature.
+/// Mass and stiffness of a Timoshenko beam in one plane over (w, slope) at both ends, from its shape functions by
+/// quadrature.
 fn plane(length: f64) -> [DMatrix<f64>; 2] {
     let [young, shear, density, kappa] = STEEL;
     let (area, moment) = (PI * OUTER.powi(2) / 4.0, PI * OUTER.powi(4) / 64.0);
@@ -86,7 +87,7 @@ fn plane(length: f64) -> [DMatrix<f64>; 2] {
             6.0 * (1.0 - 2.0 * s) / (length * length),
             (6.0 * s - 2.0 + phi) / length,
         ];
-        // w' less the slope, the same everywhere.
+        // w' minus the slope, which is constant.
         let sheared = [-phi / length, -0.5 * phi, phi / length, -0.5 * phi];
         let norm = weight / (1.0 + phi).powi(2);
         for i in 0..4 {
@@ -102,8 +103,8 @@ fn plane(length: f64) -> [DMatrix<f64>; 2] {
     [mass, stiffness]
 }
 
-/// Mass, stiffness and damping of the beam on its bearings in its own frame, six freedoms a station, the rotation at the
-/// first one held.
+/// Mass, stiffness and damping of the beam on its bearings in its frame, six freedoms per station, with the rotation at
+/// the first one fixed.
 fn beam() -> [DMatrix<f64>; 3] {
     let size = 6 * STATIONS.len();
     let [mut mass, mut stiffness, mut damping] = [0, 1, 2].map(|_| DMatrix::zeros(size, size));
@@ -257,7 +258,7 @@ fn housed(modes: usize) -> String {
     chain(modes, &pin) + "[train.housing]\nfile = \"beam.toml\"\n"
 }
 
-/// What outputs of both names are at two states, and the largest of them.
+/// Values of outputs with both names at two states, and the largest of them.
 fn compared(pairs: &[(f64, f64)]) -> f64 {
     let largest = pairs
         .iter()
@@ -269,14 +270,14 @@ fn compared(pairs: &[(f64, f64)]) -> f64 {
     off / largest
 }
 
-/// An output at a state: first components of all blocks stand before the second ones.
+/// An output at a state, in which the first components of all blocks precede the second ones.
 fn sum(gain: &[[f64; 2]], state: &[f64]) -> f64 {
     let (first, second) = state.split_at(gain.len());
     let blocks = gain.iter().zip(first.iter().zip(second));
     blocks.map(|(gain, (x, y))| gain[0] * x + gain[1] * y).sum()
 }
 
-/// Modes, rattle and harmonic response of a beam do not depend on whether it is drawn or comes from a file.
+/// Modes, rattle and harmonic response of a beam are the same for a drawing and for a file.
 #[test]
 fn a_beam_as_a_housing_is_the_beam_as_a_shaft() {
     let folder = folder("beam");
@@ -292,7 +293,8 @@ fn a_beam_as_a_housing_is_the_beam_as_a_shaft() {
         let off = (frequencies.filter(|(a, _)| **a > 0.0))
             .map(|(a, b)| (a / b - 1.0).abs())
             .fold(0.0, f64::max);
-        // Of both meshes; the rigid rotations that they feel may be turned among themselves, and keep their products.
+        // For both meshes: the rigid rotations with an effect on them may be rotated among themselves, but their
+        // products are the same.
         let felt = [&one.0, &two.0].map(|own| {
             let rigid = own.rigid_modes();
             let columns = [&own.mesh, &own.contacts[0].participation];
@@ -391,7 +393,7 @@ fn a_shipped_housing_is_exact_and_keeps_its_energy() {
     assert!(residual < 1e-12, "{residual:e}");
 }
 
-/// Two nodes with one freedom each, three freedoms in all, and a manifest that stands on them.
+/// Two nodes with one freedom each, three freedoms in all, and a manifest with this housing.
 const SMALL: &str = "mass = [[1, 0, 0], [0, 2, 0], [0, 0, 1]]\n\
                      stiffness = [[3e8, -1e8, 0], [-1e8, 3e8, 0], [0, 0, 1e8]]\ninternal = [\"mode 1\"]\n\
                      [[node]]\nname = \"left\"\nposition = [0, 0, 0]\nfreedoms = [\"x\"]\n\
@@ -435,7 +437,7 @@ fn housings_that_do_not_fit_are_refused() {
     };
     let text = on_small();
     assert_eq!(answer(&text, SMALL), "none");
-    // Results of a job belong to the content of the file.
+    // The hash of a job depends on the content of the file.
     let before = job(&text, &folder).hash;
     std::fs::write(&file, SMALL.replacen("[0, 2, 0]", "[0, 3, 0]", 1)).unwrap();
     assert_ne!(job(&text, &folder).hash, before);
@@ -500,7 +502,7 @@ fn housings_that_do_not_fit_are_refused() {
     for (said, wanted) in cases {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
-    // Of faults in the file the message names file and line.
+    // For faults in the file the message names file and line.
     let said = in_file("[-1e8, 3e8, 0]", "[-2e8, 3e8, 0]");
     assert!(said.contains("small.toml:2"), "{said}");
     let many: Vec<String> = (0..401).map(|i| format!("\"m{i}\"")).collect();

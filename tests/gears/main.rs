@@ -1,4 +1,4 @@
-//! Gears, shafts and meshes against published values, finite elements and closed forms.
+//! Gears, shafts and meshes compared with published values, finite elements and closed forms.
 
 #![allow(clippy::unwrap_used)]
 
@@ -45,5 +45,5 @@ mod trains;
 
 use common::default_drive;
 
-// What the fixtures name through `super`.
+// Names that the fixtures use through `super`.
 use gearatlas::gear::{GearPair, ToothForm};

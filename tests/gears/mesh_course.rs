@@ -1,5 +1,5 @@
-//! The mesh over its cycle: stiffness that varies within segments, a load centroid that wanders
-//! along the face, friction that turns round at the pitch point.
+//! The mesh over its cycle: stiffness that varies within segments, a load centroid that moves along the face, friction
+//! that changes its direction at the pitch point.
 
 #![allow(clippy::unwrap_used)]
 
@@ -15,7 +15,7 @@ use gearatlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents,
 use gearatlas::reference::{Extended, Reference};
 use std::f64::consts::TAU;
 
-/// Two pairs in mesh up to 0.6, then one: each an arch, as tooth bending makes it.
+/// Two pairs in mesh up to 0.6, then one: each stiffness is an arch, as from tooth bending.
 fn arches() -> Vec<Division> {
     let arch = |end, top: f64, series: [f64; 3]| Division {
         stiffness: Stiffness::series([
@@ -37,7 +37,7 @@ fn arches() -> Vec<Division> {
     ]
 }
 
-/// Levels on equal divisions, the load wandering along the face by 4 mm and friction turning.
+/// Levels on equal divisions, with a load that moves along the face by 4 mm and friction that changes its direction.
 fn wandering(count: u32) -> Vec<Division> {
     (0..count)
         .map(|i| {
@@ -69,8 +69,8 @@ fn everything() -> Vec<Division> {
     divisions
 }
 
-/// Everything, with flanks that lack up to a third of the half gap: it varies over each piece and
-/// steps between them, also within a course of stiffness.
+/// Both, with an error of loaded flanks up to a third of the half gap. It varies over each piece and jumps between
+/// them, also within a course of stiffness.
 fn relieved(half_gap: f64) -> Vec<Division> {
     let mut divisions = everything();
     let errors = [
@@ -84,7 +84,7 @@ fn relieved(half_gap: f64) -> Vec<Division> {
     divisions
 }
 
-/// Levels with an error of their own each, straight behind each other.
+/// Levels with different errors, directly after each other.
 fn relieved_levels(half_gap: f64) -> Vec<Division> {
     let mut divisions = wandering(12);
     for (i, division) in (0u32..).zip(&mut divisions) {
@@ -96,7 +96,7 @@ fn relieved_levels(half_gap: f64) -> Vec<Division> {
     divisions
 }
 
-/// Drives whose tilt matters, with each of these meshes.
+/// Drives in which tilt matters, with each of these meshes.
 fn models() -> Vec<(String, Model)> {
     let mut six = common::six_modes();
     six.0.mesh_tilt = vec![0.0, 0.0, 4.0, -3.0, 6.0, -2.0];
@@ -128,7 +128,7 @@ fn models() -> Vec<(String, Model)> {
     models
 }
 
-/// A settled trajectory whose next cycle has events: a chaotic one may as well fly through it.
+/// A settled trajectory whose next cycle has events: a chaotic one may also have a cycle without.
 fn rattling(model: &Model) -> TrajectoryState {
     let kernel = volterra(model);
     let mut start = settled(model, 40);
@@ -141,7 +141,7 @@ fn rattling(model: &Model) -> TrajectoryState {
     }
 }
 
-/// Same events, worst difference of states and event times over single cycles.
+/// The same events; largest difference of states and event times over single cycles.
 fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64, f64, usize) {
     let reference = Reference::new(model);
     let mut start = settled(model, 40);
@@ -194,11 +194,11 @@ fn the_structured_kernel_is_exact_to_thirty_digits() {
     }
 }
 
-/// Small steps know nothing of series, certificates or cuts: order one through rattle.
+/// Small steps do not use series, certificates or cuts: order one through rattle.
 #[test]
 fn small_steps_converge_to_it() {
     for (name, model) in models().into_iter().skip(6).take(6) {
-        // An event's error depends on where in its step it falls: the mean of some cycles.
+        // An event's error depends on its position in the step: use the mean of some cycles.
         let starts: Vec<_> = (40..60).map(|cycles| settled(&model, cycles)).collect();
         let errors = [2_000, 16_000, 128_000].map(|steps| {
             let stepping = Stepping::new(&model, steps, 10_000);
@@ -218,8 +218,7 @@ fn small_steps_converge_to_it() {
     }
 }
 
-/// The mesh does work where its stiffness or half gap vary and where they or δ step; friction takes
-/// some.
+/// The mesh does work where its stiffness or half gap vary and where they or δ jump; friction dissipates some.
 #[test]
 fn energy_closes() {
     for (name, model) in models() {
@@ -236,8 +235,8 @@ fn energy_closes() {
     }
 }
 
-/// A tangent is the difference of two trajectories close to each other, whichever window a
-/// factorised system closes, and whichever step of δ lies between.
+/// A tangent is the difference of two close trajectories, for any window of a factorised system, and across any jump of
+/// δ.
 #[test]
 fn tangents_are_differences() {
     for (name, model) in models() {
@@ -274,7 +273,7 @@ fn tangents_are_differences() {
     }
 }
 
-/// Sixty levels of an arch converge to the arch as the square of their number, and cost more.
+/// Sixty levels of an arch converge to the arch with the square of their number, at a higher cost.
 #[test]
 fn levels_converge_to_the_course() {
     let (structure, drive, point) = common::six_modes();
@@ -313,7 +312,7 @@ fn levels_converge_to_the_course() {
     }
 }
 
-/// What flanks lack they lack on both sides: a mesh turned round, its load with it, moves as before.
+/// Both flanks have the error of loaded flanks: a mesh in reverse, with reversed load, has the same motion.
 #[test]
 fn back_flanks_lack_as_much() {
     let (structure, drive, point) = common::six_modes();
@@ -339,7 +338,7 @@ fn back_flanks_lack_as_much() {
     assert!(state_difference(&front, &turned, &end.state) < 1e-12);
 }
 
-/// A contact held by a force less than what the error steps by opens at the step, and not before.
+/// A contact under a force smaller than the jump of the error opens at the jump, and not before.
 #[test]
 fn a_step_of_the_half_gap_opens_the_contact() {
     let (structure, drive, point) = common::one_degree();
@@ -362,8 +361,8 @@ fn a_step_of_the_half_gap_opens_the_contact() {
     assert_eq!(first.time, model.first_cycle().start(1));
 }
 
-/// A step of the error of the coast flank may close it out of free flight: its windows lie on breakpoints of
-/// their own from there on.
+/// A jump of the error of the coast flank may close it from free flight: from there on its windows start at separate
+/// breakpoints.
 #[test]
 fn a_step_of_the_half_gap_closes_the_coast_flank() {
     let (structure, drive, point) = common::one_degree();
@@ -396,8 +395,8 @@ fn a_step_of_the_half_gap_closes_the_coast_flank() {
     assert_eq!(first.time, model.contacts[COAST_FLANK].cycle(0).start(1));
 }
 
-/// The static start balances to round-off whatever the mesh does at phase 0, and stays in balance
-/// with a transmission error that moves there.
+/// The static start is in balance to round-off for any mesh at phase 0, also with a transmission error that moves
+/// there.
 #[test]
 fn the_static_start_is_in_balance() {
     for (name, mut model) in models() {

@@ -1,5 +1,5 @@
-//! Pairs of teeth as springs of their own: motions against thirty digits, what they change against the tangent at
-//! the mean load.
+//! Pairs of teeth as separate springs: motions compared with thirty digits, and the difference from the tangent at the
+//! mean load.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -14,7 +14,7 @@ use gearatlas::store::{ResultTable, TableKind};
 use std::path::Path;
 use std::process::Command;
 
-/// Two relieved tips; the torsional tier, in which everything but the mesh is rigid.
+/// Two relieved tips; the torsional tier, in which only the mesh is elastic.
 const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
 
 fn manifest(stiffness: &str, rest: &str) -> String {
@@ -42,14 +42,14 @@ fn model(text: &str, speed: f64, load: f64) -> Model {
     common::parts().model(&point).unwrap()
 }
 
-/// Pairs come and go within the cycle: single cycles against thirty digits, every event included, and energy.
+/// Pairs come and go within the cycle: single cycles compared with thirty digits, including every event, and energy.
 #[test]
 fn springs_of_pairs_keep_to_thirty_digits() {
     let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
     let askew = format!("{pairs}\nslices = 3\nmisalignment = \"0.3 mrad\"");
     let same_line = format!("{pairs}\ncoast_flank = \"same_line\"");
     let halves = format!("{pairs}\nslices = 2");
-    // Where a parabola begins pairs lack the same within rounding, which may not cut the cycle there.
+    // At the start of a parabola, gaps of pairs are equal within rounding, which must not cut the cycle there.
     let lead = |of: &str| {
         let relief = "length = \"2.5 mm\", course = \"parabolic\" }";
         (manifest(&halves, "").replace("length = \"2.5 mm\" }", relief))
@@ -81,7 +81,7 @@ fn springs_of_pairs_keep_to_thirty_digits() {
             apart = apart.max(relative_difference(&end.state, &passage.end().state));
             assert_eq!(seen.0.len(), passage.crossings.len());
             for (event, crossing) in seen.0.iter().zip(&passage.crossings) {
-                // On slices several contacts close at one instant, where a pair is cut in.
+                // With slices several contacts close at the same time, when a pair is added.
                 let slices = model.flank_springs > 4;
                 assert!(slices || (event.from, event.to) == (crossing.from, crossing.to));
                 let off = (event.time - crossing.time.value()).abs();
@@ -103,7 +103,7 @@ fn springs_of_pairs_keep_to_thirty_digits() {
     }
 }
 
-/// Under a load that hardly swings the tangent at that load is what pairs do.
+/// If the load hardly varies, pairs act like the tangent at that load.
 #[test]
 fn pairs_and_tangent_agree_where_the_load_hardly_swings() {
     let rms = |rest: &str| {
@@ -124,7 +124,7 @@ fn pairs_and_tangent_agree_where_the_load_hardly_swings() {
     assert!((pairs / tangent - 1.0).abs() < 0.05, "{tangent} {pairs}");
 }
 
-/// Where rattle runs from nothing to the full load the two part: by how much is printed.
+/// If rattle covers all loads from zero to the full load, the two differ; the test prints the difference.
 #[test]
 fn pairs_change_what_rattles() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn pairs_change_what_rattles() {
     assert_ne!(tangent[0], pairs[0]);
 }
 
-/// Every key that does not go with pairs is named with a remedy.
+/// Every key that is incompatible with pairs is named with a remedy.
 #[test]
 fn what_pairs_do_not_take_is_said() {
     let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
@@ -184,12 +184,12 @@ fn what_pairs_do_not_take_is_said() {
     assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
 }
 
-/// Sixteen springs are as many as there may be, and as many as there are with four slices of two pairs.
+/// Sixteen springs are the maximum, which four slices of two pairs need.
 #[test]
 fn slices_have_room_beside_each_other() {
     let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
     let text = |slices: u32| manifest(&format!("{pairs}\nslices = {slices}"), "");
-    // Of more and longer teeth three pairs touch at once.
+    // With more and longer teeth three pairs are in contact at once.
     let many = |slices: u32| {
         (text(slices).replace("teeth = [20, 30]", "teeth = [62, 62]"))
             .replace("module = \"4 mm\"", "module = \"2 mm\"")
@@ -203,7 +203,7 @@ fn slices_have_room_beside_each_other() {
     }
 }
 
-/// Springs on several lines cannot share a residual flexibility; on one slice they do.
+/// Springs on several lines cannot share a residual flexibility; on one slice they can.
 #[test]
 fn slices_and_residual_flexibility_do_not_go_together() {
     let text = |slices: u32, reduction: &str| {
@@ -228,8 +228,8 @@ fn slices_and_residual_flexibility_do_not_go_together() {
     }
 }
 
-/// On equal gears breakpoints of the coast flanks fall on borders of windows but for round-off, which leaves windows of
-/// 1e-20 s. The motion does not mind, as thirty digits say, and neither does the balance of energy.
+/// On equal gears breakpoints of the coast flanks fall on borders of windows within round-off, which leaves windows of
+/// 1e-20 s. These change neither the motion, compared with thirty digits, nor the balance of energy.
 #[test]
 fn windows_of_no_length_do_no_work() {
     for speed in [540.0, 562.8358768273444] {

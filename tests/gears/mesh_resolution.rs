@@ -1,10 +1,10 @@
-//! What a mesh computed from the gears is away from its mean load: whether its force jumps, and whether a quasi-static
-//! mesh cycle at constant torque keeps its energy.
+//! How does a mesh from the drawing behave away from its mean load? Does its force jump, and does a quasi-static mesh
+//! cycle at constant torque conserve energy?
 //!
 //! Oh, Grosh & Barber (2005, "Energy conservation and the dynamic response of a pair of gears with time-varying
-//! stiffness") ask of a law of the mesh what holds of frictionless gears that turn slowly under a constant torque: its
-//! work is what the teeth store. A pair that takes hold without force stores nothing at that instant; a stiffness that
-//! steps under the load F changes `F²/(2k)` in no time, which nothing pays for.
+//! stiffness") require that a mesh law agrees with frictionless gears that rotate slowly under a constant torque: its
+//! work is the change of the energy stored in the teeth. A pair that comes into contact without force stores nothing at
+//! that time. A jump of the stiffness under the load F changes `F²/(2k)` instantly without a source of energy.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -55,7 +55,7 @@ speed = "40 Hz"
 cycles = 800
 "#;
 
-/// The drive with a resolution of its mesh (none: the default), and more in `[gear]` and `[mesh]`.
+/// The drive with a resolution of its mesh (`None`: the default), and further keys in `[gear]` and `[mesh]`.
 fn model(resolution: Option<&str>, gear: &str, mesh: &str) -> Model {
     let resolution = resolution.map_or(String::new(), |law| format!("resolution = \"{law}\"\n"));
     let text = WHINE
@@ -65,7 +65,7 @@ fn model(resolution: Option<&str>, gear: &str, mesh: &str) -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-/// Stiffness and error of the drive flanks before and behind every border of the mesh cycle.
+/// Stiffness and error of the drive flanks before and after every border of the mesh cycle.
 fn borders(model: &Model) -> Vec<[[f64; 2]; 2]> {
     let segments = &model.contacts[0].cycles[0].segments;
     let at = |segment: &Segment, x: f64| [segment.stiffness.at(x), segment.error.at(x)];
@@ -79,8 +79,8 @@ fn load() -> f64 {
     4.47 / (0.5 * 18.0 * 3e-3 * 20f64.to_radians().cos())
 }
 
-/// Largest jump of the force at the borders of the cycle, at deflections at which it is nothing to twice the mean,
-/// in parts of the mean; and largest jump of the energy stored under the mean, in parts of its mean.
+/// Largest jump of the force at the borders of the cycle, for deflections with forces from zero to twice the mean,
+/// relative to the mean; and largest jump of the energy stored under the mean, relative to its mean.
 fn jumps(model: &Model) -> [f64; 2] {
     let mean = load();
     let borders = borders(model);
@@ -99,7 +99,7 @@ fn jumps(model: &Model) -> [f64; 2] {
     [force.fold(0.0, f64::max), energy.fold(0.0, f64::max)]
 }
 
-/// Over a mesh cycle neither force nor stored energy jumps by default, of flanks of every kind; with the tangent at
+/// By default, neither force nor stored energy jumps over a mesh cycle, for flanks of every kind; with the tangent at
 /// the mean load they do.
 #[test]
 fn no_pair_takes_hold_without_force() {
@@ -135,9 +135,9 @@ fn no_pair_takes_hold_without_force() {
     }
 }
 
-/// Under a constant torque that turns slowly teeth follow `x = b + e + F/k`. Torque, error and stiffness exchange
-/// what they store: over a cycle torque does no work, and what the varying stiffness and error supply within
-/// segments is nothing in all, so that nothing comes from their borders.
+/// Under a constant torque teeth in slow rotation follow `x = b + e + F/k`. Torque, error and stiffness exchange the
+/// stored energy. Over a cycle the torque does no work, and the sum of the work of varying stiffness and error within
+/// segments is zero, so that none comes from their borders.
 #[test]
 fn a_quasi_static_cycle_keeps_its_energy() {
     let supplied = |law: Option<&str>| {
@@ -193,8 +193,7 @@ impl Observer for Jumps {
     fn event(&mut self, _: &Event) {}
 }
 
-/// A drive that whines: with pairs its force is continuous, and by default too; the extremes are nearly those of the
-/// pairs.
+/// A drive that whines: its force is continuous with pairs and by default; the extremes are nearly those of the pairs.
 #[test]
 fn whine_has_a_continuous_force() {
     let [default, tangent, pairs] = [None, Some("mean_load"), Some("pairs")].map(|law| {

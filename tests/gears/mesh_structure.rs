@@ -1,4 +1,4 @@
-//! What mesh and structure do to each other: misalignment under load, power of friction.
+//! Interaction of mesh and structure: misalignment under load, power of friction.
 
 #![allow(clippy::unwrap_used, dead_code)]
 
@@ -22,7 +22,7 @@ fn default_compliance() -> TiltCompliance {
     TiltCompliance::of_modes(&column("frequency"), &column("mesh"), &column("mesh_tilt"))
 }
 
-/// The pairs of the default drive, alike everywhere: two levels of stiffness, 25 % apart.
+/// The pairs of the default drive, all equal: two levels of stiffness, 25 % apart.
 fn default_flank() -> FunctionFlank {
     // With k the stiffness of a pair's teeth and r the body's, 1/k + 1/r is 1/3.333e8 with one
     // pair and 1/(2 k) + 1/r is 1/4.444e8 with two.
@@ -90,7 +90,7 @@ fn centre(misalignment: f64) -> f64 {
     sharing.bear(default_force()).centre
 }
 
-/// While the whole face is loaded z_c is linear in ε, and so is the fixed point.
+/// While the whole face is loaded, z_c is linear in ε, and so is the fixed point.
 #[test]
 fn a_fully_loaded_face_has_a_closed_fixed_point() {
     let force = default_force();
@@ -109,7 +109,7 @@ fn a_fully_loaded_face_has_a_closed_fixed_point() {
     }
 }
 
-/// From stiff shafts to ones so soft that plain iteration would diverge.
+/// From stiff shafts to shafts so soft that plain iteration would diverge.
 #[test]
 fn the_loop_converges_on_soft_shafts_too() {
     let force = default_force();
@@ -150,8 +150,8 @@ fn a_search_says_how_it_ended() {
     assert_eq!(report.steps.len(), 1);
 }
 
-/// Power of friction through the structure's participations, while the drive turns as a whole,
-/// is that of the sliding contacts.
+/// In a rotation of the whole drive, the power of friction from the structure's participations equals that of the
+/// sliding contacts.
 #[test]
 fn friction_dissipates_what_the_contacts_slide() {
     let drive = default_drive::flexible();
@@ -189,7 +189,7 @@ fn friction_opposes_the_sliding_of_the_pinion() {
     let (sin, cos) = gears.pressure_angle.sin_cos();
     let speeds = [100.0, 100.0 * r1 / r2];
     for s in [-5e-3, 4e-3] {
-        // Pinion at the origin, turning to the left; wheel to its right, turning to the right.
+        // Pinion at the origin, rotating to the left; wheel to its right, rotating to the right.
         let contact = [r1 + s * sin, s * cos];
         let on_pinion = [-speeds[0] * contact[1], speeds[0] * contact[0]];
         let arm = [contact[0] - (r1 + r2), contact[1]];

@@ -1,4 +1,4 @@
-//! Mesh tables against the load sharing they tabulate and against closed forms.
+//! Mesh tables compared with their load sharing and with closed forms.
 
 #![allow(clippy::unwrap_used, dead_code)]
 
@@ -32,7 +32,7 @@ fn build(law: &FunctionFlank, inputs: &MeshTableInputs) -> MeshTable {
     MeshTable::build(law, inputs, &|_, _| {}).unwrap()
 }
 
-/// Teeth that yield more away from the pitch point, and a body below them.
+/// Teeth with more compliance away from the pitch point, and a body below them.
 fn curved(contact_ratio: f64) -> FunctionFlank {
     let path = path(contact_ratio);
     FunctionFlank {
@@ -71,7 +71,7 @@ fn pieces_end_where_something_changes() {
     }
     // 0.3, 0.3, 0.15, 0.25 in pieces of at most a twelfth.
     assert_eq!(table.breaks.len() - 1, 4 + 4 + 2 + 3);
-    // A contact ratio that is whole but for rounding has no transition.
+    // A contact ratio that is an integer within rounding has no transition.
     let whole = build(&curved(2.0 + 1e-15), &inputs());
     assert!(whole.breaks.iter().all(|b| *b == 0.0 || *b > 1e-3));
 }
@@ -93,7 +93,7 @@ fn two_levels_have_closed_means_jumps_and_harmonics() {
     }
     let jump = cycle.force / (2.0 * single);
     close(cycle.peak_to_peak(), jump, 1e-12);
-    // A pulse of that height over the single-pair part, 0.6 to 1; high harmonics turn often within a piece.
+    // A pulse of that height over the single-pair part, 0.6 to 1; high harmonics have several periods within a piece.
     for (harmonic, amplitude, phase) in cycle.harmonics(&cycle.transmission_error, 900) {
         let m = f64::from(harmonic);
         let exact = 2.0 * jump * (PI * m * 0.4).sin() / (PI * m);
@@ -125,7 +125,7 @@ fn friction_reverses_at_the_pitch_point() {
     }
 }
 
-/// Everything between the nodes against load sharing on the spot.
+/// All points between the nodes compared with load sharing at these points.
 #[test]
 fn polynomials_follow_the_law_between_their_nodes() {
     let law = curved(1.79);
@@ -183,7 +183,7 @@ fn shares_add_up_in_the_table() {
     assert_eq!(table.share.len(), 3 * cells);
 }
 
-/// Shorter pieces change the mean by round-off only: nothing jumps inside a piece.
+/// Shorter pieces change the mean only by round-off: there is no jump inside a piece.
 #[test]
 fn means_do_not_depend_on_the_pieces() {
     let mean = |longest_piece: f64| {
@@ -263,7 +263,7 @@ impl SegmentMean for MeshTableCycle {
         let mut sum = 0.0;
         for step in 0..steps {
             for (weight, at) in [(1.0, 0.0), (4.0, 0.5), (1.0, 1.0)] {
-                // Kept off the break on the right, whose value is the next piece's.
+                // Stay left of the break, whose value belongs to the next piece.
                 let part = ((f64::from(step) + at) / f64::from(steps)).min(1.0 - 1e-13);
                 sum += weight / 6.0 * self.value(values, from + (to - from) * part);
             }
@@ -408,8 +408,7 @@ fn the_bits_do_not_depend_on_the_threads() {
     }
 }
 
-/// Flanks of one stiffness, relieved by `amount` at both ends of the path, falling in a straight
-/// line over `length` base pitches.
+/// Flanks of one stiffness, with linear relief by `amount` at both ends of the path over `length` base pitches.
 fn relieved(contact_ratio: f64, amount: f64, length: f64) -> FunctionFlank {
     let path = path(contact_ratio);
     let span = length * path.base_pitch;
@@ -423,8 +422,8 @@ fn relieved(contact_ratio: f64, amount: f64, length: f64) -> FunctionFlank {
     }
 }
 
-/// The largest distance of a cycle from load sharing on the spot, at places of its own; shares
-/// outside 0 to 1 and stiffness above the law's count as errors.
+/// The largest difference of a cycle from load sharing at points other than the nodes. Shares outside 0 to 1 and
+/// stiffness above that of the law count as errors.
 fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f64 {
     let cycle = build(law, inputs).cycle(0, 0);
     let face = Face {
@@ -472,10 +471,10 @@ fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f6
     worst
 }
 
-/// A pair comes into contact where the approach under the others' load reaches its gap.
+/// A pair comes into contact where the approach under the load of the others equals its gap.
 #[test]
 fn a_relieved_pair_takes_up_load_at_a_break() {
-    // While one pair is relieved the other is not.
+    // When one pair is relieved, the other is not.
     let (amount, length) = (10e-6, 0.3);
     let law = relieved(1.6, amount, length);
     let single = STIFFNESS * FACE_WIDTH;
@@ -485,7 +484,7 @@ fn a_relieved_pair_takes_up_load_at_a_break() {
             ..inputs()
         };
         let cycle = build(&law, &inputs).cycle(0, 0);
-        // The relief still left where the pair comes into contact, in parts of all of it.
+        // The remaining relief where the pair comes into contact, as a fraction of the whole.
         let left = cycle.force / single / amount;
         assert!(left < 1.0);
         let coming = length * (1.0 - left);
@@ -505,7 +504,7 @@ fn a_relieved_pair_takes_up_load_at_a_break() {
             single * (1.0 + going - coming),
             1e-12,
         );
-        // The segment in which the pair comes has the mean of its two parts.
+        // The segment in which the pair enters has the mean of its two parts.
         let count = 60.0;
         let segment = (count * coming) as usize;
         let loaded = 1.0 - (count * coming - segment as f64);
@@ -514,7 +513,7 @@ fn a_relieved_pair_takes_up_load_at_a_break() {
     }
 }
 
-/// Under misalignment it does so at one corner first: its stiffness bends there.
+/// With misalignment it enters at one corner first, where its stiffness has a kink.
 #[test]
 fn a_relieved_wedge_begins_at_a_break() {
     let (amount, length, misalignment) = (10e-6, 0.35, 1e-4);
@@ -526,7 +525,7 @@ fn a_relieved_wedge_begins_at_a_break() {
             ..inputs()
         };
         let cycle = build(&law, &inputs).cycle(0, 0);
-        // The pair before is in contact all along its face.
+        // The previous pair is in contact along its whole face.
         let approach = cycle.force / single + 0.5 * misalignment * FACE_WIDTH;
         assert!(cycle.force / single > 0.5 * misalignment * FACE_WIDTH);
         let corner = length * (1.0 - approach / amount);
@@ -537,7 +536,7 @@ fn a_relieved_wedge_begins_at_a_break() {
     }
 }
 
-/// Whatever the load and the misalignment, between all nodes.
+/// For any load and misalignment, between all nodes.
 #[test]
 fn relieved_flanks_follow_their_law() {
     let law = FunctionFlank {
@@ -564,8 +563,8 @@ fn relieved_flanks_follow_their_law() {
     }
 }
 
-/// So do flanks whose contact stiffens, with a floor below which it does not, and crowned ones,
-/// whose slices all have kinks of their own.
+/// Likewise for flanks whose contact stiffens above a limit, and for crowned ones, whose slices all have different
+/// kinks.
 #[test]
 fn stiffening_and_crowned_flanks_follow_their_law() {
     let stiffening = FunctionFlank {
@@ -599,8 +598,8 @@ fn stiffening_and_crowned_flanks_follow_their_law() {
     }
 }
 
-/// Beyond the path of contact the gap under a tip edge begins as a parabola: there two pairs lack the same but for rounding, on
-/// slices of which both are partly in contact. Which of them is first is no kink.
+/// Beyond the path of contact the gap under a tip edge begins as a parabola. There two pairs have the same gap within
+/// rounding, on slices of which both are partly in contact. A change of their order is no kink.
 #[test]
 fn pairs_that_part_without_a_kink_are_one_formula() {
     let relief = Relief {
@@ -640,7 +639,7 @@ fn a_short_contact_between_the_samples_is_found() {
     let path = path(1.6);
     for middle in [0.1201, 0.1234, 0.1499, 0.1633] {
         let law = FunctionFlank {
-            // Only the pair that comes lacks material; its gap dips below the approach.
+            // Only the entering pair has a relief; its gap falls below the approach.
             relief: Box::new(move |s| {
                 let phase = (s - path.start) / path.base_pitch;
                 let dip = ((phase - middle) / 5e-4).powi(2) - 1.0;
@@ -679,7 +678,7 @@ fn a_table_has_the_kinks_of_all_its_loads() {
     }
 }
 
-/// What no polynomial follows is refused; means ask for less.
+/// Laws that no polynomial can follow are refused; means require less.
 #[test]
 fn a_law_that_polynomials_do_not_follow_is_refused() {
     let path = path(1.6);

@@ -33,7 +33,7 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     let position = |phase: f64| flanks.path().start + phase * flanks.path().base_pitch;
     for step in 0..40 {
         let phase = (f64::from(step) + 0.5) / 40.0;
-        // Where tips may touch off the path another pair may help.
+        // Skip phases with possible contact of tips off the path: another pair may carry load.
         let [first, last] = flanks.reach().map(|s| flanks.path().phase(s));
         if phase > first || (transition..last).contains(&phase) {
             continue;
@@ -58,8 +58,8 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     }
 }
 
-/// Compliance is smooth along the path: without relief a table is cut where pairs come and go, pass
-/// the pitch point and at the longest piece, and hardly anywhere for its tolerance.
+/// Compliance is smooth along the path: without relief a table is cut where pairs come and go, pass the pitch point and
+/// at the longest piece, and hardly anywhere for its tolerance.
 #[test]
 fn smooth_teeth_take_no_pieces_of_their_own() {
     for teeth in [[20, 30], [17, 103], [62, 62]] {
@@ -83,7 +83,7 @@ fn smooth_teeth_take_no_pieces_of_their_own() {
         let pieces: f64 = (cuts.windows(2))
             .map(|ends| (12.0 * (ends[1] - ends[0]) - 1e-9).ceil().max(0.0))
             .sum();
-        // Tip edges that take hold and let go cut it, and the course of their gap takes a few.
+        // Contact of tip edges cuts it, and the course of their gap takes a few pieces.
         assert!(
             cycle.breaks.len() - 1 <= pieces as usize + 5,
             "{teeth:?}: {} {pieces}",
@@ -92,9 +92,9 @@ fn smooth_teeth_take_no_pieces_of_their_own() {
     }
 }
 
-/// ISO 6336-1:2006, method B, at the rated load, with the linear contact. One pair is 5 % stiffer,
-/// the mean 17 % softer, since the bodies twist on bores as small as their shafts, which pairs
-/// share: two have 1.26 times the stiffness of one, the calibrated drive's 1.333.
+/// ISO 6336-1:2006, method B, at the rated load, with the linear contact. One pair is 5 % stiffer, the mean 17 %
+/// softer, because the bodies twist on bores as small as their shafts. Pairs share this twist: two have 1.26 times the
+/// stiffness of one; for the calibrated drive it is 1.333.
 #[test]
 fn levels_are_near_the_standard_s() {
     let gears = gears();
@@ -113,8 +113,9 @@ fn levels_are_near_the_standard_s() {
     assert!((double / alone - 1.333).abs() < 0.1);
 }
 
-/// The wedge's loaded length on independent slices goes with the root of the compliance: the loss is smaller than the
-/// calibrated drive's, whose mesh is stiffer. Where slices support each other less of the face bears.
+/// The wedge's loaded length on independent slices is proportional to the root of the compliance. The loss is smaller
+/// than that of the calibrated drive, whose mesh is stiffer. If slices support each other less, a shorter part of the
+/// face carries load.
 #[test]
 fn misalignment_costs_what_a_wedge_costs() {
     let gears = gears();
@@ -147,7 +148,7 @@ fn misalignment_costs_what_a_wedge_costs() {
     assert!(supported.mean_centre() < 1.1 * tilted.mean_centre());
 }
 
-/// A contact that stiffens makes the mesh softer at small loads, stiffer at large ones.
+/// A contact that stiffens makes the mesh softer at small loads and stiffer at large ones.
 #[test]
 fn flattening_flanks_stiffen() {
     let gears = gears();
@@ -168,15 +169,15 @@ fn flattening_flanks_stiffen() {
     }
 }
 
-/// Tip relief as long as the double-pair contact takes the jumps out of the transmission
-/// error at its design load.
+/// Tip relief with the length of the double-pair contact removes the jumps from the transmission error at its design
+/// load.
 #[test]
 fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let plain = gears();
     let jump = rated(&plain).peak_to_peak();
     let flanks = Flanks::new(&plain).unwrap();
     let length = (flanks.contact_ratio() - 1.0) * flanks.path().base_pitch;
-    // What the pair that comes finds open behind a pair alone in contact.
+    // The gap of the entering pair behind a single pair in contact.
     let coming = flanks.path().start;
     let coupling = flanks.body_coupling(coming, 1).unwrap();
     let own = flanks
@@ -208,8 +209,8 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     assert!((found / load.deflection - 1.0).abs() < 1e-9);
 }
 
-/// No pair of a real body takes load from another: small pinions, large wheels, thin and solid
-/// bodies, three pairs at once.
+/// No pair of a real body takes load from another: small pinions, large wheels, thin and solid bodies, three pairs at
+/// once.
 #[test]
 fn bodies_of_many_shapes_share_their_load() {
     for teeth in [[18, 18], [19, 48], [25, 120], [62, 62]] {
@@ -224,14 +225,14 @@ fn bodies_of_many_shapes_share_their_load() {
                 };
                 let root = |z: u32| gears.module * (f64::from(z) - 2.0 * dedendum);
                 gears.form.bore = teeth.map(|z| Some(root(z) / bore));
-                // Long teeth of small pinions are undercut, which is another matter.
+                // Long teeth of small pinions are undercut, which other tests cover.
                 let Ok(flanks) = Flanks::new(&gears) else {
                     assert!(addendum > 1.0, "{teeth:?}");
                     continue;
                 };
                 let table = table(&gears, |inputs| inputs.misalignment = vec![0.0, 5e-4]);
                 let three = table.share.chunks(3).any(|p| p[2] > 0.0);
-                // Tips touch before and after their time.
+                // Tips touch before and after the path of contact.
                 assert!(three || flanks.contact_ratio() < 2.0, "{teeth:?}");
                 for share in table.share.chunks(3) {
                     assert!((share.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -262,9 +263,9 @@ impl Uniform {
     }
 }
 
-/// Drawings at random: relief of a tenth of a micrometre to fifty, short and long, loads and
-/// misalignments over decades. Every table is within its tolerance of the law at places of its own, which is wider where
-/// slices of a face that bears unevenly support each other.
+/// Random drawings: relief from a tenth of a micrometre to fifty, short and long, loads and misalignments over decades.
+/// Every table is within its tolerance of the law at random positions. The tolerance is wider if slices of an unevenly
+/// loaded face support each other.
 #[test]
 fn relieved_drawings_follow_their_law() {
     let mut random = Uniform(0x9E37_79B9_7F4A_7C15);

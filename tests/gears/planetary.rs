@@ -1,4 +1,5 @@
-//! Planetary sets: published frequencies, an assembly of its own, phases, load sharing, balance of torques, what is refused.
+//! Planetary sets: published frequencies, an independent assembly, phases, load sharing, balance of torques, and
+//! refusals.
 
 use crate::common;
 use crate::trains::off_extended;
@@ -17,7 +18,7 @@ use std::path::Path;
 #[derive(Clone, Copy)]
 pub struct Member(pub [f64; 3]);
 
-/// A planetary set of rigid bodies whose ring is held by a spring.
+/// A planetary set of rigid bodies with a ring on a spring.
 #[derive(Clone)]
 pub struct Set {
     pub planets: usize,
@@ -38,7 +39,7 @@ pub struct Set {
     pub gyroscopic: bool,
     /// Speed of the sun \[rad/s\].
     pub speed: f64,
-    /// Stiffness of the sun's meshes and the ring's over their cycle, in place of the constant one.
+    /// Stiffness levels of the sun's meshes and the ring's over their cycle, instead of the constant one.
     pub levels: bool,
     /// Further keys of the planets.
     pub more: String,
@@ -87,7 +88,7 @@ impl Set {
         let module = 2.0 * self.radius * working.cos() / rack.cos() / (sun + planet);
         let bent = (involute(working) - involute(rack)) / (2.0 * rack.tan());
         let shift = 0.5 * (sun + planet) * bent;
-        // A hair less, so that round-off jams nothing.
+        // Slightly less, so that round-off does not jam the flanks.
         let hair = 1e-9;
         let of_ring = -(ring - planet) * bent - shift;
         (rack, module, [shift - hair, shift, of_ring - hair])
@@ -222,8 +223,8 @@ struct AllPublished {
     cooley_parker: Vec<Published>,
 }
 
-/// Each published frequency is there as often as its family says: once, twice, N − 3 times. The planets' own, and those
-/// beside the plane of the set, come on top.
+/// Each published frequency occurs as often as its family requires: once, twice, N − 3 times. The planets' own modes,
+/// and those out of the plane of the set, are additional.
 #[test]
 fn families_of_modes_are_the_published_ones() {
     let data = include_str!("../data/planetary-modes.toml");
@@ -255,7 +256,7 @@ fn families_of_modes_are_the_published_ones() {
                 for frequency in frequencies.iter().map(|frequency| frequency * unit) {
                     let near = |other: &&f64| (**other / frequency - 1.0).abs() < tolerance;
                     let count = found.iter().filter(near).count();
-                    // Coincidences with motions beside the plane only add to it.
+                    // Coincidences with motions out of the plane only increase the count.
                     assert!(
                         count >= times,
                         "{} planets: {frequency} {count}",
@@ -267,17 +268,17 @@ fn families_of_modes_are_the_published_ones() {
     }
 }
 
-/// The set in its plane, written down by hand: x, y and rotation of sun, carrier and ring, then of each planet, in the frame
-/// of the carrier.
+/// The set in its plane, assembled by hand: x, y and rotation of sun, carrier and ring, then of each planet, in the
+/// frame of the carrier.
 pub struct Plane {
     pub mass: DMatrix<f64>,
     /// All meshes open.
     pub stiffness: DMatrix<f64>,
     /// Coriolis terms.
     pub turning: DMatrix<f64>,
-    /// What drive and coast flank feel: of the sun's mesh with each planet, then of the ring's.
+    /// Participations of drive and coast flank: of the sun's mesh with each planet, then of the ring's.
     pub flanks: Vec<[DVector<f64>; 2]>,
-    /// The rotation that no contact feels.
+    /// The rotation without contact deflections.
     pub neutral: DVector<f64>,
 }
 
@@ -347,14 +348,15 @@ impl Plane {
     }
 }
 
-/// Outwards at a planet, and along its circle.
+/// Radial and tangential direction at a planet.
 pub fn directions(set: &Set, planet: usize) -> [[f64; 2]; 2] {
     let angle = TAU * planet as f64 / set.planets as f64;
     [[angle.cos(), angle.sin()], [-angle.sin(), angle.cos()]]
 }
 
-/// Along a line of action of a planet and a central gear: its first coordinate, base radius, and lean of its drive flanks.
-/// The sun turns forwards and pushes the planet's flank, the planet backwards and pushes the ring's.
+/// Participation along a line of action of a planet and a central gear: its first coordinate, base radius, and the
+/// inclination of its drive flanks. The sun rotates forwards and pushes the planet's flank, the planet backwards and
+/// pushes the ring's.
 fn flank(
     set: &Set,
     planet: usize,
@@ -371,12 +373,12 @@ fn flank(
         felt[own + axis] = -line;
     }
     felt[body + 2] = radius;
-    // Rolling in the carrier's frame, a planet turns against the sun and with the ring.
+    // Rolling in the carrier's frame, a planet rotates against the sun and with the ring.
     felt[own + 2] = lean * set.base_radii()[1];
     felt
 }
 
-/// Complex frequencies of the set by hand, every drive flank closed.
+/// Complex frequencies of the set by hand, with every drive flank closed.
 fn by_hand(set: &Set) -> Vec<(f64, f64)> {
     let Plane {
         mass,
@@ -391,8 +393,8 @@ fn by_hand(set: &Set) -> Vec<(f64, f64)> {
     frequencies_beside(&neutral, mass, &stiffness, turning)
 }
 
-/// Complex frequencies where the rotation that no contact feels takes no part in Coriolis terms: only its momentum would
-/// hold the mean speed.
+/// Complex frequencies without the rotation that has no contact deflection in the Coriolis terms: only its momentum
+/// would conserve the mean speed.
 pub fn frequencies_beside(
     neutral: &DVector<f64>,
     mass: DMatrix<f64>,
@@ -409,7 +411,7 @@ pub fn frequencies_beside(
 
 /// Frequencies \[Hz\], ascending, and growths \[1/s\] of `q'' + D q' + K q = 0` that are not zero.
 fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f64)> {
-    // In a unit of time that makes the parts of the companion matrix alike.
+    // In a unit of time that makes the parts of the companion matrix similar in size.
     let (n, unit) = (stiffness.nrows(), 1e4);
     let parts = [-stiffness / (unit * unit), -damping / unit];
     let mut companion = DMatrix::zeros(2 * n, 2 * n);
@@ -426,7 +428,7 @@ fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f6
     found
 }
 
-/// The same of the modes of a train, all drive flanks closed.
+/// The same for the modes of a train, with all drive flanks closed.
 pub fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
     let structure = build::structure(&job(text).points.at(0).model).unwrap();
     let n = structure.modes();
@@ -449,7 +451,7 @@ pub fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
     frequencies(&stiffness, &turning)
 }
 
-/// The train is the set written down by hand, at rest and in the turning frame, where Coriolis terms split the pairs.
+/// The train equals the set assembled by hand, at rest and in the rotating frame, where Coriolis terms split the pairs.
 #[test]
 fn a_set_is_that_of_an_assembly_by_hand() {
     for (planets, gyroscopic, speed) in [(3, false, 100.0), (4, true, 800.0), (5, true, 3000.0)] {
@@ -477,7 +479,7 @@ fn a_set_is_that_of_an_assembly_by_hand() {
     }
 }
 
-/// Of a rattling set the events, states and energy are those of extended precision; both kernels agree.
+/// For a rattling set, events, states and energy agree with extended precision; both kernels agree.
 #[test]
 fn sets_rattle_exactly() {
     for (planets, gyroscopic) in [(3, false), (4, true)] {
@@ -513,7 +515,7 @@ fn sets_rattle_exactly() {
     follows_volterra("three planets", &model, &kernel);
 }
 
-/// On average sun and ring bear what torque asks for, all planets together, and the carrier the sum.
+/// On average sun and ring carry the force from their torque, all planets together, and the carrier the sum.
 #[test]
 fn torques_balance() {
     let set = Set {
@@ -554,8 +556,8 @@ fn at_rest(model: &Model, planets: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A pin ahead of its place: the planets share the load as the closed form says (Bodas & Kahraman 2004, Singh 2010): a floating
-/// sun shares equally between three planets, and between four it sets one pair against the other.
+/// A pin ahead of its position: the planets share the load according to the closed form (Bodas & Kahraman 2004, Singh
+/// 2010). A floating sun shares equally between three planets, and between four it loads one pair more than the other.
 #[test]
 fn planets_share_the_load() {
     let error = 5e-6;
@@ -589,7 +591,7 @@ fn planets_share_the_load() {
         let cos = set.pressure_angle.to_radians().cos();
         let path = 2.0 * cos / (2.0 / set.stiffness + 4.0 * cos * cos / set.planet.0[2]);
         for (planet, (force, share)) in at_rest(&model, planets).iter().zip(shares).enumerate() {
-            // The carrier is driven: a planet whose pin is ahead gives way.
+            // The carrier is driven: a planet whose pin is ahead gets less load.
             let expected = 100.0 / (planets as f64 * radius) - path * error * share;
             let unit = path * error;
             assert!(
@@ -600,7 +602,8 @@ fn planets_share_the_load() {
     }
 }
 
-/// What the stiffness of the sun's meshes does to the sun at a harmonic, as net force and net torque per unit of one mesh.
+/// Excitation of the sun at a harmonic by the stiffness of its meshes, as net force and net torque per unit of one
+/// mesh.
 fn excitation(model: &Model, planets: usize, harmonic: usize) -> [f64; 2] {
     const SAMPLES: usize = 240;
     let mut sums = [[0.0; 2]; 3];
@@ -625,8 +628,8 @@ fn excitation(model: &Model, planets: usize, harmonic: usize) -> [f64; 2] {
     [size(sums[1]).hypot(size(sums[2])), size(sums[0])]
 }
 
-/// Which harmonics push the sun aside and which turn it follows from `l z_s mod N` alone (Parker 2000, Kahraman & Blankenship
-/// 1994); the others cancel.
+/// Whether a harmonic pushes the sun aside or rotates it follows from `l z_s mod N` alone (Parker 2000, Kahraman &
+/// Blankenship 1994); the others cancel.
 #[test]
 fn phases_of_planets_cancel_harmonics() {
     for (planets, teeth) in [
@@ -657,7 +660,7 @@ fn phases_of_planets_cancel_harmonics() {
     }
 }
 
-/// In phase, nothing pushes the sun aside: it stays on its axis while the set runs.
+/// In phase, no net force acts on the sun: it stays on its axis while the set runs.
 #[test]
 fn planets_in_phase_keep_the_sun_in_place() {
     let set = Set {
@@ -689,7 +692,7 @@ fn planets_in_phase_keep_the_sun_in_place() {
     assert!(planet > 1e-7);
 }
 
-/// What cannot be assembled is told with numbers and a remedy, before anything runs.
+/// Impossible assemblies are reported with numbers and a remedy, before anything runs.
 #[test]
 fn sets_that_do_not_fit_are_refused() {
     let good = Set::lin_parker(3).text();
@@ -773,7 +776,7 @@ fn sets_that_do_not_fit_are_refused() {
     }
 }
 
-/// A mesh cycle of the set is one of the carrier's frame: the sun's speed less the carrier's.
+/// A mesh cycle of the set is one in the carrier's frame: the sun's speed minus the carrier's.
 #[test]
 fn the_mesh_period_is_that_of_the_carriers_frame() {
     let model = Set::lin_parker(3).model();
@@ -781,12 +784,13 @@ fn the_mesh_period_is_that_of_the_carriers_frame() {
     assert!((model.period() * frequency - 1.0).abs() < 1e-12);
 }
 
-/// Planets fly outwards: their bearings hold `m Ω_c² r` at rest, and nothing else feels it.
+/// Centrifugal forces of planets: their bearings carry `m Ω_c² r` at rest, and nothing else does.
 #[test]
 fn bearings_hold_what_flies_outwards() {
     let set = Set {
         gyroscopic: true,
-        // At 1500 rad/s the planets would be pressed into the ring until both flanks of their teeth touch.
+        // At 1500 rad/s centrifugal forces would press the planets into the ring until both flanks of their teeth
+        // touch.
         speed: 1000.0,
         ..Set::lin_parker(3)
     };
@@ -811,7 +815,7 @@ fn bearings_hold_what_flies_outwards() {
     };
     let pull = 0.66 * 200.0_f64.powi(2) * set.radius;
     let (spinning, still) = (radial(&spinning), radial(&still));
-    // A planet that has moved outwards on its bearing flies a little harder.
+    // A planet displaced outwards on its bearing has a slightly larger centrifugal force.
     let more = 1.0 / (1.0 - 0.66 * 200.0_f64.powi(2) / 1e8);
     for (place, part) in [1.0, 0.0, -0.5, 0.0].into_iter().enumerate() {
         let found = spinning[place] - still[place];
@@ -823,8 +827,9 @@ fn bearings_hold_what_flies_outwards() {
     }
 }
 
-/// With its phase left to the drawing, a planet's tooth touches sun and ring as it does when both flanks are drawn: the ring's
-/// flank passes its pitch point when the planet has turned from the sun's by the angle between both flanks of its tooth.
+/// If the drawing determines its phase, a planet's tooth touches sun and ring as in a drawing of both flanks: the
+/// ring's flank passes its pitch point when the planet has rotated from the sun's by the angle between both flanks of
+/// its tooth.
 #[test]
 fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
     for teeth in [[24, 36, 96], [23, 37, 97], [40, 25, 90]] {
@@ -844,7 +849,7 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
         let gearatlas::shaft::MeshLaw::Own(flanks) = &train.meshes[0].law else {
             panic!("the mesh of the ring");
         };
-        // Along both lines of action, in base pitches: what the planet turns is what its base circle rolls off.
+        // Along both lines of action, in base pitches: the planet's rotation is what its base circle rolls off.
         let [_, base, ring] = set.base_radii();
         let (rack, module, shifts) = set.rack();
         let pitch = std::f64::consts::PI * module * rack.cos();
@@ -853,7 +858,8 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
         let tip = 0.5 * module * f64::from(teeth[2]) - module * (1.0 + shifts[2]);
         let start = (tip * tip - ring * ring).sqrt() - set.radius * working.sin();
         let ring_path = (base * working.tan() - start) / pitch;
-        // From the flank at the sun's pitch point to the other flank at the ring's: half a turn less a tooth, in pitches.
+        // From the flank at the sun's pitch point to the other flank at the ring's: half a revolution minus a tooth, in
+        // pitches.
         let tooth = train.pair.operating_thickness(1).unwrap() * working.cos() / pitch;
         let turns = 0.5 * f64::from(teeth[1]) - tooth;
         let expected = (ring_path - (sun_path + turns)).rem_euclid(1.0);
@@ -866,8 +872,8 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
     }
 }
 
-/// A planet that no closed contact holds has a frequency of round-off in the coordinates of closed modes, where its rate
-/// must not count as the amplitude of a wave: the round-off of margins would hide events.
+/// A planet without a closed contact has a frequency at round-off in the coordinates of closed modes. Its rate must not
+/// count as the amplitude of a wave, because the round-off of margins would hide events.
 #[test]
 fn closed_modes_see_loose_planets_come() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");
@@ -893,7 +899,7 @@ fn closed_modes_see_loose_planets_come() {
     assert!(events > 100, "{events}");
 }
 
-/// Where the first planet stands is of no account: phases count from it.
+/// The position of the first planet is irrelevant: phases count from it.
 #[test]
 fn phases_count_from_the_first_planet() {
     let set = Set {

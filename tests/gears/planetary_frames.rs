@@ -1,4 +1,4 @@
-//! Planetary sets by who drives, what is held, and what stands beside them.
+//! Planetary sets with different driving and fixed members, and with other parts of a train.
 
 use crate::planetary::{Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal};
 use gearatlas::manifest::{self, StructureSource};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The shafts of sun, carrier and ring.
 const SHAFTS: [&str; 3] = ["input", "carrier", "annulus"];
 
-/// A set by its members that drive, are driven and are held, 0 the sun, 1 the carrier, 2 the ring.
+/// A set with its driving, driven and fixed members: 0 the sun, 1 the carrier, 2 the ring.
 fn text(set: &Set, [driver, driven, held]: [usize; 3]) -> String {
     let name = |member: usize| format!("name = \"{}\"\n", SHAFTS[member]);
     set.text()
@@ -60,7 +60,7 @@ pub fn at_rest(model: &Model) -> Vec<f64> {
         .collect()
 }
 
-/// Whoever drives, whatever is held: torques are as `z_s : z_r : −(z_s + z_r)`, they balance, and so does power.
+/// For any driving and fixed member: torques have the ratio `z_s : z_r : −(z_s + z_r)` and balance, and so does power.
 #[test]
 fn any_member_may_drive() {
     let set = Set::lin_parker(3);
@@ -81,10 +81,10 @@ fn any_member_may_drive() {
         assert_eq!((speeds[driver].abs(), speeds[held]), (1.0, 0.0));
         let willis = zs * speeds[0] + zr * speeds[2] - (zs + zr) * speeds[1];
         let model = model(&job(&text));
-        // Without backlash the angle follows from the shifts, which leave the backlash of a hair.
+        // Without backlash the angle follows from the shifts, apart from their small safety backlash.
         let angle = train(&text).pair.operating_pressure_angle().unwrap();
         let sun = set.radius * zs / (zs + f64::from(set.teeth[1])) * angle.cos();
-        // The carrier's frame sees z teeth of the sun pass a turn.
+        // In the carrier's frame z teeth of the sun pass per revolution.
         let rolling = speeds[0] - speeds[1];
         let cycles = model.period() * zs * rolling * set.speed / TAU - 1.0;
         let forces = at_rest(&model);
@@ -105,12 +105,12 @@ fn any_member_may_drive() {
         );
         assert!(willis.abs() < 1e-12 && cycles.abs() < 1e-14 && rolling > 0.0);
         assert!(off < 1e-12 && drives.abs() < 1e-12 && power.abs() < 1e-12);
-        // Where the sun drives its drive flanks bear, where it is driven or held by the carrier its coast flanks.
+        // If the sun drives, its drive flanks carry load; if it is driven or held by the carrier, its coast flanks.
         assert!(forces[..3].iter().all(|force| (force * torques[0]) > 0.0));
     }
 }
 
-/// A set on which the carrier drives is the one on which the sun is loaded backwards.
+/// A set with a driving carrier equals one with a backward load on the sun.
 #[test]
 fn a_carrier_that_drives_is_a_sun_that_brakes() {
     let set = Set {
@@ -135,7 +135,7 @@ fn a_carrier_that_drives_is_a_sun_that_brakes() {
     }
 }
 
-/// A member that is held cannot drive.
+/// A fixed member cannot drive.
 #[test]
 fn a_driver_that_is_held_is_refused() {
     let set = Set::lin_parker(3);
@@ -146,7 +146,7 @@ fn a_driver_that_is_held_is_refused() {
     );
 }
 
-/// A set with a carrier that does not move, and a bearing of the sun that is unlike in x and y.
+/// A set with a fixed carrier, and a bearing of the sun that differs in x and y.
 fn star(set: &Set) -> String {
     let whole = text(set, [0, 2, 1]);
     let (before, rest) = whole
@@ -169,7 +169,7 @@ fn star(set: &Set) -> String {
         )
 }
 
-/// The same as shafts with axes in space, no carrier, and the meshes one by one.
+/// The same as shafts with axes in space, without a carrier, with the meshes one by one.
 fn plain(set: &Set) -> String {
     let whole = star(set);
     let (before, rest) = whole.split_once("[[train.planetary]]").unwrap();
@@ -219,11 +219,11 @@ fn plain(set: &Set) -> String {
     format!("{out}[mesh]{end}")
 }
 
-/// What is done to the manifests of a set and of its plain train.
+/// A change of the manifests of a set and of its plain train.
 type Change<'a> = &'a dyn Fn(String) -> String;
 
-/// Where the carrier is held the set is a plain train: unequal bearings, rolling elements, stops across the axis and a housing
-/// may stand there.
+/// With a fixed carrier the set is a plain train, which allows unequal bearings, rolling elements, stops across the
+/// axis and a housing.
 #[test]
 fn a_set_whose_carrier_is_held_is_a_plain_train() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("housing-star");
@@ -247,7 +247,7 @@ fn a_set_whose_carrier_is_held_is_a_plain_train() {
     let stopped = |text: String| {
         text + "[[train.stop]]\nshaft = \"input\"\nat = 0\ndirection = [1, 0, 0]\ngap = \"1 um\"\nstiffness = 1e8\n"
     };
-    // Of one planet the sun loads its bearing.
+    // With one planet the sun loads its bearing.
     let cases: [(&str, usize, Change<'_>); 4] = [
         ("unequal", 3, &unequal),
         ("balls", 1, &balls),
@@ -275,7 +275,7 @@ fn a_set_whose_carrier_is_held_is_a_plain_train() {
     }
 }
 
-/// Where the carrier turns what is not round is refused, with the reason and what to do.
+/// If the carrier rotates, parts that are not isotropic are refused, with the reason and a remedy.
 #[test]
 fn what_the_turning_frame_would_see_turn_is_refused() {
     let good = Set::lin_parker(3).text();
@@ -289,16 +289,16 @@ fn what_the_turning_frame_would_see_turn_is_refused() {
     job(&(good + &stop.replace("[1, 0, 0]", "[0, 0, 1]")));
 }
 
-/// Bearings of the stage beside a set: unequal, for it stands in the frame of space \[N/m\].
+/// Bearings of the stage before a set: unequal, because it is in the frame of space \[N/m\].
 const BEARINGS: [f64; 2] = [2e8, 0.7e8];
 
-/// Twist of the coupling behind the stage \[N m/rad\].
+/// Twist of the coupling after the stage \[N m/rad\].
 const TWIST: f64 = 3e5;
 
 /// Masses \[kg\] and inertias \[kg m²\] of pinion and wheel of the stage.
 const BODIES: [[f64; 2]; 2] = [[0.5, 2e-4], [3.0, 8e-3]];
 
-/// A set behind a stage of 20 and 60 teeth, whose wheel is coupled to the sun.
+/// A set after a stage of 20 and 60 teeth, whose wheel is coupled to the sun.
 fn with_stage(set: &Set) -> String {
     let shaft = |name: &str, x: f64, (gear, teeth): (&str, u32), [mass, inertia]: [f64; 2]| {
         let [kx, ky] = BEARINGS;
@@ -327,8 +327,8 @@ fn with_stage(set: &Set) -> String {
         )
 }
 
-/// Its frequencies by hand \[Hz\]: the plane of the set in the frame of the carrier, x, y and rotation of pinion and wheel in
-/// the frame of space behind it.
+/// Its frequencies by hand \[Hz\]: the plane of the set in the frame of the carrier, then x, y and rotation of pinion
+/// and wheel in the frame of space.
 fn with_stage_by_hand(set: &Set) -> Vec<(f64, f64)> {
     let plane = Plane::of(set);
     let n = plane.mass.nrows();
@@ -343,7 +343,7 @@ fn with_stage_by_hand(set: &Set) -> Vec<(f64, f64)> {
         }
         mass[(at + 2, at + 2)] = inertia;
     }
-    // The wheel turns forwards with the sun, the pinion backwards and upwards where it meets the wheel.
+    // The wheel rotates forwards with the sun; the pinion rotates backwards, and upwards where it meets the wheel.
     let (sin, cos) = 20_f64.to_radians().sin_cos();
     let mut mesh = DVector::zeros(n + 6);
     let line = [-sin, cos, -0.02 * cos, sin, -cos, -0.06 * cos];
@@ -405,7 +405,7 @@ fn a_stage_beside_a_set_keeps_the_frame_of_space() {
     }
 }
 
-/// Gears beside a set need a shaft of their own, and planets are the first mesh.
+/// Gears beside a set need a separate shaft, and planets are the first mesh.
 #[test]
 fn gears_on_shafts_that_turn_with_the_frame_are_refused() {
     let good = with_stage(&Set::lin_parker(3));

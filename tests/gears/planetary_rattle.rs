@@ -1,5 +1,5 @@
-//! Planetary sets that rattle, against an integrator that shares nothing with the kernels: over twenty cycles, written down
-//! by hand, and with more than 64 contacts.
+//! Planetary sets in rattle, compared with an independent integrator: over twenty cycles, with a set assembled by hand,
+//! and with more than 64 contacts.
 
 use crate::common;
 use crate::planetary::{Plane, Set, directions, job, model};
@@ -13,25 +13,25 @@ use gearatlas::structure::{FlankParticipation, ModalStructure};
 use gearatlas::sweep::build;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// How far pins stand ahead of their places \[m\].
+/// Displacement of pins ahead of their positions \[m\].
 const PINS: [f64; 4] = [8e-6, 0.0, 3e-6, 0.0];
 
-/// Imposed on all meshes of the sun \[m\].
+/// Error of all meshes of the sun \[m\].
 const ERROR: f64 = 5e-6;
 
-/// What is compared after some cycles.
+/// Comparison after some cycles.
 pub struct Compared {
     /// Distance of the states, in half gaps.
     pub apart: f64,
-    /// Largest distance of the times of an event, in cycles.
+    /// Largest difference of the times of an event, in cycles.
     pub late: f64,
     /// Contacts that opened or closed, in order.
     pub events: Vec<usize>,
-    /// By how much a displacement has grown.
+    /// Growth of a displacement.
     pub growth: f64,
 }
 
-/// `volterra` against the reference, which must meet the same events.
+/// Compares `volterra` with the reference, which must have the same events.
 pub fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared {
     let mut seen = Events::default();
     let (end, _) = advance_with(&volterra(model), start, cycles, &mut seen);
@@ -61,7 +61,7 @@ pub fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared 
     }
 }
 
-/// Over twenty cycles in which planets leave sun and ring, at rest and in the turning frame.
+/// Twenty cycles in which planets separate from sun and ring, at rest and in the rotating frame.
 #[test]
 fn twenty_cycles_are_those_of_the_reference() {
     for (planets, gyroscopic) in [(3, false), (3, true), (4, true)] {
@@ -77,13 +77,13 @@ fn twenty_cycles_are_those_of_the_reference() {
         );
         assert!(found.events.len() > 20);
         assert!(found.apart < 1e-10, "{:e}", found.apart);
-        // What a round-off of the start becomes.
+        // Growth of a round-off of the start.
         let grown = 1e-12 * found.growth;
         assert!(found.late < grown, "{:e} {grown:e}", found.late);
     }
 }
 
-/// A fifth of the way to where [`disturbed`] starts, from which motion grows little.
+/// A fifth of the way to the start of [`disturbed`], from which motion grows little.
 pub fn hardly_disturbed(model: &Model) -> TrajectoryState {
     let rest = model.start(&InitialState::Static).state;
     let far = disturbed(model).state;
@@ -94,7 +94,7 @@ pub fn hardly_disturbed(model: &Model) -> TrajectoryState {
     TrajectoryState::new(model, state.collect(), 0)
 }
 
-/// A set on which all planets rattle lightly.
+/// A set in which all planets rattle lightly.
 fn rattling(planets: usize, gyroscopic: bool) -> Set {
     Set {
         gyroscopic,
@@ -105,7 +105,8 @@ fn rattling(planets: usize, gyroscopic: bool) -> Set {
     }
 }
 
-/// The model of a set by hand, of constant stiffness, without gyroscopic terms: modes, loads and flanks of [`Plane`].
+/// The model of a set by hand, with constant stiffness and without gyroscopic terms: modes, loads and flanks of
+/// [`Plane`].
 fn by_hand(set: &Set, of_train: &ModalStructure, load: f64) -> Model {
     let Plane {
         mass,
@@ -125,7 +126,7 @@ fn by_hand(set: &Set, of_train: &ModalStructure, load: f64) -> Model {
     order.sort_by(|&a, &b| eigenvalues[a].total_cmp(&eigenvalues[b]));
     let is_rigid = |mode: &&usize| eigenvalues[**mode] < 1e-6 * eigenvalues.amax();
     let rigid = order.iter().filter(is_rigid).count();
-    // The neutral rotation first, and what is left of the rigid ones.
+    // The neutral rotation first, then the remaining rigid ones.
     let mut shapes: Vec<DVector<f64>> = vec![neutral.component_mul(&roots).normalize()];
     for &mode in &order {
         let mut own = eigenvectors.column(mode).into_owned();
@@ -164,7 +165,7 @@ fn by_hand(set: &Set, of_train: &ModalStructure, load: f64) -> Model {
         lever: vec![0.0; n],
         residual_flexibility: 0.0,
     });
-    // What the contacts bear is the train's; what they feel is not.
+    // The contacts have the train's laws, but not its participations.
     structure.contacts = of_train.contacts.clone();
     let further = flanks[1..]
         .iter()
@@ -190,7 +191,7 @@ fn by_hand(set: &Set, of_train: &ModalStructure, load: f64) -> Model {
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// Forces of the springs of pins that stand ahead of their places.
+/// Forces of the springs of pins that are ahead of their positions.
 fn pin_forces(set: &Set) -> DVector<f64> {
     let mut forces = DVector::zeros(3 * (3 + set.planets));
     for (planet, error) in PINS[..set.planets].iter().enumerate() {
@@ -218,7 +219,8 @@ fn deflections(model: &Model, state: &TrajectoryState) -> Vec<f64> {
         .collect()
 }
 
-/// The train by its kernel is the set by hand by the reference: assembly, modes and integration are twofold.
+/// The train with its kernel agrees with the set by hand with the reference: assembly, modes and integration are
+/// independent.
 #[test]
 fn twenty_cycles_are_those_of_a_set_by_hand() {
     let set = Set {
@@ -259,7 +261,8 @@ fn twenty_cycles_are_those_of_a_set_by_hand() {
     assert!(apart < 1e-10, "{apart:e}");
 }
 
-/// Sixteen planets, a clutch with a stage and thrust washers: 82 contacts, of which those behind the 64th open and close.
+/// Sixteen planets, a clutch with a stage and thrust washers: 82 contacts, of which those after the 64th open and
+/// close.
 #[test]
 fn more_than_64_contacts_are_those_of_the_reference() {
     let set = Set {

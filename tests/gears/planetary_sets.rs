@@ -1,4 +1,4 @@
-//! Two planetary sets in one train: speeds, balance, frequencies by hand, rattle, and what is refused.
+//! Two planetary sets in one train: speeds, balance, frequencies by hand, rattle, and refusals.
 
 use crate::planetary::{Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal};
 use crate::planetary_frames::{at_rest, train};
@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 /// Twist of the coupling between both sets \[N m/rad\].
 const TWIST: f64 = 4e5;
 
-/// The names of the second set are those of the first and this.
+/// Suffix of the names of the second set.
 const SECOND: &str = " b";
 
 /// The shafts of a set.
@@ -53,7 +53,7 @@ fn speeds(text: &str) -> impl Fn(&str) -> f64 {
     move |name| all.iter().find(|(own, _)| own == name).unwrap().1
 }
 
-/// Another set of other teeth and three planets.
+/// A set with other teeth and three planets.
 fn other() -> Set {
     Set {
         teeth: [36, 27, 90],
@@ -78,14 +78,14 @@ fn speeds_follow_from_all_teeth() {
     close(speed("planet b 1"), carrier - (sun - carrier) * 36.0 / 27.0);
     assert_eq!([speed("annulus"), speed("annulus b")], [0.0; 2]);
 
-    // One ring held, the other driven by the first sun: 126 carrier = 36/5 + 90.
+    // One ring fixed, the other driven by the first sun: 126 carrier = 36/5 + 90.
     let driven = text.replace(
         "[\"annulus b\", \"housing b\"]",
         "[\"annulus b\", \"input\"]",
     );
     close(speeds(&driven)("carrier b"), (36.0 / 5.0 + 90.0) / 126.0);
 
-    // A split: both suns drive, the first carrier turns the second ring.
+    // A split: both suns drive, the first carrier rotates the second ring.
     let split = text
         .replace("[\"carrier\", \"input b\"]", "[\"input\", \"input b\"]")
         .replace(
@@ -107,7 +107,7 @@ fn the_ratio_of_a_wind_turbine_is_that_of_its_teeth() {
     close(speed("generator shaft"), -ratio * speed("rotor"));
 }
 
-/// Each set multiplies the torque by its ratio, and all members together take no power.
+/// Each set multiplies the torque by its ratio, and the sum of the power of all members is zero.
 #[test]
 fn torques_and_power_balance() {
     let sets = [Set::lin_parker(3), other()];
@@ -122,7 +122,7 @@ fn torques_and_power_balance() {
     assert_eq!(own.mesh_names()[9], "sun b and planet b 1");
     let mut power = 0.0;
     let mut driving = 100.0;
-    // Meshes stand as the manifest names them: first the first sun's, then rings and suns of the sets.
+    // The order of meshes is that of the manifest: first the first sun's, then rings and suns of the sets.
     for (set, angle, [sun, ring], end) in [
         (&sets[0], angles[0], [0, 3], ""),
         (&sets[1], angles[1], [9, 6], SECOND),
@@ -146,7 +146,7 @@ fn torques_and_power_balance() {
     assert!(power.abs() < 1e-12 * 100.0);
 }
 
-/// A coupling that is next to none leaves each set its own frequencies.
+/// With a very soft coupling each set has its own frequencies.
 #[test]
 fn softly_joined_sets_are_those_alone() {
     let sets = [Set::lin_parker(4), other()];
@@ -199,7 +199,7 @@ fn by_hand(sets: [&Set; 2], ratio: f64) -> Vec<(f64, f64)> {
     frequencies_beside(&neutral, mass, &stiffness, turning)
 }
 
-/// The train is both sets written down by hand, at rest and in two turning frames.
+/// The train equals both sets assembled by hand, at rest and in two rotating frames.
 #[test]
 fn two_sets_are_those_of_an_assembly_by_hand() {
     for (gyroscopic, speed) in [(false, 100.0), (true, 800.0), (true, 2500.0)] {
@@ -230,7 +230,7 @@ fn two_sets_are_those_of_an_assembly_by_hand() {
     }
 }
 
-/// Of two coupled sets that rattle the events and states are those of the reference.
+/// For two coupled sets in rattle, events and states agree with the reference.
 #[test]
 fn two_sets_rattle_as_the_reference_says() {
     for gyroscopic in [false, true] {
@@ -258,7 +258,7 @@ fn two_sets_rattle_as_the_reference_says() {
     }
 }
 
-/// Both sets have the phases of their own gears: those of the second are counted in the sense in which its sun rolls.
+/// Both sets have the phases of their gears: those of the second are counted in the rolling direction of its sun.
 #[test]
 fn phases_are_those_of_each_set() {
     let set = Set {
@@ -289,7 +289,7 @@ fn phases_are_those_of_each_set() {
     let [first, second] =
         ["planet 1 and ring", "planet b 1 and ring b"].map(|name| phases(&own, name));
     assert!((first[0] - second[0]).abs() < 1e-12);
-    // Of a second sun that rolls backwards the planets come in the other order.
+    // If a second sun rolls backwards, the planets come in the other order.
     let back = text
         .replace("[\"carrier\", \"input b\"]", "[\"annulus\", \"input b\"]")
         .replace("[\"annulus\", \"housing\"]", "[\"carrier\", \"housing\"]");
@@ -297,7 +297,7 @@ fn phases_are_those_of_each_set() {
     assert!((turned[1] - 1.0 / 3.0).abs() < 1e-12 && (turned[2] - 2.0 / 3.0).abs() < 1e-12);
 }
 
-/// Two pairs of gears of unlike ratios between the second carrier and a layshaft.
+/// Two pairs of gears of different ratios between the second carrier and a layshaft.
 const LOCKED: &str = "[[train.shaft]]\nname = \"layshaft\"\nmotion = \"rotation\"\norigin = [0.08, 0, 0]\ngears = [\
     { name = \"a\", at = 0, teeth = 20, module = \"2 mm\", width = \"20 mm\" }, \
     { name = \"c\", at = 0, teeth = 40, module = \"2 mm\", width = \"20 mm\" }]\n\
@@ -311,7 +311,7 @@ const LOCKED: &str = "[[train.shaft]]\nname = \"layshaft\"\nmotion = \"rotation\
     [[train.mesh]]\ngears = [\"c\", \"d\"]\nhalf_gap = 1e-5\nstiffness = 1e8\n\
     [[train.planetary]]";
 
-/// What two sets make impossible is refused with the members and what to do.
+/// Impossible combinations of two sets are refused with the members and a remedy.
 #[test]
 fn faults_of_two_sets_are_told() {
     let good = two([&Set::lin_parker(3), &other()], TWIST);
@@ -393,7 +393,7 @@ fn faults_of_two_sets_are_told() {
         let said = refusal(&text);
         assert!(said.contains(told), "{told}: {said}");
     }
-    // Without a distance of the pins and a mesh that gives it.
+    // Without a distance of the pins or a mesh that determines it.
     let (before, after) = good.rsplit_once("radius = ").unwrap();
     let (_, after) = after.split_once('\n').unwrap();
     let unplaced = format!("{before}{after}");
@@ -407,7 +407,7 @@ fn faults_of_two_sets_are_told() {
     );
 }
 
-/// Sets on one carrier share its frame, and a shaft that does not move is the same in all.
+/// Sets on one carrier share its frame, and a fixed shaft is the same in all.
 #[test]
 fn sets_of_one_speed_share_a_frame() {
     let set = Set::lin_parker(3);
@@ -426,7 +426,7 @@ fn sets_of_one_speed_share_a_frame() {
     ));
 }
 
-/// Meshes that repeat together after more than ten thousand cycles are refused with this number.
+/// Meshes with a common period of more than ten thousand cycles are refused with this number.
 #[test]
 fn the_common_period_has_a_limit() {
     let set = Set {

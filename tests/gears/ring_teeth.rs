@@ -1,5 +1,5 @@
-//! The mesh of a gear in a ring from the drawing: teeth on the ring against plane finite elements
-//! (`tests/data/ring-tooth-fe.toml`, made by `scripts/records/record_ring_tooth_fe.py`), geometry, limits, printed
+//! The mesh of a gear in a ring from the drawing: teeth on the ring compared with plane finite elements
+//! (`tests/data/ring-tooth-fe.toml`, made by `scripts/records/record_ring_tooth_fe.py`), geometry, limits, published
 //! stiffness, and meshes of planets.
 
 use crate::common;
@@ -12,9 +12,9 @@ use gearatlas::manifest::{self, StructureSource};
 use gearatlas::shaft::MeshLaw;
 use std::path::Path;
 
-/// Tooth and ring are within 0.5 % of the elements in plane stress and strain, and within 3 % where the force crosses the
-/// centre line of the tooth beyond the root circle, nearest to the root. Neighbours are within 1 % of what
-/// the loaded tooth gives.
+/// Tooth and ring agree with the elements within 0.5 % in plane stress and strain, and within 3 % where the force
+/// crosses the centre line of the tooth beyond the root circle, nearest to the root. Neighbours agree within 1 % of the
+/// displacement of the loaded tooth.
 #[test]
 fn a_whole_ring_in_finite_elements() {
     let file: toml::Table = include_str!("../data/ring-tooth-fe.toml").parse().unwrap();
@@ -64,7 +64,7 @@ fn a_whole_ring_in_finite_elements() {
             within(value, own, if beyond { 3e-2 } else { 5e-3 });
         }
         for ((&roll, coupling), own) in rolls.iter().zip(coupling).zip(column("own")) {
-            // Elements go on beyond the pinion's tip.
+            // Elements continue beyond the pinion's tip.
             let Some([_, coupled]) = flanks.body_coupling(position(roll), 1) else {
                 continue;
             };
@@ -107,7 +107,7 @@ fn rings() -> Vec<GearPair> {
     ]
 }
 
-/// Path of contact, backlash and symmetry are those of the internal pair, and the path ends where the tips are.
+/// Path of contact, backlash and symmetry are those of the internal pair, and the path ends at the tips.
 #[test]
 fn geometry_is_that_of_the_internal_pair() {
     for pair in rings() {
@@ -129,7 +129,7 @@ fn geometry_is_that_of_the_internal_pair() {
         for s in [path.start, 0.3 * path.end, path.end] {
             let [one, two] = flanks.roll(s);
             let [r1, r2] = [0, 1].map(|gear| flanks.teeth[gear].base_radius.abs());
-            // Both flanks touch at one place of the line of action, and the concave one bends less.
+            // Both flanks touch at one point of the line of action, and the concave one has less curvature.
             close(
                 r2 * two - r1 * one,
                 flanks.centre_distance.abs() * flanks.pressure_angle.sin(),
@@ -146,8 +146,8 @@ fn geometry_is_that_of_the_internal_pair() {
     }
 }
 
-/// Fillet and involute of a ring meet without a corner, the fillet is tangent to the root circle, and its points follow its
-/// derivative.
+/// Fillet and involute of a ring meet without a corner, the fillet is tangent to the root circle, and its points agree
+/// with its derivative.
 #[test]
 fn the_profile_of_a_ring_is_smooth() {
     for pair in rings() {
@@ -172,8 +172,8 @@ fn the_profile_of_a_ring_is_smooth() {
     }
 }
 
-/// Far out a ring moves as a plate under a force does (Kelvin): twice the diameter gives `(3 − ν)(1 + ν) ln 2/(4 π E)` more,
-/// and neighbours as much.
+/// A large ring deforms like a plate under a force (Kelvin): twice the diameter adds `(3 − ν)(1 + ν) ln 2/(4 π E)`, and
+/// the same for neighbours.
 #[test]
 fn a_thick_ring_moves_as_a_plate() {
     let nu = 0.3;
@@ -193,13 +193,13 @@ fn a_thick_ring_moves_as_a_plate() {
     );
     let [near, far] = [&one, &two].map(|flanks| flanks.body_coupling(start, 1).unwrap()[1]);
     assert!(((far - near) / expected - 1.0).abs() < 1e-3);
-    // The teeth do not know.
+    // The compliance of the teeth is unchanged.
     assert_eq!(one.compliance(start).tooth, two.compliance(start).tooth);
     assert!(with(0.27).compliance(start).total() < one.compliance(start).total());
 }
 
-/// Mean stiffness over the mesh cycle beside ISO 6336's c_γα of the planets and rings of the NREL 5 MW gearbox, which
-/// takes a rim into account and reduces theory to 0.8 by measurements: 16.063 and 20.563 N/(mm µm).
+/// Mean stiffness over the mesh cycle compared with ISO 6336's c_γα of the planets and rings of the NREL 5 MW gearbox,
+/// which considers a rim and reduces theory to 0.8 by measurements: 16.063 and 20.563 N/(mm µm).
 #[test]
 fn printed_rings_are_as_stiff_within_the_method() {
     for (teeth, module, shift, distance, width, torque, printed) in [
@@ -295,7 +295,7 @@ fn rings_that_cannot_be_are_refused() {
     assert!(matches!(near, GearError::Ring(_)), "{near}");
 }
 
-/// The manifest of the planetary set, the ring's mesh from the drawing.
+/// The manifest of the planetary set, with the ring's mesh from the drawing.
 fn set() -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");
     let text = std::fs::read_to_string(folder.join("planetary.toml")).unwrap();
@@ -313,8 +313,8 @@ fn set() -> String {
         )
 }
 
-/// Every planet has the drawn mesh of the first, ahead by the phase of its place: none where the teeth are a multiple of the
-/// planets.
+/// Every planet has the drawn mesh of the first, ahead by the phase of its position. The phase is zero if the number of
+/// teeth is a multiple of the number of planets.
 #[test]
 fn planets_share_the_drawn_mesh_of_the_ring() {
     let job = manifest::parse(&set(), "test.toml", Path::new("")).unwrap_or_else(|e| panic!("{e}"));
@@ -345,7 +345,7 @@ fn planets_share_the_drawn_mesh_of_the_ring() {
     assert!(model.period() > 0.0);
 }
 
-/// Faults of such manifests are told where they are.
+/// Faults of such manifests are reported with their places.
 #[test]
 fn rings_without_a_table_are_told() {
     let ring = "gears = [\"planet\", \"ring\"]";

@@ -1,4 +1,4 @@
-//! Load sharing against closed forms and against bisection of its definition.
+//! Load sharing compared with closed forms and with bisection of its definition.
 
 #![allow(clippy::unwrap_used, dead_code)]
 
@@ -55,7 +55,7 @@ fn a_misaligned_flank_bears_on_a_wedge() {
     }
 }
 
-/// Fully loaded: stiffness as if aligned, centroid by the covariance of load and place.
+/// Fully loaded: stiffness as if aligned, centroid from the covariance of load and position.
 #[test]
 fn a_slightly_misaligned_flank_is_fully_loaded() {
     let force = default_force();
@@ -94,7 +94,7 @@ fn aligned_pairs_share_by_their_compliance_matrix() {
     }
 }
 
-/// Rigid teeth on bodies that are one for both pairs: as stiff as a single pair.
+/// Rigid teeth on a fully shared body: as stiff as a single pair.
 #[test]
 fn a_body_that_is_wholly_shared_counts_once() {
     let law = FunctionFlank {
@@ -108,7 +108,7 @@ fn a_body_that_is_wholly_shared_counts_once() {
     }
 }
 
-/// No body couples pairs more strongly than it gives under one of them.
+/// No body couples pairs more strongly than its compliance under one of them.
 #[test]
 fn pairs_that_push_each_other_out_are_refused() {
     let law = FunctionFlank {
@@ -121,7 +121,7 @@ fn pairs_that_push_each_other_out_are_refused() {
     assert!(matches!(error, SharingError::Coupling { .. }), "{error}");
 }
 
-/// A second pair behind a gap joins when the first has closed it.
+/// A second pair behind a gap comes into contact when the first has closed it.
 #[test]
 fn a_relieved_pair_joins_late() {
     let gap = 5e-6;
@@ -158,7 +158,7 @@ fn stiffness_under_misalignment_rises_with_the_load() {
         assert!(pair[1].stiffness >= pair[0].stiffness * (1.0 - 1e-13));
         assert!(pair[1].contact_fraction >= pair[0].contact_fraction);
         assert!(pair[1].deflection > pair[0].deflection);
-        // The tangent is the one of the deflection.
+        // The tangent stiffness is the derivative at the deflection.
         let secant = 100.0 / (pair[1].deflection - pair[0].deflection);
         let [low, high] = [pair[0].stiffness, pair[1].stiffness];
         assert!(secant >= low * (1.0 - 1e-9) && secant <= high * (1.0 + 1e-9));
@@ -191,7 +191,7 @@ fn the_pattern_adds_up_to_the_load() {
     assert_eq!(pattern.len(), 2 * 20);
     let load: f64 = pattern.iter().map(|q| q * FACE_WIDTH / 20.0).sum();
     close(load, 1000.0, 1e-13);
-    // A wedge: highest at the low end, falling in a straight line.
+    // A wedge: highest at the low end, decreasing linearly.
     let steps: Vec<f64> = pattern[..8].windows(2).map(|q| q[0] - q[1]).collect();
     for step in &steps {
         close(*step, STIFFNESS * 5e-4 * FACE_WIDTH / 20.0, 1e-9);
@@ -219,7 +219,7 @@ fn crowning_converges_with_the_square_of_the_slice() {
             load.deflection / deflection - 1.0,
         ]
     };
-    // Where the contact ends within a slice changes from count to count: worst of a few.
+    // The end of contact within a slice changes from count to count: take the worst of a few.
     let worst = |slices: usize| {
         let all = (slices..slices + 8).map(errors);
         all.fold([0.0_f64; 2], |m, e| {
@@ -272,7 +272,7 @@ fn what_cannot_bear_is_refused() {
     }
 }
 
-/// A contact that stiffens, `a = C w^0.9` (as Palmgren's): the tangent at the load's own place.
+/// A contact that stiffens, `a = C w^0.9` (as Palmgren's): the tangent at the load on each slice.
 #[test]
 fn a_stiffening_contact_is_met_where_the_load_is() {
     let force = default_force();
@@ -295,12 +295,12 @@ fn a_stiffening_contact_is_met_where_the_load_is() {
         let tangent = teeth + 0.9 * scale * w.powf(-0.1);
         close(load.stiffness, pairs * FACE_WIDTH / tangent, 1e-10);
     }
-    // A linear law settles at once on what it is.
+    // A linear law converges at once.
     let linear = FunctionFlank::constant(path(1.6), STIFFNESS);
     let settled = LoadSharing::under(&linear, 0.2, face(4), 2e-4, force).unwrap();
     let direct = bear(&linear, 0.2, 4, 2e-4, force);
     close(settled.bear(force).deflection, direct.deflection, 1e-14);
-    // Partly loaded: the mean line load of the loaded part is its own.
+    // Partly loaded: uses the mean line load of the loaded part.
     let wedge = under(0.8, MISALIGNMENT).unwrap().bear(force);
     let length = wedge.contact_fraction * FACE_WIDTH;
     let w = force / length;
@@ -321,7 +321,7 @@ fn a_contact_that_does_not_settle_is_refused() {
     };
     let error = under(|_| [f64::NAN, 1e-11]);
     assert!(matches!(error, SharingError::OutOfRange { .. }), "{error}");
-    // Softer the more it bears, by leaps: two pairs pass the load to and fro.
+    // Softer with more load, by jumps: two pairs pass the load back and forth.
     let error = under(|w| {
         let slope = if w > 2.5e4 { 1e-9 } else { 1e-11 };
         [slope * w, slope]
@@ -343,8 +343,8 @@ mod bisection {
     }
 
     impl Place {
-        /// Line loads and their derivatives at an approach u: the one set of pairs that press,
-        /// all others being clear, of all sets there are.
+        /// Line loads and their derivatives at an approach u: the only set of pairs, of all possible ones, that press
+        /// while all others are clear.
         fn loads(&self, u: f64) -> (Vec<f64>, Vec<f64>) {
             let count = self.gap.len();
             for set in 0..1u32 << count {
@@ -359,7 +359,7 @@ mod bisection {
                 let fits = (0..count).all(|p| {
                     let row = self.compliance[p].iter().zip(&loads);
                     let pushed: f64 = row.map(|(c, q)| c * q).sum();
-                    // Where a pair just touches, rounding may leave it on neither side.
+                    // If a pair just touches, rounding may exclude both cases.
                     if inside.contains(&p) {
                         loads[p] >= -1e-7
                     } else {
@@ -396,8 +396,8 @@ mod bisection {
         }
     }
 
-    /// Moment, stiffness and the pairs' loads at approach x, integrated over the face between
-    /// the places where a pair comes into contact.
+    /// Moment, stiffness and the pairs' loads at approach x, integrated over the face between the positions where pairs
+    /// come into contact.
     fn integrate(place: &Place, joins: &[f64], misalignment: f64, x: f64) -> (f64, f64, Vec<f64>) {
         let half = 0.5 * FACE_WIDTH;
         let mut ends = vec![-half, half];
@@ -442,7 +442,7 @@ mod bisection {
             let index = move |s: f64| {
                 (((s - path.start) / path.base_pitch).floor() as usize).min(count - 1)
             };
-            // Neighbours share a part of what the stiffer body gives, others that part of it.
+            // Neighbours share a part of the compliance of the stiffer body, others a part of that.
             let bodies: Vec<f64> = pairs.iter().map(|(_, f, _)| *f).collect();
             let coupling = move |i: usize, ahead: usize| {
                 part.powi(ahead as i32) * bodies[i].min(bodies[i + ahead])

@@ -1,6 +1,6 @@
-//! Beam elements, discs, bearings and ties against published natural frequencies, within
-//! half a unit of the last digit printed (one unit where the source truncates).
-// Helpers outside the test functions may unwrap, too.
+//! Beam elements, discs, bearings and ties compared with published natural frequencies, within half a unit of the last
+//! digit printed (one unit if the source truncates).
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use faer::{Mat, Scale};
@@ -68,7 +68,7 @@ impl Rotor {
         self
     }
 
-    /// Elastic frequencies \[rad/s\]; the axial and the turning motion are free.
+    /// Elastic frequencies \[rad/s\]; the axial motion and the rotation are free.
     fn frequencies(&self, elastic: usize) -> Vec<f64> {
         let matrices = self.assembly.matrices().unwrap();
         let modes = Modes::lowest(&matrices.mass, &matrices.stiffness, elastic + 2, 2).unwrap();
@@ -76,8 +76,8 @@ impl Rotor {
     }
 }
 
-/// Eigenvalues of what whirls of a rotor at a speed \[1/s\], those with a positive imaginary
-/// part by modulus; the shaft neither moves along its axis nor twists.
+/// Eigenvalues of the whirl of a rotor at a speed \[1/s\], those with a positive imaginary part, by modulus; axial
+/// motion and torsion are excluded.
 fn whirl(rotor: Rotor, speed: f64) -> Vec<Complex64> {
     let mut assembly = rotor.assembly;
     for node in 0..=6 {
@@ -203,9 +203,9 @@ fn add_torsional_spring(assembly: &mut Assembly, from: usize, to: usize, stiffne
     assembly.add_beam(from, to, &spring).unwrap();
 }
 
-/// Branched geared system: an inertia of 400e-6 kg m² drives through 1e4 N m/rad the first
-/// of two equal gears of 25e-6 each, in rigid mesh; two inertias of 700e-6 hang on the
-/// gears by 5e3 each. At ratio 1 it does not matter which gear carries which branch.
+/// Branched geared system: an inertia of 400e-6 kg m² drives the first of two equal gears of 25e-6 each in rigid mesh
+/// through 1e4 N m/rad; on each gear is an inertia of 700e-6 behind 5e3 N m/rad. At ratio 1 it does not matter which
+/// gear carries which branch.
 #[test]
 fn geared_torsional_system() {
     for second_branch_on in [0, 1] {

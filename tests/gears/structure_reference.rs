@@ -1,6 +1,6 @@
-//! The default drive against an independent finite-element assembly of the same drive
+//! The default drive compared with an independent finite-element assembly of the same drive
 //! (`tests/data/default-drive.modal.toml`).
-// Helpers outside the test functions may unwrap, too.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
@@ -66,7 +66,7 @@ fn groups(frequency: &[f64]) -> Vec<std::ops::Range<usize>> {
     groups
 }
 
-/// Largest difference of the participations of each group, over the column's largest.
+/// Largest difference of the participations of each group, relative to the column's largest.
 fn column_difference(frequency: &[f64], ours: &[f64], theirs: &[f64]) -> f64 {
     let norm = |column: &[f64]| column.iter().map(|v| v * v).sum::<f64>().sqrt();
     (groups(frequency).into_iter())
@@ -94,8 +94,8 @@ fn participations_agree() {
     }
 }
 
-/// Mode by mode, without grouping, for what does not depend on the basis of the rigid pair
-/// or on which the two assemblies agree about it.
+/// Mode by mode, without grouping, for quantities that do not depend on the basis of the rigid pair or for which the
+/// two assemblies have the same basis.
 #[test]
 fn participations_agree_mode_by_mode() {
     let ours = structure();
@@ -116,8 +116,7 @@ fn participations_agree_mode_by_mode() {
     }
 }
 
-/// Relative signs of mesh, tilt and torque within a mode carry physics; a mode's own sign
-/// does not.
+/// Relative signs of mesh, tilt and torque within a mode are physical; the sign of a mode is not.
 #[test]
 fn signs_within_a_mode_agree() {
     let ours = structure();
@@ -137,11 +136,10 @@ fn signs_within_a_mode_agree() {
     }
 }
 
-/// In the two rigid rotations the friction columns of the independent assembly are those of
-/// a reversed arm on the pinion, `tan α (r_b1 θ1 + r_b2 θ2)` and `θ1 − θ2`. That lets
-/// friction at the pitch point drive the neutral rotation, although the flanks roll there;
-/// ours vanishes. Over the pair the sums of squares are the same, which is why
-/// `participations_agree` cannot see it.
+/// In the two rigid rotations the friction columns of the independent assembly are those of a reversed arm on the
+/// pinion, `tan α (r_b1 θ1 + r_b2 θ2)` and `θ1 − θ2`. Thus friction at the pitch point would drive the neutral
+/// rotation, although the flanks roll there; ours vanishes. The sums of squares over the pair are equal, so that
+/// `participations_agree` cannot detect it.
 #[test]
 fn rigid_friction_differs_by_the_arm_of_the_pinion() {
     let ours = structure();

@@ -1,4 +1,4 @@
-//! The course of a run against its table: few pieces, as far off as it says.
+//! The course of a run compared with its table: few pieces, with the reported accuracy.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,10 +9,10 @@ use gearatlas::gear::{
 };
 use gearatlas::numerics::legendre::evaluate;
 
-/// No window is longer \[cycles\].
+/// Longest window \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
-/// A cycle of the 20/30 pair under a torque \[N m\], the pinion's lead crowned \[m\].
+/// A cycle of the 20/30 pair under a torque \[N m\], with crowning of the pinion's lead \[m\].
 fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
     let crowned = Modification {
         crowning,
@@ -44,8 +44,8 @@ fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
     (table.cycle(0, 0), accuracy)
 }
 
-/// Largest error of stiffness and departure from the means, each times the length of its piece, at places of which
-/// none is one that the course was held to.
+/// Largest error of stiffness and largest deviation from the means, each times the length of its piece, at positions
+/// that the fit of the course did not use.
 fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for step in 0..5003 {
@@ -69,7 +69,7 @@ fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64
     worst
 }
 
-/// The course says how far it is off, keeps to what is asked for, and has fewer pieces than the table.
+/// The course reports its error, keeps the requested accuracy, and has fewer pieces than the table.
 #[test]
 fn a_course_is_as_far_off_as_it_says() {
     for (crowning, misalignment) in [(0.0, 0.0), (5e-6, 2e-4)] {
@@ -92,7 +92,7 @@ fn a_course_is_as_far_off_as_it_says() {
             counts[0] < cycle.stiffness.len() && counts[0] <= counts[1],
             "{counts:?}"
         );
-        // The impulse of friction and load is that of the table, however long the pieces are.
+        // The impulse of friction and load is that of the table, for any length of the pieces.
         let mean = |of: fn(&MeshTablePiece) -> f64| -> f64 {
             course
                 .pieces
@@ -105,8 +105,8 @@ fn a_course_is_as_far_off_as_it_says() {
     }
 }
 
-/// Friction of aligned gears turns smoothly: a piece of half the length departs from its mean by half as much, so that
-/// the error falls with the square of the number of pieces.
+/// Friction of aligned gears varies smoothly: a piece of half the length deviates from its mean by half as much, so
+/// that the error decreases with the square of the number of pieces.
 #[test]
 fn friction_is_met_with_second_order() {
     let (cycle, accuracy) = cycle(0.0, 0.0);
@@ -123,7 +123,7 @@ fn friction_is_met_with_second_order() {
     assert!((1.6..2.4).contains(&order), "{order} {rough:?} {fine:?}");
 }
 
-/// A window may start anywhere in a piece and run on by a quarter of the cycle, or the length of the piece.
+/// A window may start anywhere in a piece and extend beyond it by a quarter of the cycle, or the length of the piece.
 #[test]
 fn pieces_can_be_carried_on() {
     let (cycle, accuracy) = cycle(0.0, 0.0);

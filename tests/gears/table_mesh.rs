@@ -1,5 +1,5 @@
-//! Meshes computed from the drawing of the gears, at work: what their stiffness does to the
-//! default drive, how segments converge to the course, what misalignment and friction change.
+//! Meshes from the drawing of the gears in dynamic models: the effect of their stiffness on the default drive, the
+//! convergence of segments to the course, the effects of misalignment and friction.
 
 #![allow(clippy::unwrap_used)]
 
@@ -37,7 +37,7 @@ fn model(parts: &Prepared, job: &Job, load: f64, speed: f64) -> Model {
     parts.model(&point).unwrap()
 }
 
-/// Events a cycle after a transient, from static equilibrium.
+/// Events per cycle after a transient, from static equilibrium.
 fn events_per_cycle(model: &Model) -> f64 {
     let kernel = volterra(model);
     let mut trajectory = advance(&kernel, &model.start(&InitialState::Static), 300);
@@ -48,9 +48,9 @@ fn events_per_cycle(model: &Model) -> f64 {
     counters.events as f64 / 200.0
 }
 
-/// Without an error all but the tips' contact off the path scales with the load, so that stiffness alone opens the gap at much the
-/// same speeds under every load: near the mesh resonance and half of it, and nowhere else. 5 µm of
-/// transmission error open it far more often.
+/// Without an error everything except the tips' contact off the path scales with the load. Stiffness alone therefore
+/// opens the gap at nearly the same speeds under every load: near the mesh resonance and half of it, and nowhere else.
+/// 5 µm of transmission error open it far more often.
 #[test]
 fn what_opens_the_gap() {
     let parts = common::parts();
@@ -85,8 +85,8 @@ fn what_opens_the_gap() {
     assert!(shaken > 2 * open[0].len(), "{shaken}");
 }
 
-/// Segment means converge to the course after one cycle of rattle, and sixty are as far off as the
-/// documents say. With friction the course has means of its direction over its pieces.
+/// Segment means converge to the course after one cycle of rattle, and sixty have the documented error. With friction
+/// the course has means of its direction over its pieces.
 #[test]
 fn segments_converge_to_the_course() {
     let parts = common::parts();
@@ -104,7 +104,7 @@ fn segments_converge_to_the_course() {
         });
         println!("{}: segments against the course {errors:?}", friction.1);
         assert!(errors[0] < 1e-2 && errors[4] < floor, "{errors:?}");
-        // With friction the means of its direction are what is left.
+        // With friction the means of its direction remain as an error.
         assert!(
             friction == RUBBING || errors[1] < 0.3 * errors[0],
             "{errors:?}"
@@ -112,8 +112,8 @@ fn segments_converge_to_the_course() {
     }
 }
 
-/// Pieces have the mean of the load centroid and of friction, and are short wherever these move: at most a quarter of the cycle,
-/// where otherwise a piece is half a cycle long.
+/// Pieces have the mean of the load centroid and of friction, and are short where these move: at most a quarter of the
+/// cycle. Otherwise a piece is half a cycle long.
 #[test]
 fn pieces_are_short_where_the_load_wanders() {
     let parts = common::parts();
@@ -144,8 +144,8 @@ const RELIEVED: (&str, &str) = (
     "tip_relief = { amount = \"10 um\", length = \"2 mm\" }\nrated_torque = ",
 );
 
-/// Where a relieved pair takes up load the course steps, at a phase of its own for every load:
-/// segments converge to it all the same, with the square of their width on the whole.
+/// The course jumps where a relieved pair comes into contact, at another phase for every load. Segments converge to it
+/// nevertheless, with the square of their width on the whole.
 #[test]
 fn segments_converge_to_the_course_of_relieved_flanks() {
     let parts = common::parts();
@@ -164,7 +164,7 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
             });
             println!("{}, load {load}: {errors:?}", friction.1);
             assert!(errors[0] < 1e-2 && errors[3] < floor, "{load}: {errors:?}");
-            // Where contact is lost throughout the cycle there is nothing to converge.
+            // Without contact throughout the cycle there is nothing to converge.
             if friction == FRICTIONLESS && errors[0] > 1e-9 {
                 let order = (errors[0] / errors[2]).log(16.0);
                 assert!(order > 1.6, "{load}: order {order}, {errors:?}");
@@ -173,8 +173,8 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
     }
 }
 
-/// A light drive with long relief: its stiffness never leaves the range of its law, and nothing
-/// chatters at any point.
+/// A light drive with long relief: its stiffness stays in the range of its law, and contact does not chatter at any
+/// point.
 #[test]
 fn relieved_flanks_run_without_event_storms() {
     let parts = common::parts();
@@ -185,10 +185,10 @@ fn relieved_flanks_run_without_event_storms() {
         for segment in &model.first_cycle().segments {
             for step in 0..=50 {
                 let stiffness = segment.stiffness.at(f64::from(step) / 25.0 - 1.0);
-                // Of one pair at its tip, and of two.
+                // For one pair at its tip, and for two.
                 assert!((1.5e8..3.4e8).contains(&stiffness), "{stiffness:e}");
             }
-            // A window that starts in the segment may run on behind it, by its length at most.
+            // A window that starts in the segment may extend beyond it, at most by its length.
             for place in [2.0, 3.0] {
                 let stiffness = segment.stiffness.at(place);
                 assert!((1.5e7..3.4e9).contains(&stiffness), "{stiffness:e}");

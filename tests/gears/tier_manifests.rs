@@ -1,6 +1,6 @@
-//! The rigid-body tiers from manifests: the shipped ladder, what a kind may leave out, and
-//! that their motion is exact.
-// Helpers outside the test functions may unwrap, too.
+//! The rigid-body tiers from manifests: the shipped ladder, keys that a kind may omit, and the exactness of their
+//! motion.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -71,7 +71,7 @@ fn shipped_manifests_are_a_ladder_over_one_grid() {
     }
 }
 
-/// The drawing of a flexible drive serves every tier as it stands.
+/// The drawing of a flexible drive is valid for every tier without changes.
 #[test]
 fn the_kind_alone_takes_a_drive_from_tier_to_tier() {
     let flexible = without(&text("flexible"), &["modes", "damping"]);
@@ -80,7 +80,7 @@ fn the_kind_alone_takes_a_drive_from_tier_to_tier() {
         let taken = job(&flexible.replace("kind = \"flexible\"", &kind));
         let own = job(&text(tier.name()));
         assert_eq!(rigid(&taken), rigid(&own));
-        // The job's own name is not hashed.
+        // The name of the job is not hashed.
         assert_eq!(taken.hash, own.hash);
     }
 }
@@ -147,7 +147,7 @@ fn rattle_of_every_tier_is_that_of_the_reference() {
     }
 }
 
-/// In lasting contact the torsional drive is one damped oscillator under `e = a cos Ωt`:
+/// In permanent contact the torsional drive is one damped oscillator under `e = a cos Ωt`:
 /// `δ − b = F/k + Re(a Ω² e^{iΩt} / (k w² − Ω² + i c w² Ω))`, `w² = Σ r²/J`.
 #[test]
 fn a_torsional_drive_in_lasting_contact_is_one_oscillator() {

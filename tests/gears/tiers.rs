@@ -1,6 +1,6 @@
-//! The rigid-body tiers against closed forms, and against each other: a tier whose released
-//! motions are held stiffly is the tier below.
-// Helpers outside the test functions may unwrap, too.
+//! The rigid-body tiers compared with closed forms, and with each other: a tier with stiff springs for its released
+//! motions equals the tier below.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::default_drive;
@@ -55,8 +55,8 @@ fn flexible(stiffening: f64) -> FlexibleDrive {
     }
 }
 
-/// A shaft with its gear, from its parts: mass, polar inertia, inertia about a diameter
-/// through the centre of mass, and that centre's distance from the gear.
+/// A shaft with its gear, from its parts: mass, polar inertia, inertia about a diameter through the centre of mass, and
+/// that centre's distance from the gear.
 struct Body {
     mass: f64,
     polar: f64,
@@ -112,7 +112,7 @@ fn torsional_drive_on_a_closed_mesh() {
     let [base_1, base_2] = gears().base_radii();
     let [one, two] = [0, 1].map(|index| body(index, &shafts()[index]).polar);
     let expected = base_1.powi(2) / one + base_2.powi(2) / two;
-    // ω² = k Σ r²/J: the mesh feels the relative rotation alone.
+    // ω² = k Σ r²/J: only the relative rotation has a mesh deflection.
     assert_eq!(structure.mesh[0], 0.0);
     assert!((structure.mesh[1].powi(2) / expected - 1.0).abs() < 1e-13);
     assert!((structure.torque[1] / structure.mesh[1] - 1.0).abs() < 1e-13);
@@ -121,7 +121,7 @@ fn torsional_drive_on_a_closed_mesh() {
     println!("closed mesh: {} rad/s", (4e8 * expected).sqrt());
 }
 
-/// All tiers describe one machine: their rigid rotations are those of the flexible drive.
+/// All tiers describe the same machine: their rigid rotations are those of the flexible drive.
 #[test]
 fn rigid_rotations_are_those_of_the_flexible_drive() {
     let reference = flexible(1.0).modes(12, 12, false).unwrap();
@@ -169,8 +169,8 @@ fn translational_bodies_are_masses_on_both_bearings() {
     assert!(names.iter().all(|name| !name.ends_with("axial")));
 }
 
-/// Faces off the middle of the bodies: at rest a rigid shaft bears the mesh force and friction where they act, wherever
-/// its gear's mass is.
+/// Faces off the middle of the bodies: at rest a rigid shaft carries the mesh force and friction where they act,
+/// independent of the position of its gear's mass.
 #[test]
 fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
     let offset = 7e-3;
@@ -203,7 +203,7 @@ fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
     let found = flexibility(&all_modes(&off_middle));
     let expected = flexibility(&rigid(Tier::Tilting, moved));
     let middle = flexibility(&rigid(Tier::Tilting, shafts()));
-    // Forces on bearings have one scale, since some bear nothing (axially); every deflection has its own.
+    // Forces on bearings share one scale, because some are zero (axially); every deflection has its own.
     let (rows, forces) = (expected.len() / 5, expected.len() / 5 - 5);
     let largest = |i: usize| {
         let own = i % rows;
@@ -224,8 +224,8 @@ fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
     assert!(apart.fold(0.0, f64::max) > 0.05);
 }
 
-/// A rigid rotor on two springs at unequal distances from its centre of mass: 2 × 2 in each
-/// plane, with unequal springs and tilt springs, and an axial mode.
+/// A rigid rotor on two springs at unequal distances from its centre of mass: 2 × 2 in each plane, with unequal springs
+/// and tilt springs, and an axial mode.
 #[test]
 fn tilting_rotor_on_two_springs_at_unequal_distances() {
     let mut shafts = shafts();
@@ -252,8 +252,8 @@ fn tilting_rotor_on_two_springs_at_unequal_distances() {
     assert_frequencies(&rigid(Tier::Tilting, shafts), &expected, 1e-12);
 }
 
-/// Amid symmetric spans each body bounces on both bearings and pedestals as one chain of two
-/// masses, and tilts on them as another: `m u'' = −k (u − v)`, `M v'' = k (u − v) − K v`.
+/// In the middle of symmetric spans each body bounces on both bearings and pedestals as one chain of two masses, and
+/// tilts on them as another: `m u'' = −k (u − v)`, `M v'' = k (u − v) − K v`.
 #[test]
 fn pedestals_make_chains_of_two_masses() {
     let mut shafts = shafts();
@@ -277,7 +277,7 @@ fn pedestals_make_chains_of_two_masses() {
         ] {
             let seats = 2.0 * PEDESTAL.mass;
             expected.extend(chain(body.mass, seats, 2.0 * bearing, 2.0 * ground, 0.0));
-            // Seats on opposite sides move against each other: θ a each way.
+            // Seats on opposite sides move in opposite directions, by θ a each.
             expected.extend(chain(
                 body.transverse,
                 seats * arm,
@@ -291,8 +291,7 @@ fn pedestals_make_chains_of_two_masses() {
     assert_frequencies(&structure, &expected, 1e-12);
 }
 
-/// Pedestals lighter and lighter become springs in series with the bearings; what is left falls
-/// with their mass.
+/// Pedestals of decreasing mass become springs in series with the bearings; the difference decreases with their mass.
 #[test]
 fn light_pedestals_are_springs_in_series() {
     let mut softer = shafts();
@@ -313,8 +312,8 @@ fn light_pedestals_are_springs_in_series() {
     );
 }
 
-/// Largest relative difference of the elastic frequencies that `lower` has, and of the mesh
-/// participations over the largest of them.
+/// Largest relative difference of the elastic frequencies of `lower`, and of the mesh participations relative to the
+/// largest of them.
 fn deviation(upper: &ModalStructure, lower: &ModalStructure) -> f64 {
     let largest = lower.mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
     (0..lower.modes())
@@ -328,8 +327,8 @@ fn deviation(upper: &ModalStructure, lower: &ModalStructure) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Asserts that `upper` tends to `lower` as what holds the motions it releases stiffens: with
-/// the inverse of the stiffness.
+/// Asserts that `upper` tends to `lower` when the springs of its additional motions stiffen, with the inverse of the
+/// stiffness.
 #[allow(clippy::print_stdout)]
 fn assert_limit(name: &str, upper: impl Fn(f64) -> ModalStructure, lower: &ModalStructure) {
     let [coarse, fine] = [1e4, 1e6].map(|stiffening| deviation(&upper(stiffening), lower));
@@ -366,8 +365,8 @@ fn a_tilting_drive_held_against_tilt_translates_only() {
     assert_limit("tilting to translational", upper, &lower);
 }
 
-/// The mesh then feels the rotations alone: the mode of the closed mesh is that of the
-/// torsional drive, and what the bearings yield is their static flexibility.
+/// Then only rotations have a mesh deflection: the mode of the closed mesh is that of the torsional drive, and the
+/// bearings contribute their static flexibility.
 #[test]
 fn a_translational_drive_on_stiff_bearings_rotates_only() {
     let lower = rigid(Tier::Torsional, shafts());
@@ -418,7 +417,7 @@ fn more_modes_than_freedoms_are_refused() {
     }
 }
 
-/// A tier needs only what holds the motions that it releases.
+/// A tier needs only stiffnesses for the motions that it releases.
 #[test]
 fn what_a_tier_releases_must_be_held() {
     let without = |change: fn(&mut Bearing)| {
@@ -453,8 +452,8 @@ fn what_a_tier_releases_must_be_held() {
     assert_eq!(bare.modes(2, 2, false), Err(ShaftError::NoPedestals));
 }
 
-/// Whatever is released, the bearings pass on the whole mesh force: `−F n` on the pinion and
-/// `+F n` on the wheel, under static load.
+/// In every tier, the bearings pass on the whole mesh force: `−F n` on the pinion and `+F n` on the wheel, under static
+/// load.
 #[test]
 fn bearing_forces_balance_the_mesh_force() {
     let (sin, cos) = gears().pressure_angle.sin_cos();
@@ -540,8 +539,8 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// What modes hold of a structure whatever it is: its mobility at the mesh,
-    /// `Σ w² = w M⁻¹ w`, and its flexibility there, `Σ w²/ω² = w K⁻¹ w`.
+    /// Properties of the modes of any structure: its mobility at the mesh, `Σ w² = w M⁻¹ w`, and its flexibility there,
+    /// `Σ w²/ω² = w K⁻¹ w`.
     #[test]
     fn sums_over_all_modes_are_mobility_and_flexibility(
         shafts in [any_shaft(), any_shaft()],

@@ -1,5 +1,5 @@
-//! Errors that go with the revolution of a gear (`excitation.gear_error`, `excitation.pitch_deviation`): what they
-//! are in the model, and that kernels follow fractional turns. What a drawing says of its flanks in a manifest.
+//! Errors with the period of a gear's revolution (`excitation.gear_error`, `excitation.pitch_deviation`): their form in
+//! the model, and kernels with fractional periods. Also flanks of a drawing in a manifest.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -34,7 +34,7 @@ fn errors(model: &Model, cycles: u64) -> Vec<f64> {
         .collect()
 }
 
-/// An order of the wheel's shaft turns once in as many mesh cycles as the wheel has teeth.
+/// An order of the wheel's shaft has its period in as many mesh cycles as the wheel has teeth.
 #[test]
 fn an_error_of_a_gear_goes_with_its_shaft() {
     let error = "gear_error = [{ shaft = \"wheel\", order = 2, amplitude = \"3 um\", phase = \"0.4 rad\" }]";
@@ -45,7 +45,7 @@ fn an_error_of_a_gear_goes_with_its_shaft() {
     }
 }
 
-/// Tooth by tooth: mesh cycle n begins with tooth n of either gear, less the mean of its teeth.
+/// Tooth by tooth: mesh cycle n begins with tooth n of either gear, relative to the mean of its teeth.
 #[test]
 fn pitch_deviations_are_those_of_the_teeth() {
     let pinion: Vec<f64> = (0..20).map(|n| f64::from(n % 7)).collect();
@@ -79,8 +79,8 @@ fn pitch_deviations_are_those_of_the_teeth() {
     assert!(said.contains("2 values for 20 teeth"), "{said}");
 }
 
-/// Errors that turn by a fraction a mesh cycle, through rattle: every kernel against thirty digits, over cycles
-/// whose numbers are not multiples of the teeth.
+/// Errors with a fractional number of periods per mesh cycle, through rattle: every kernel compared with thirty digits,
+/// in cycles whose numbers are not multiples of the teeth.
 #[test]
 fn kernels_follow_fractional_turns() {
     let error = "gear_error = [{ shaft = \"pinion\", order = 1, amplitude = \"2 um\" }, \
@@ -105,15 +105,14 @@ fn kernels_follow_fractional_turns() {
     let steps =
         [4_000, 64_000].map(|steps| off(&after(&Stepping::new(&model, steps, 1000), &start)));
     println!("stepping: {steps:?}");
-    // Where nothing opens or closes in the cycle, both are right to round-off.
+    // If no contact changes in the cycle, both are right to round-off.
     assert!(
         steps[1] < 1e-6 && steps[1] < steps[0].max(1e-11),
         "{steps:?}"
     );
 }
 
-/// Crowning, slopes and the plane state of `[gear]` reach the drawing; the plane follows the width where it is
-/// not given.
+/// Crowning, slopes and the plane state of `[gear]` reach the drawing; by default the plane state depends on the width.
 #[test]
 fn a_manifest_says_what_flanks_are() {
     let form = |gear: &str| {

@@ -1,5 +1,5 @@
-//! Single teeth unlike the others (`[[mesh.tooth_fault]]`): the sidebands of a cracked and worn tooth beside a closed form,
-//! kernels beside one another in rattle, and what is refused.
+//! Single different teeth (`[[mesh.tooth_fault]]`): the sidebands of a cracked and worn tooth compared with a closed
+//! form, kernels compared with one another in rattle, and refusals.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 
 const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
 
-/// The 20/30 teeth of the manifest, without friction and errors, with a tooth of the pinion unlike the others.
+/// The 20/30 teeth of the manifest, without friction and errors, with one different tooth of the pinion.
 fn text(fault: &str) -> String {
     MANIFEST
         .replace("friction = 0.05 ", "friction = 0 ")
@@ -42,7 +42,7 @@ fn model(fault: &str, speed: f64, load: f64) -> Model {
 const CRACKED: &str =
     "gear = \"pinion\"\ntooth = 4\nstiffness = 0.7\nloss = \"3 um\"\nflanks = \"drive\"";
 
-/// One mass on a spring whose stiffness and gap step: its motion in closed form, step by step.
+/// One mass on a spring with steps of stiffness and gap: its motion in closed form, step by step.
 struct Stepped {
     /// Relative mass \[kg\], damping \[N s/m\] and force \[N\].
     mass: f64,
@@ -53,7 +53,7 @@ struct Stepped {
 }
 
 impl Stepped {
-    /// Displacement and velocity so long after a state.
+    /// Displacement and velocity some time after a state.
     fn at(&self, [_, stiffness, gap]: [f64; 3], [x, v]: [f64; 2], time: f64) -> [f64; 2] {
         let rest = gap + self.force / stiffness;
         let half = 0.5 * self.damping / self.mass;
@@ -66,14 +66,14 @@ impl Stepped {
         [rest + off, speed]
     }
 
-    /// The state at the start of the motion that repeats.
+    /// The state at the start of the periodic motion.
     fn repeated(&self) -> [f64; 2] {
         let rest = self.steps[0][2] + self.force / self.steps[0][1];
         let rounds = std::iter::repeat_n(&self.steps, 30).flatten();
         rounds.fold([rest, 0.0], |state, step| self.at(*step, state, step[0]))
     }
 
-    /// `2/T ∫ x e^{−iωt} dt` over a round, by Simpson's rule on each step.
+    /// `2/T ∫ x e^{−iωt} dt` over a period, by Simpson's rule on each step.
     fn line(&self, frequency: f64) -> Complex64 {
         let (mut state, mut begin, mut sum) = (self.repeated(), 0.0, Complex64::ZERO);
         for step in &self.steps {
@@ -163,7 +163,7 @@ fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
     let mut sidebands = 0;
     for multiple in 1..=45 {
         let lines = &found.orders[0].lines;
-        // Those of the mesh are among the shaft's.
+        // The orders of the shaft include those of the mesh.
         let wanted = f64::from(multiple) / 20.0;
         let line = (lines.iter())
             .find(|line| line.reference != "wheel" && (line.order - wanted).abs() < 1e-12)
@@ -179,7 +179,7 @@ fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
     assert!(sidebands > 20, "{sidebands}");
 }
 
-/// Kernels beside an integrator with thirty digits, cycle by cycle through a revolution of the wheel in rattle.
+/// Kernels compared with an integrator with thirty digits, cycle by cycle through a revolution of the wheel in rattle.
 #[test]
 fn kernels_rattle_over_the_revolution() {
     let fault = "gear = \"wheel\"\ntooth = 30\nstiffness = 0.5";

@@ -1,5 +1,5 @@
 //! Meshes of trains from the drawings of their gears.
-// Helpers outside the test functions may unwrap, too.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -31,7 +31,7 @@ impl Observer for Watched {
     fn event(&mut self, _: &Event) {}
 }
 
-/// Mean force on every bearing of a model by its name, over some cycles of a motion that has settled.
+/// Mean force on every bearing of a model by its name, over some cycles of a settled motion.
 fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> {
     let kernel = volterra(model);
     let start = advance(&kernel, &model.start(&InitialState::Static), lead);
@@ -46,8 +46,8 @@ fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> 
     names.zip(means.mean).collect()
 }
 
-/// Two helical stages in steady contact: forces on the bearings of every shaft add up to what its meshes push it with, by
-/// hand from the teeth and the axes.
+/// Two helical stages in steady contact: forces on the bearings of every shaft balance the forces of its meshes,
+/// computed by hand from the teeth and the axes.
 #[test]
 fn bearings_of_two_helical_stages_bear_what_statics_says() {
     let job = job(&shipped());
@@ -73,7 +73,7 @@ fn bearings_of_two_helical_stages_bear_what_statics_says() {
     let (angle1, helix1, base1) = pair([20.0, 50.0], 2.5e-3, 15.0, 90.59e-3);
     let (angle2, helix2, base2) = pair([18.0, 54.0], 3e-3, 12.0, 110.42e-3);
     let [force1, force2] = [120.0 / base1, 120.0 * 2.5 / base2];
-    // What the first gear pushes the second with: the left-handed pinion turns forwards, the right-handed one backwards.
+    // Force of the first gear on the second: the left-handed pinion rotates forwards, the right-handed one backwards.
     let first = [angle1.sin(), angle1.cos(), helix1.tan()].map(|part| force1 * part);
     let second = [angle2.sin(), -angle2.cos(), helix2.tan()].map(|part| force2 * part);
     for (axis, direction) in ["x", "y", "axial"].into_iter().enumerate() {
@@ -92,7 +92,7 @@ fn bearings_of_two_helical_stages_bear_what_statics_says() {
     }
 }
 
-/// A motor between two helical meshes that share its torque; `first` says which of both is the first one.
+/// A motor between two helical meshes that share its torque; `first` selects the first mesh.
 fn split(first: usize) -> String {
     let meshes = [["a", "b"], ["c", "d"]];
     let [one, two] = [meshes[first], meshes[1 - first]];
@@ -103,7 +103,7 @@ fn split(first: usize) -> String {
             at = if "ab".contains(name) { 0.03 } else { 0.09 }
         )
     };
-    // What the teeth of the gears lack goes with the gears, whichever mesh is the first one.
+    // Errors belong to the gears, for either choice of the first mesh.
     let errors = |mesh: [&str; 2], [key, driving, driven]: [&str; 3]| {
         let teeth = if mesh == ["a", "b"] { 20 } else { 25 };
         let deviations = (0..teeth).map(|tooth| format!("{}e-6", tooth * tooth % 7));
@@ -142,15 +142,16 @@ fn split(first: usize) -> String {
     )
 }
 
-/// Which mesh counts the cycles is of no matter: a further mesh from the drawing, helical, crowned, rubbing, under the tilt of
-/// its shafts, moves as the first one does, and statistics of its contacts are the same.
+/// The choice of the mesh that counts the cycles is irrelevant. A further mesh from the drawing, helical, crowned, with
+/// friction, under the tilt of its shafts, has the same motion as a first one, and statistics of its contacts are the
+/// same.
 #[test]
 fn a_further_mesh_is_what_it_is_as_the_first() {
     let models = [0, 1].map(|first| {
         let job = job(&split(first));
         common::parts().model(&job.points.at(0)).unwrap()
     });
-    // As many cycles of both meshes as a fifth of a turn has; rattling from a start out of balance.
+    // Whole numbers of cycles of both meshes in a fifth of a revolution; rattling from a start out of balance.
     let fifths = 3;
     let per_fifth = [4, 5];
     let mut told = Vec::new();
@@ -216,7 +217,7 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
     assert!(first.contact_rattle_index.iter().all(|index| *index > 0.0));
 }
 
-/// The drive of two helical stages, its counter shaft described from its other end.
+/// The drive of two helical stages, with its counter shaft described from the other end.
 fn from_the_other_end() -> String {
     [
         (
@@ -241,8 +242,8 @@ fn from_the_other_end() -> String {
     })
 }
 
-/// From which end of a shaft its gears are counted is of no matter: from one the first gear of the second stage turns
-/// backwards, from the other forwards, and its lines of contact cross the face in the same sense.
+/// The end from which the gears of a shaft are counted is irrelevant. From one end the first gear of the second stage
+/// rotates backwards, from the other forwards, and its lines of contact cross the face in the same direction.
 #[test]
 fn a_helical_mesh_does_not_know_from_which_end_its_shaft_is_described() {
     let [one, other] = [shipped(), from_the_other_end()].map(|text| {

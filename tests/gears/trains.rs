@@ -1,5 +1,5 @@
-//! Trains of gears from manifests: what is shipped, bevel gears in closed form, what is refused.
-// Helpers outside the test functions may unwrap, too.
+//! Trains of gears from manifests: shipped ones, bevel gears in closed form, and refusals.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -24,7 +24,7 @@ fn model(job: &Job, point: usize) -> Model {
     common::parts().model(&job.points.at(point)).unwrap()
 }
 
-/// The shipped trains, the flexible one with few modes, each with what its base period is.
+/// The shipped trains, the flexible one with few modes, each with its base period.
 fn shipped() -> Vec<(&'static str, Model, usize)> {
     let two_stage = text("two-stage").replace("modes = 30", "modes = 10");
     let idle = job(&text("idle-rattle"));
@@ -36,8 +36,8 @@ fn shipped() -> Vec<(&'static str, Model, usize)> {
     ]
 }
 
-/// Three cycles of `volterra` beside extended precision, from a state: how far states are off, relative, how far the times of
-/// events, in cycles, and how many events each has met.
+/// Compares three cycles of `volterra` with extended precision, from a state: relative difference of states, difference
+/// of event times in cycles, and number of events of each.
 pub fn off_extended(model: &Model, start: &TrajectoryState) -> ([f64; 2], [usize; 2]) {
     let exact = Extended::new(model).advance(start, 3).unwrap();
     let mut seen = Events::default();
@@ -60,8 +60,8 @@ fn shipped_trains_are_exact() {
         println!("{name}: states {worst:.1e}, times {late:.1e} of a cycle, {seen} events");
         assert_eq!(seen, exact, "{name}");
         assert!(seen > 3, "{name}: {seen} events");
-        // Bodies that turn for themselves have gone a hundred gaps, whose round-off contacts see; a
-        // cycle of idling is as long as thirty of the others, in windows.
+        // Freely rotating bodies have moved a hundred gaps, whose round-off affects contacts; a cycle of idling has as
+        // many windows as thirty of the others.
         let rigid = if name == "two-stage" { 1.0 } else { 10.0 };
         assert!(worst < 1e-12 * rigid, "{name}: {worst:e}");
         assert!(late < 1e-13 * rigid, "{name}: {late:e}");
@@ -80,7 +80,7 @@ fn energy_of_trains_closes() {
     }
 }
 
-/// On average every mesh of a train bears what its torque asks for: the difference of the forces on its two flanks.
+/// On average every mesh of a train carries the force of its torque: the difference of the forces on its two flanks.
 #[test]
 fn every_mesh_of_a_train_tells_its_force() {
     let job = job(&text("two-stage").replace("modes = 30", "modes = 10"));
@@ -108,7 +108,7 @@ fn every_mesh_of_a_train_tells_its_force() {
     assert!((net / found.force_mean - 1.0).abs() < 1e-9);
 }
 
-/// The neutral rotation of a train under drag goes where it likes, and nothing else shows it.
+/// The neutral rotation of a train under drag is arbitrary, and nothing else depends on it.
 #[test]
 fn where_a_train_has_turned_to_is_not_felt() {
     let (_, model, _) = shipped().remove(1);
@@ -126,7 +126,7 @@ fn where_a_train_has_turned_to_is_not_felt() {
     let [one, other] = [&start, &turned].map(|start| advance(&kernel, start, 2));
     let apart = norm.distance(&one.state, &other.state) / norm.unit();
     assert!(apart < 1e-9, "{apart:e}");
-    // The neutral displacement and one of four rotations' exponents apart, all are there.
+    // All components, except the neutral displacement and one of four rotations' exponents.
     assert_eq!(norm.dimension(), 2 * model.modes() - 1);
 }
 
@@ -173,7 +173,7 @@ load = 1
 speed = "1000 rpm"
 "#;
 
-/// Friction turns where teeth pass the pitch point, which of bevel gears no drawing here says.
+/// Friction changes its direction where teeth pass the pitch point, which no drawing gives for bevel gears.
 #[test]
 fn friction_of_bevel_gears_is_refused() {
     let rubbing = BEVEL.replace("[mesh]", "[mesh]\nfriction = 0.05");
@@ -195,7 +195,7 @@ fn friction_of_bevel_gears_is_refused() {
     );
 }
 
-/// Three gears in a row, each mesh of which may be the first.
+/// Three gears in a row, either mesh of which may be the first.
 fn in_a_row(first: [&str; 2], further: [&str; 2]) -> Model {
     model(&job(&row(first, further)), 0)
 }
@@ -224,7 +224,7 @@ fn row(first: [&str; 2], further: [&str; 2]) -> String {
     )
 }
 
-/// What friction takes on the flanks of a mesh is the same whichever mesh is described first.
+/// The friction loss of a mesh is the same for any order of the meshes.
 #[test]
 fn every_mesh_tells_its_losses() {
     let loss = |text: &str| {
@@ -254,15 +254,15 @@ fn every_mesh_tells_its_losses() {
     assert!(ab[0] > 1.0 && ab[1] == 0.0 && bc[0] > 1.0);
 }
 
-/// A further mesh rubs as the first one does: with the meshes of a train in either order, every flank is pushed along
-/// the same direction at the same phase, whatever modes that is written in.
+/// A further mesh has the friction of a first one. For either order of the meshes of a train, the force on every flank
+/// has the same direction at the same phase, for any basis of modes.
 #[test]
 fn friction_of_further_meshes_turns_as_that_of_the_first() {
     let (one, two) = (
         in_a_row(["a", "b"], ["b", "c"]),
         in_a_row(["b", "c"], ["a", "b"]),
     );
-    // Squares and products of directions and of what flanks feel do not depend on the modes.
+    // Squares and products of directions and of participations do not depend on the modes.
     let invariants = |model: &Model, contact: usize, phase: f64| {
         let segments = &model.contacts[contact].cycles[0].segments;
         let segment = segments.iter().find(|own| phase < own.end).unwrap();
@@ -273,7 +273,7 @@ fn friction_of_further_meshes_turns_as_that_of_the_first() {
                 .map(|gain| term(gain.deflection[0], gain.mesh_input[1]))
                 .sum()
         };
-        // The coast flanks of a further mesh count their deflection the other way, and their force.
+        // The coast flanks of a further mesh have the opposite signs of deflection and force.
         [sum(&|w, _| w * w), sum(&|w, g| w * g), sum(&|_, g| g * g)]
     };
     let mut directions = Vec::new();
@@ -308,7 +308,7 @@ fn bevel_gears_push_away_from_the_apex() {
     let tangential = 60.0 / 30e-3;
     assert!((structure.rated_force * 20f64.to_radians().cos() / tangential - 1.0).abs() < 1e-12);
     let elastic = (structure.frequency.iter().enumerate()).filter(|(_, omega)| **omega > 0.0);
-    // The modes under the mesh force, the torques in balance with it.
+    // The modes under the mesh force, with the torques in balance.
     let force = structure.rated_force;
     let response: Vec<(usize, f64)> = elastic
         .map(|(i, omega)| {
@@ -324,8 +324,8 @@ fn bevel_gears_push_away_from_the_apex() {
     };
     let cone = (20.0f64 / 30.0).atan();
     let separating = tangential * 20f64.to_radians().tan();
-    // The wheel lies at +x of the pinion's axis, which points at the apex: the pinion is pushed
-    // along −x, against its axis, and by the wheel's resistance against the way it moves, +y.
+    // The wheel is at +x of the pinion's axis, which points at the apex. The force on the pinion is along −x, against
+    // its axis, and by the wheel's resistance against its direction of motion, +y.
     for (direction, expected) in [
         ("x", -separating * cone.cos()),
         ("y", -tangential),
@@ -340,7 +340,7 @@ fn bevel_gears_push_away_from_the_apex() {
     }
 }
 
-/// Gears on axes that cross have errors of their orders, tooth by tooth as the train counts them.
+/// Gears on intersecting axes have errors of their orders, tooth by tooth in the count of the train.
 #[test]
 fn bevel_gears_have_errors_of_their_shafts() {
     let errors = "[excitation]\ngear_error = [{ shaft = \"wheel\", order = 1, amplitude = \"5 um\" }, \
@@ -352,7 +352,7 @@ fn bevel_gears_have_errors_of_their_shafts() {
     model(&job, 0);
 }
 
-/// A mesh table is that of cylindrical gears: of bevel gears it is refused, however it is asked for.
+/// A mesh table is for cylindrical gears only: for bevel gears it is refused with any key.
 #[test]
 fn bevel_gears_have_no_mesh_table() {
     for stiffness in ["table", "continuous"] {
@@ -367,7 +367,7 @@ fn bevel_gears_have_no_mesh_table() {
     }
 }
 
-/// Stiff shafts beside a soft clutch: the modes hold their equations whatever the elements are.
+/// Stiff shafts with a soft clutch: the modes satisfy their equations for any elements.
 #[test]
 fn stiff_shafts_beside_a_soft_coupling_have_modes() {
     for name in ["clutch", "clutch-hysteresis"] {
@@ -382,7 +382,7 @@ fn stiff_shafts_beside_a_soft_coupling_have_modes() {
     }
 }
 
-/// The drive of quickstart with hubs, once as `kind = "flexible"`, once with every part where a train has it.
+/// The drive of quickstart with hubs, once as `kind = "flexible"`, once with every part in a train.
 #[test]
 fn a_flexible_drive_is_a_train_of_two() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
@@ -541,7 +541,7 @@ fn bad_trains_get_one_clear_error_each() {
     }
 }
 
-/// Stages in a row whose numbers of teeth are prime: exact speeds exceed 127 bits behind many of them.
+/// Stages in a row with prime numbers of teeth: exact speeds exceed 127 bits after many of them.
 #[test]
 fn speeds_of_many_prime_stages_are_refused() {
     let prime = |n: &u32| (2..*n).all(|divisor| !n.is_multiple_of(divisor));

@@ -1,4 +1,4 @@
-//! What a case gives, what was recorded of it, and where they differ.
+//! Results of a case, its recorded results, and their differences.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -8,15 +8,15 @@ use std::path::{Path, PathBuf};
 use crate::program::said;
 use serde_json::Value;
 
-/// By how much a number may differ, as a part of its own size. Rounding differs between processors, libraries and
-/// harmless changes of the code; what the cases amplify of it stays below a tenth of this.
+/// Tolerance of a number, relative to its size. Rounding differs between processors, libraries and harmless changes of
+/// the code; the cases amplify it to less than a tenth of this.
 const RELATIVE: f64 = 1e-7;
 
-/// What a number may differ by besides, as a part of the largest number of its kind in the table: differences of
-/// large numbers, such as the force of a bearing along an axis that nothing pushes, are rounding alone.
+/// Additional tolerance, relative to the largest number of its kind in the table. Differences of large numbers, such as
+/// the force of a bearing along an axis without load, are only rounding.
 const FLOOR: f64 = 1e-10;
 
-/// Columns and keys that tell of the machine and the moment, or what rounding has left.
+/// Columns and keys that depend on the machine and the time, or that are only rounding.
 const LEFT_OUT: [&str; 13] = [
     "points/wall_time",
     "points/worker",
@@ -24,9 +24,9 @@ const LEFT_OUT: [&str; 13] = [
     "points/energy_residual",
     "printed/hash",
     "printed/file",
-    // Equal speeds in an order that rounding makes.
+    // The order of equal speeds depends on rounding.
     "printed/resonances",
-    // Where an exponent passes through 0.
+    // These depend on rounding near a zero of the exponent.
     "bifurcations/lambda",
     "bifurcations/stable",
     "bifurcations/unstable",
@@ -35,13 +35,13 @@ const LEFT_OUT: [&str; 13] = [
     "curves/unstable",
 ];
 
-/// Columns of which rounding leaves less: an exponent as the growth of a distance that is itself tiny.
+/// Columns with larger rounding errors: an exponent from the growth of a tiny distance.
 const ROUGH: [&str; 2] = ["lambda_twin", "lambda_twin_stderr"];
 
-/// How much more these may differ.
+/// Factor of their tolerance.
 const ROUGHNESS: f64 = 1e5;
 
-/// A column of a table, a value a row; or a number or text that was printed, with its path.
+/// A column of a table, one value per row; or a printed number or text, with its path.
 #[derive(Debug, Clone, PartialEq)]
 struct Column {
     table: String,
@@ -49,7 +49,7 @@ struct Column {
     values: Vec<String>,
 }
 
-/// Computes a case and holds it against what was recorded; writes that anew where ATLAS_WRITE_GOLDEN is set.
+/// Computes a case and compares it with its recorded results; writes these anew if ATLAS_WRITE_GOLDEN is set.
 pub fn check(case: &str, command: &str, set: &[&str]) {
     let found = computed(command, set);
     let path = recorded_in().join(format!("{case}.tsv"));
@@ -73,7 +73,7 @@ pub fn check(case: &str, command: &str, set: &[&str]) {
     );
 }
 
-/// Whether values are written anew.
+/// Whether recorded results are written anew.
 pub fn writes() -> bool {
     std::env::var_os("ATLAS_WRITE_GOLDEN").is_some()
 }
@@ -154,7 +154,7 @@ fn columns(file: &Path) -> Vec<Column> {
     columns
 }
 
-/// The fields of a line separated by commas, some of them in quotes.
+/// The fields of a line separated by commas; some are quoted.
 fn fields(line: &str) -> Vec<String> {
     let (mut fields, mut quoted) = (vec![String::new()], false);
     for character in line.chars() {
@@ -197,7 +197,7 @@ fn printed(path: &str, value: &str) -> Column {
     }
 }
 
-/// A number with ten digits, so that rounding does not show in what is recorded; whole numbers and texts as they are.
+/// A number with ten digits, so that recorded results hide rounding; integers and texts are unchanged.
 fn rounded(value: &str) -> String {
     match (value.parse::<i128>(), value.parse::<f64>()) {
         (Err(_), Ok(number)) => format!("{:?}", format!("{number:.9e}").parse::<f64>().unwrap()),
@@ -227,14 +227,14 @@ fn parsed(text: &str) -> Vec<Column> {
     columns.collect()
 }
 
-/// The value of another column of the same table and row, where there is one.
+/// The value of another column of the same table and row, if it exists.
 fn beside<'a>(columns: &'a [Column], column: &Column, row: usize, name: &str) -> Option<&'a str> {
     let mut others = columns.iter().filter(|other| other.table == column.table);
     let other = others.find(|other| other.name == name)?;
     other.values.get(row).map(String::as_str)
 }
 
-/// What numbers are of one kind: those of a unit, of a numbered list, of signals of a unit.
+/// The kind of a number: a common unit, a numbered list, or signals with a unit.
 fn kind(columns: &[Column], column: &Column, row: usize) -> (String, String, String) {
     let unit = column.name.split_once(" [").map(|(_, unit)| unit);
     let name = unit
@@ -270,7 +270,7 @@ fn without_residual(text: &str) -> String {
     words.join(" ")
 }
 
-/// Whether two values are the same: whole numbers and texts exactly, others to a tolerance.
+/// Whether two values are equal: integers and texts exactly, others within a tolerance.
 fn same(recorded: &str, found: &str, scale: f64, roughness: f64) -> bool {
     let whole = |text: &str| text.parse::<i128>().is_ok();
     match (recorded.parse::<f64>(), found.parse::<f64>()) {
@@ -281,7 +281,7 @@ fn same(recorded: &str, found: &str, scale: f64, roughness: f64) -> bool {
     }
 }
 
-/// Where two results differ, by table, point, row and column.
+/// Differences of two results, by table, point, row and column.
 fn differences(recorded: &[Column], found: &[Column]) -> Vec<String> {
     let name = |column: &Column| (column.table.clone(), column.name.clone());
     let mut faults = Vec::new();

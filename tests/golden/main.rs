@@ -1,6 +1,6 @@
-//! Golden cases: short runs, followed orbits, traces and printed answers that together pass through every tier,
-//! kernel, law of the mesh and analysis, held against what this program gave when they were recorded. They tell
-//! that a change of the code has changed an answer, not which of the two is right; README.md beside this file.
+//! Golden cases: short runs, followed orbits, traces and printed results that together cover every tier, kernel, mesh
+//! law and analysis, compared with recorded results of this program. They detect that a change of the code has changed
+//! a result, not which of the two is right; see README.md in this folder.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,7 +8,7 @@ mod compare;
 #[path = "../common/program.rs"]
 mod program;
 
-/// Cases: a name, a command, and the keys that are set in its manifest.
+/// Cases: a name, a command, and the changed keys of its manifest.
 macro_rules! golden {
     ($($name:ident: $command:literal [$($set:literal),* $(,)?];)*) => {
         $(#[test]

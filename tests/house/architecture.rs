@@ -1,12 +1,12 @@
-//! Does the code keep to its architecture? Layers, printing, file sizes and unsafe code are
-//! read off the sources; every rule is also shown a planted offence.
+//! Does the code follow its architecture? The test reads layers, printing, file sizes and unsafe code from the sources.
+//! Every rule is also tested with a planted violation.
 
 #![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// A module may import from layers above its own line, and from itself; the crates below `src` hold some layers each.
+/// A module may import from layers above its own line, and from itself; each crate below `src` has some layers.
 const LAYERS: [&[&str]; 12] = [
     &["units", "numerics", "topology", "input"],
     &["structure"],
@@ -24,16 +24,15 @@ const LAYERS: [&[&str]; 12] = [
     &["cli"],
 ];
 
-/// The reference integrator shares no code with the kernels: of all modules it may know
-/// these. Its tests may build models.
+/// The reference integrator shares no code with the kernels: it may import only these modules. Its tests may build
+/// models.
 const REFERENCE_KNOWS: [&str; 1] = ["model"];
 
-/// Most lines of a file, tests not counted.
+/// Most lines of a file, without tests.
 const LONGEST: usize = 500;
 
-/// Files that need unsafe code: calls of functions compiled for an instruction set that the
-/// processor was asked for; memory, addresses and vectors as they are, to be measured; the names of
-/// functions of C, and what their callers hand over.
+/// Files that need unsafe code: calls of functions compiled for a detected instruction set; raw memory, addresses and
+/// vectors in measurements; exported C functions and their arguments.
 const UNSAFE: [&str; 7] = [
     "propagate/vectors/mod.rs",
     "propagate/vectors/wide.rs",
@@ -44,7 +43,7 @@ const UNSAFE: [&str; 7] = [
     "foreign.rs",
 ];
 
-/// What only the command line may do.
+/// Macros and functions that only the command line may use.
 const OUTWARD: [&str; 9] = [
     "print!(",
     "println!(",
@@ -64,7 +63,7 @@ struct Source {
 }
 
 impl Source {
-    /// Top-level module the file belongs to; none for the crate's roots.
+    /// Top-level module of the file; `None` for the crate's roots.
     fn module(&self) -> Option<&str> {
         let (module, _) = self.path.split_once('/')?;
         Some(module)
@@ -80,12 +79,12 @@ impl Source {
         self.text.lines().take_while(move |line| !test(line))
     }
 
-    /// Top-level modules the file names, tests included.
+    /// Top-level modules that the file names, including tests.
     fn imports(&self) -> Vec<String> {
         imports(self.text.lines())
     }
 
-    /// Top-level modules the file names outside its tests.
+    /// Top-level modules that the file names outside its tests.
     fn working_imports(&self) -> Vec<String> {
         if self.is_test() { Vec::new() } else { imports(self.lines()) }
     }
@@ -102,7 +101,7 @@ fn imports<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<String> {
     let code = code(lines);
     let mut names = Vec::new();
     for (at, _) in code.match_indices("crate::") {
-        // Neither `$crate::` nor `other_crate::` is written with this crate's root.
+        // Neither `$crate::` nor `other_crate::` refers to this crate's root.
         if code[..at].ends_with(|c: char| c.is_alphanumeric() || "_$".contains(c)) {
             continue;
         }
@@ -170,8 +169,8 @@ fn outward_offences(source: &Source) -> Vec<String> {
     let mut offences = Vec::new();
     for (i, line) in source.lines().enumerate() {
         let code = line.split("//").next().unwrap();
-        // A longer macro name (`println!`) also ends in a shorter one; one finding is enough.
-        // A method of that name is another thing.
+        // A longer macro name (`println!`) also ends in a shorter one; one finding is enough. A method with that name
+        // is allowed.
         let outward = |word: &&&str| {
             code.match_indices(**word)
                 .any(|(at, _)| !code[..at].ends_with('.'))
@@ -216,7 +215,7 @@ fn module_path(path: &str) -> String {
     stem.replace('/', "::")
 }
 
-/// Every path of a `use` without blanks, `a::{b, c::{d, e}}` taken apart.
+/// Every path of a `use` without blanks, with `a::{b, c::{d, e}}` split up.
 fn paths(tree: &str) -> Vec<String> {
     let Some((prefix, group)) = tree.split_once('{') else {
         return vec![tree.split('@').next().unwrap().to_owned()];
@@ -233,8 +232,7 @@ fn paths(tree: &str) -> Vec<String> {
     all
 }
 
-/// What a file uses outside its tests, as paths from the crate's root, and whether it hands
-/// them on.
+/// Imports of a file outside its tests, as paths from the crate's root, and whether it re-exports them.
 fn uses(source: &Source) -> Vec<(String, bool)> {
     let here = module_path(&source.path);
     let parent = |path: &str| path.rsplit_once("::").map_or("", |(p, _)| p).to_owned();
@@ -263,9 +261,8 @@ fn uses(source: &Source) -> Vec<(String, bool)> {
     found
 }
 
-/// Files of one module that import each other in circles, by what their `use` statements say,
-/// each with those of its imports that lead back to it. A name that another file hands on is
-/// imported from where it is defined.
+/// Files of one module whose `use` statements import each other in circles, each with its imports that lead back to it.
+/// A re-exported name counts as an import from its definition.
 fn circles(sources: &[Source]) -> Vec<String> {
     let own = |s: &&Source| s.module().is_some() && !s.is_test() && !s.path.ends_with("_tests.rs");
     let files: BTreeMap<String, Vec<(String, bool)>> = (sources.iter().filter(own))
@@ -282,7 +279,7 @@ fn circles(sources: &[Source]) -> Vec<String> {
     let home = |path: &str| -> Option<&str> {
         let name = &path[path.rfind("::")?..];
         let mut file = file_of(path)?;
-        // A few hands at most.
+        // A few re-exports at most.
         for _ in 0..5 {
             let handed_on = |(path, public): &&(String, bool)| *public && path.ends_with(name);
             let mut handed_on = files[file].iter().filter(handed_on);
@@ -331,12 +328,12 @@ fn sources() -> Vec<Source> {
         let (_, below) = source.path.split_once('/').unwrap();
         source.path = below.to_owned();
     }
-    // Test programs of a crate are none of its modules.
+    // Test programs of a crate are not among its modules.
     sources.retain(|source| !source.path.starts_with("tests/"));
     sources
 }
 
-/// Those of the Python package, as of a module called `python`.
+/// The sources of the Python package, as a module called `python`.
 fn python_sources() -> Vec<Source> {
     let mut sources = sources_below("python/src");
     assert!(sources.len() > 5, "the sources were not found");
@@ -521,7 +518,7 @@ mod planted {
         ] {
             assert!(found(&[first, ("gear/b.rs", text)]).is_empty(), "{text}");
         }
-        // A parent may hand on what its children define; what it uses they may not use it for.
+        // A parent may re-export definitions of its children; they may not import its own imports through it.
         let child = ("gear/a/b.rs", "use super::A;");
         assert!(found(&[("gear/a.rs", "pub use b::B;"), child]).is_empty());
         assert_eq!(found(&[("gear/a.rs", "use b::B;"), child]).len(), 2);

@@ -1,5 +1,5 @@
-//! The book of `docs/` is whole, and its tutorials do what they say: their commands are run, in order, as a
-//! reader would.
+//! Is the book of `docs/` complete, and do its tutorials work? The test runs their commands in order, as a reader
+//! would.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// The blocks of a page that are fenced as ```` ```sh ````, joined.
+/// The blocks of a page with fence ```` ```sh ````, joined.
 fn commands(page: &str) -> String {
     let mut script = String::new();
     let mut within = false;
@@ -29,7 +29,7 @@ fn commands(page: &str) -> String {
     script
 }
 
-/// Runs the commands of a page in a folder of its own, which has the shipped manifests; gives the folder.
+/// Runs the commands of a page in a separate folder with the shipped manifests; returns the folder.
 fn follow(name: &str) -> tempfile::TempDir {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(root.join("docs/tutorials").join(name)).unwrap();
@@ -59,7 +59,7 @@ fn follow(name: &str) -> tempfile::TempDir {
     place
 }
 
-/// Every file that a page names as its result is there and holds something.
+/// Asserts that every file that a page names as its result exists and is not empty.
 fn left(place: &tempfile::TempDir, files: &[&str]) {
     for file in files {
         let size = fs::metadata(place.path().join(file)).map(|file| file.len());
@@ -79,7 +79,7 @@ fn the_tutorial_for_researchers() {
     left(&place, &["results/oscillator/points.parquet"]);
 }
 
-/// Every page of `docs/` stands in the book's contents, and every page of the contents is there.
+/// Every page of `docs/` is in the book's contents, and every page of the contents exists.
 #[test]
 fn contents_name_every_page() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");

@@ -1,8 +1,8 @@
-//! The targets of `fuzz/targets`, put to inputs that once broke them and to some thousand mutated ones.
+//! The targets of `fuzz/targets`, tested with inputs that once broke them and with some thousand mutated ones.
 //!
-//! The inputs follow from a seed, so that a failure comes again; its bytes are left below
-//! `target/tmp/fuzz-targets`. `scripts/fuzz` gives the same targets to libFuzzer, which looks at what
-//! the program does with its inputs, and to this program for as long as asked.
+//! The inputs follow from a seed, so that failures are reproducible; the bytes of a failure are in
+//! `target/tmp/fuzz-targets`. `scripts/fuzz` runs the same targets with libFuzzer, which observes the program's
+//! coverage, and with this program for a requested time.
 
 #![allow(clippy::unwrap_used)]
 
@@ -20,14 +20,14 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use targets::{TARGETS, Target, WRONG, named, seeds};
 
-/// Longest time of an input; what takes longer hangs.
+/// Longest time for an input; a longer one counts as a hang.
 const HANG: Duration = Duration::from_secs(60);
 
 fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Draws the inputs of a target.
+/// Generates the inputs of a target.
 enum Drawing {
     Mutated(Mutations),
     /// Drives that a manifest accepts more often than a mutated text.
@@ -46,7 +46,7 @@ impl Drawing {
         }
     }
 
-    /// The input of a number under a seed.
+    /// The input with a number under a seed.
     fn draw(&self, seed: u64, number: u64) -> Vec<u8> {
         let mut dice = Dice(Stream::new(seed, number, 0));
         match self {
@@ -62,15 +62,15 @@ impl Drawing {
     }
 }
 
-/// What became of some inputs.
+/// Counts over some inputs.
 #[derive(Debug, Default)]
 struct Tally {
     inputs: u64,
-    /// Inputs that broke the target, by what it said.
+    /// Inputs that broke the target, by message.
     broken: BTreeMap<String, Vec<PathBuf>>,
 }
 
-/// What a target says of bytes that break it.
+/// The message of a target for bytes that break it.
 fn put(target: &Target, bytes: &[u8]) -> Result<(), String> {
     catch_unwind(|| (target.run)(bytes)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().cloned();
@@ -79,7 +79,7 @@ fn put(target: &Target, bytes: &[u8]) -> Result<(), String> {
     })
 }
 
-/// Puts inputs to a target on a thread of its own, so that one that hangs is told.
+/// Tests a target with inputs on a separate thread, so that hangs are detected.
 fn fuzz(target: &'static Target, seed: u64, until: impl Fn(u64) -> bool + Send + 'static) -> Tally {
     let folder = repository().join("target/tmp/fuzz-targets");
     fs::create_dir_all(&folder).unwrap();
@@ -117,8 +117,8 @@ fn fuzz(target: &'static Target, seed: u64, until: impl Fn(u64) -> bool + Send +
     worker.join().unwrap()
 }
 
-/// Panics of the targets are caught, counted and told once; the standard hook would tell each. Tests run
-/// on threads with names, targets on one without.
+/// Panics of the targets are caught, counted and printed once; the standard hook would print each. Tests run on threads
+/// with names, targets on one without.
 fn hush() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -174,7 +174,7 @@ unbroken! {
     breakpoints: "breakpoints", 300;
 }
 
-/// Inputs that broke a target before it was mended.
+/// Inputs that broke a target before a fix.
 #[test]
 fn what_once_broke_a_target_does_so_no_more() {
     for target in &TARGETS {
@@ -185,7 +185,7 @@ fn what_once_broke_a_target_does_so_no_more() {
     }
 }
 
-/// The oracle speaks: a target that is given a wrong answer panics with the word that counts look for.
+/// The check works: a target with a wrong result panics with the word that the counts use.
 #[test]
 fn a_wrong_answer_is_told_from_a_crash() {
     let wrong = Target {
@@ -195,8 +195,7 @@ fn a_wrong_answer_is_told_from_a_crash() {
     assert_eq!(put(&wrong, b""), Err("WRONG: 2 points of 1".into()));
 }
 
-/// Asked for by `scripts/fuzz`: ATLAS_FUZZ_SECONDS on the target ATLAS_FUZZ_TARGET, of seed
-/// ATLAS_FUZZ_SEED.
+/// For `scripts/fuzz`: runs ATLAS_FUZZ_SECONDS on the target ATLAS_FUZZ_TARGET, with seed ATLAS_FUZZ_SEED.
 #[test]
 #[ignore = "as long as asked for"]
 #[allow(clippy::print_stdout)]

@@ -1,4 +1,4 @@
-//! Records of several trajectories, one behind the other, and what a stop rule watches of them.
+//! Records of several trajectories in a sequence, and their quantities for a stop rule.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +11,7 @@ use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::statistics::{quantile, standard_error};
 use gearatlas::propagate::{Event, Observer, Window};
 
-/// Time averages with the values that they have in two records.
+/// Time averages with their values in two records.
 fn averages<'a>(a: &'a NvhOutcome, b: &'a NvhOutcome) -> Vec<(&'static str, f64, f64)> {
     let mut pairs = vec![
         ("mean", a.deflection_mean, b.deflection_mean),
@@ -58,7 +58,7 @@ fn alike(pairs: &[(&str, f64, f64)], tolerance: f64) {
     }
 }
 
-/// One record of a rattling trajectory, and the same in two parts of so many cycles each.
+/// One record of a rattling trajectory, and the same in two parts of given lengths.
 fn records(model: &Model, parts: [u64; 2]) -> [Nvh; 3] {
     let kernel = volterra(model);
     let start = settled(model, 200);
@@ -88,7 +88,7 @@ fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
             .collect::<Vec<_>>(),
         1e-12,
     );
-    // Stays that span the seam are in neither part.
+    // Stays across the seam are in neither part.
     for (a, b) in [
         (found.flights, exact.flights),
         (found.contacts, exact.contacts),
@@ -110,7 +110,7 @@ fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
     errors.extend(lists.map(|(a, b)| ("lists", *a, *b)));
     alike(&errors, 1e-9);
 
-    // A record behind nothing is itself, and nothing behind a record changes it.
+    // Appending to an empty record gives the record itself; appending an empty record changes nothing.
     let mut empty = Nvh::new(&model, 3);
     empty.append(&whole);
     empty.append(&Nvh::new(&model, 3));
@@ -119,7 +119,7 @@ fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
     assert_eq!(found.flights, exact.flights);
 }
 
-/// Whatever is left open at the seam counts in every average.
+/// Intervals that are open at the seam count in every average.
 #[test]
 fn parts_of_any_length_add_up() {
     let model = model(&forty_modes());
@@ -142,7 +142,7 @@ fn records_beside_each_other_share_their_centre() {
     let (middle, _) = advance_with(&kernel, &settled(&model, 200), 120, &mut pilot);
     let outcome = |mut member: Nvh, start: &TrajectoryState| {
         let (start, _) = advance_with(&kernel, start, 7, &mut member);
-        // As behind an unmeasured stretch.
+        // As after an unmeasured interval.
         member.restart();
         advance_with(&kernel, &start, 240, &mut member);
         let mut both = pilot.clone();
@@ -153,7 +153,7 @@ fn records_beside_each_other_share_their_centre() {
     let own = outcome(Nvh::new(&model, 3), &middle);
     assert_eq!(shared.cycles, 360);
     alike(&averages(&shared, &own), 1e-12);
-    // A pilot that has seen nothing has no centre to share.
+    // A pilot without data has no centre to share.
     let early = Nvh::new(&model, 3).beside();
     alike(&averages(&outcome(early, &middle), &own), 1e-14);
 }
@@ -189,7 +189,7 @@ fn what_is_watched_has_the_errors_of_the_statistics() {
     assert!(Nvh::new(&model, 3).watched().is_empty());
 }
 
-/// Smallest and largest deflection and largest |force| of every cycle, by a close search.
+/// Smallest and largest deflection and largest |force| of every cycle, by a fine search.
 #[derive(Default)]
 struct Search(Vec<[f64; 3]>, Option<u64>);
 

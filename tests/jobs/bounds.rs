@@ -1,6 +1,5 @@
-//! Bad text takes no more than it deserves: whatever a manifest of a megabyte says, it is judged
-//! in little memory, at once and in few words, and nothing in it reaches a terminal that the
-//! terminal would obey.
+//! Bad text uses limited resources: for any manifest of a megabyte, the check takes little memory and time and prints
+//! few words. None of its control characters reaches a terminal.
 
 #![allow(clippy::unwrap_used)]
 
@@ -19,22 +18,22 @@ const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 /// Size of a text \[bytes\].
 const MEGABYTE: usize = 1_000_000;
 
-/// Address space that a check may ask for \[KiB\]: what the program maps anyway, and 100 MB.
+/// Limit of the address space of a check \[KiB\]: the program's usual mappings, and 100 MB.
 const ADDRESSES: usize = 300_000;
 
-/// A check that takes so long hangs.
+/// A check that takes this long counts as a hang.
 const HANG: Duration = Duration::from_secs(60);
 
-/// Most bytes said of a bad text.
+/// Most bytes printed about a bad text.
 const WORDS: usize = 100_000;
 
-/// The manifest with something else in the place of a part of it.
+/// The manifest with a part replaced.
 fn with(from: &str, to: &str) -> String {
     assert!(QUICKSTART.contains(from), "{from}");
     QUICKSTART.replacen(from, to, 1)
 }
 
-/// Pieces, numbered, that fill a megabyte beside the manifest.
+/// Numbered pieces that fill a megabyte together with the manifest.
 fn pieces(piece: impl Fn(usize) -> String) -> String {
     let mut text = String::new();
     for i in 0.. {
@@ -195,8 +194,7 @@ fn kinds() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The answer of the program where it comes before it would be called a hang, in an address
-/// space of so many KiB.
+/// The output of the program if it ends before the time limit of a hang, in an address space of `addresses` KiB.
 fn within(folder: &Path, addresses: usize, arguments: &[&str]) -> Output {
     let limited = format!("ulimit -v {addresses}; exec \"$0\" \"$@\"");
     let [out, err] = ["out.txt", "err.txt"].map(|name| folder.join(name));
@@ -239,7 +237,7 @@ fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Whether a terminal would only show it.
+/// Whether a terminal only displays it.
 fn is_harmless(bytes: &[u8]) -> bool {
     words(bytes).chars().all(|c| !c.is_control() || c == '\n')
 }
@@ -259,7 +257,7 @@ fn a_megabyte_of_anything_is_judged_in_little_memory_and_few_words() {
                 output.status.signal(),
                 &words(&output.stderr)[..200.min(output.stderr.len())]
             );
-            // Programs get every fault that is kept, and ten thousand values of a valid axis.
+            // Programs get every stored fault, and ten thousand values of a valid axis.
             let most = if arguments.is_empty() { WORDS } else { 20 * WORDS };
             assert!(said < most, "{name}: {said} bytes are said");
             assert!(is_harmless(&output.stderr), "{name}");
@@ -281,7 +279,7 @@ fn twenty_faults_are_shown_and_the_others_counted() {
         said.lines().all(|line| line.chars().count() < 250),
         "{said}"
     );
-    // The place is the one in the file, not the one in what is shown of it.
+    // The position refers to the file, not to the shown text.
     let column = text.lines().find(|line| line.contains("6019 rp")).unwrap();
     let column = column.find("\"6019 rp\"").unwrap() + 1;
     assert!(said.contains(&format!(":{column}\n")), "{column}: {said}");
@@ -385,8 +383,7 @@ fn a_grid_that_is_too_large_is_counted_not_made() {
     assert!(said.contains("94 more axes"), "{said}");
 }
 
-/// Ten million gaps: nothing is made of them but what is asked for, and that is what a manifest
-/// with that gap alone says.
+/// Ten million gaps: only requested points are made, and each equals the point of a manifest with that gap alone.
 #[test]
 fn points_of_a_huge_grid_are_made_when_they_are_asked_for() {
     let grid = "\"mesh.half_gap\" = { from = 1e-6, to = 1e-5, count = 5000000 }\nload = 0.1";
@@ -415,12 +412,12 @@ fn points_of_a_huge_grid_are_made_when_they_are_asked_for() {
             (alone.run, alone.load, alone.speed)
         );
     }
-    // Points share what they have in common, those that were not judged as well.
+    // Points share their common parts, including points that were not checked.
     assert!(std::sync::Arc::ptr_eq(
         &job.points.at(7_777_777).run,
         &job.points.at(0).run
     ));
-    // The hash knows of everything, and of nothing else.
+    // The hash depends on all relevant keys, and on nothing else.
     let hash = |text: &str| parse(text).hash;
     assert_eq!(
         hash(&huge),
@@ -440,8 +437,8 @@ fn points_of_a_huge_grid_are_made_when_they_are_asked_for() {
     );
 }
 
-/// One value in a hundred thousand does not fit the others, and is not among those judged: its
-/// points say so, and the rest is valid.
+/// One value in a hundred thousand is incompatible with the others, and is not among the checked ones. Its points
+/// report it, and the rest is valid.
 #[test]
 fn a_combination_without_a_drive_is_a_failed_point() {
     const ODD: usize = 50_001;
@@ -462,7 +459,7 @@ fn a_combination_without_a_drive_is_a_failed_point() {
             assert!(error.to_string().contains("audit_cycles"), "{error}");
         }
     }
-    // The same beside few others is an error of the manifest.
+    // With few other values the same is an error of the manifest.
     let few = with(LOAD, "\"run.cycles\" = { values = [5, 1000] }\nload = 0.1").replacen(
         "cycles = 160000",
         "audit_cycles = 20",
@@ -504,7 +501,7 @@ fn a_negative_angle_needs_no_equals_sign() {
     fs::write(folder.path().join("m.toml"), "[job]\n").unwrap();
     let arguments = ["table", "m.toml", "--misalignment", "-0.4 mrad,0.1 mrad"];
     let output = within(folder.path(), 4 * ADDRESSES, &arguments);
-    // The manifest is at fault, the angles are not.
+    // The manifest is at fault, not the angles.
     let said = words(&output.stderr);
     assert!(
         said.contains("[model]") && !said.contains("unexpected"),

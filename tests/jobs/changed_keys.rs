@@ -1,4 +1,4 @@
-//! `--set KEY=VALUE`, a manifest from standard input, and `-j`: with the real program.
+//! `--set KEY=VALUE`, a manifest from standard input, and `-j`, with the real program.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ fn hash(place: &Place, arguments: &[&str]) -> Value {
     serde_json::from_slice::<Value>(&output.stdout).unwrap()["hash"].clone()
 }
 
-/// Setting a key is the same as writing it.
+/// Setting a key equals writing it.
 #[test]
 fn a_set_key_is_as_if_written() {
     let place = Place::new(OSCILLATOR);
@@ -54,7 +54,7 @@ fn a_set_key_is_as_if_written() {
     assert_eq!(record["manifest_hash"], changed);
     assert!(place.record("theirs").get("set").is_none());
 
-    // The same command finds its results; another one says what differs.
+    // The same command finds its results; another one reports the difference.
     let again = place.run("ours", &set);
     assert!(
         stdout(&again).contains("already holds"),
@@ -70,7 +70,7 @@ fn a_set_key_is_as_if_written() {
     );
 }
 
-/// Every command that takes a manifest takes changes of it, and one from a pipe.
+/// Every command with a manifest accepts changes of it, and a manifest from a pipe.
 #[test]
 fn every_command_takes_changes_and_pipes() {
     let place = Place::new(OSCILLATOR);
@@ -104,8 +104,8 @@ fn every_command_takes_changes_and_pipes() {
     assert_eq!(record["set"], json!(["run.cycles=320", "run.transient=30"]));
 }
 
-/// Portable instructions need a variable when the process starts; the error says what to type, quoted as
-/// the shell needs it.
+/// Portable instructions need a variable at the start of the process; the error contains the command to type, quoted
+/// for the shell.
 #[test]
 #[cfg(all(target_env = "gnu", target_arch = "x86_64"))]
 fn a_portable_job_started_without_its_variable_says_what_to_type() {
@@ -134,7 +134,7 @@ fn a_portable_job_started_without_its_variable_says_what_to_type() {
     );
 }
 
-/// A key that stands in the way of another is taken out.
+/// A key that is incompatible with a set one is removed.
 #[test]
 fn keys_are_taken_out() {
     let place = Place::new(OSCILLATOR);
@@ -153,7 +153,7 @@ fn keys_are_taken_out() {
     );
 }
 
-/// The table of a mesh is built of what was set, from a pipe, too.
+/// The table of a mesh is built with the set keys, also from a pipe.
 #[test]
 fn tables_are_built_of_what_was_set() {
     let place = Place::new(include_str!("../../manifests/flex80-table.toml"));
@@ -172,7 +172,7 @@ fn tables_are_built_of_what_was_set() {
     assert!(!set.is_empty());
     assert_eq!(set, files(&format!("- {wide} < m.toml")));
     assert_ne!(set, files("- < m.toml"));
-    // Tables of torques that are not the points' have the laws that the manifest has.
+    // Tables for torques other than the points' have the laws of the manifest.
     let tables = ["coupled", "independent"].map(|face| {
         ["load_dependent", "linear"].map(|contact| {
             let laws = format!("--set mesh.face={face} --set mesh.contact={contact}");

@@ -1,4 +1,4 @@
-//! What `atlas check` tells of the structure: the whole text is a snapshot.
+//! The output of `atlas check` about the structure: the whole text is a snapshot.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,8 +10,8 @@ use std::process::Command;
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 
-/// A shaft between a mesh and a stop, with drag, a heavily damped mode, and a second mesh with three
-/// cycles in five; a load turns twice in three cycles.
+/// A shaft between a mesh and a stop, with drag, a heavily damped mode, and a second mesh with three cycles in five; a
+/// load has two periods in three cycles.
 const MODAL_FILE: &str = r#"
 teeth = 20
 rated_force = 1330.0
@@ -76,7 +76,7 @@ fn the_structure_is_told() {
     insta::assert_snapshot!("structure", check(folder.path(), &[]));
 }
 
-/// The speeds are those at which the harmonics of the mesh have the closed modes' frequencies.
+/// At these speeds the harmonics of the mesh meet the closed modes' frequencies.
 #[test]
 fn programs_are_told_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -89,7 +89,7 @@ fn programs_are_told_the_same() {
     let share: f64 = (closed.iter())
         .map(|mode| mode["mesh_share"].as_f64().unwrap())
         .sum();
-    // Their sum is k w'(K + k w w')^-1 w, which is 1 where nothing but the mesh holds a rotation.
+    // Their sum is k w'(K + k w w')^-1 w, which is 1 if only the mesh holds a rotation.
     assert!((share - 1.0).abs() < 1e-9, "{share}");
     for mode in &closed[1..] {
         let frequency = mode["frequency_hz"].as_f64().unwrap();
@@ -109,7 +109,7 @@ fn quickstart(changes: &[(&str, &str)]) -> String {
     changes.iter().fold(QUICKSTART.to_owned(), change)
 }
 
-/// What `atlas check --json` tells of a text.
+/// The output of `atlas check --json` for a text.
 fn told(text: &str) -> serde_json::Value {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("m.toml"), text).unwrap();
@@ -245,7 +245,7 @@ fn what_no_drive_is_built_like_is_warned_of() {
         let word = found.iter().find(|(own, ..)| own == key);
         let (_, line, message) = word.unwrap_or_else(|| panic!("{key}: {found:?}"));
         assert!(message.contains(said), "{key}: {message}");
-        // The line that was changed is the one that is named.
+        // The changed line is the named one.
         let name = key
             .split('.')
             .rfind(|part| part.parse::<u32>().is_err())
@@ -255,7 +255,7 @@ fn what_no_drive_is_built_like_is_warned_of() {
     }
 }
 
-/// Without a drawing lengths and speeds have bounds of their own.
+/// Without a drawing, lengths and speeds have other bounds.
 #[test]
 fn a_modal_file_is_judged_without_a_drawing() {
     let folder = tempfile::tempdir().unwrap();
@@ -271,8 +271,8 @@ fn a_modal_file_is_judged_without_a_drawing() {
     assert_eq!(keys, ["mesh.half_gap", "grid.speed"]);
 }
 
-/// Fewer cycles than errors are first read at: points that do not settle would end as not_converged, and errors of a
-/// survey would be too small.
+/// Fewer cycles than before the first reading of errors: points that do not settle would end as not_converged, and
+/// errors of a survey would be too small.
 #[test]
 fn fewer_cycles_than_the_first_look_are_advised_on() {
     let cycles = "cycles = 160000 ";
@@ -292,7 +292,7 @@ fn fewer_cycles_than_the_first_look_are_advised_on() {
     let named = text.lines().nth(*line as usize - 1).unwrap();
     assert!(named.starts_with("cycles = 5000"), "{named}");
 
-    // A survey takes fewer, and nothing is said where no exponent is asked for.
+    // A survey needs fewer, and there is no advice if no exponent is requested.
     for changes in [
         &[(cycles, "cycles = 5000 "), (rule, survey)][..],
         &[(cycles, "cycles = 5000 "), (rule, "#")],
@@ -315,7 +315,7 @@ fn first_model(text: &str) -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-/// What is said to have no effect has none: the system of the motion is the same without it, bit for bit.
+/// Keys that are reported as without effect have none: the system of the motion is the same without them, bit for bit.
 #[test]
 fn what_has_no_effect_is_told() {
     let relief = "rated_torque = \"50 N*m\"\ntip_relief = { amount = \"20 um\", length = \"2 mm\" }\nlead_crowning = \"5 um\"\n#";
@@ -373,7 +373,7 @@ fn what_has_no_effect_is_told() {
     );
 }
 
-/// What only some points of the grid do without, or another key brings into effect, is not said to have none.
+/// A key that only some points do not use, or that another key activates, is not reported as without effect.
 #[test]
 fn what_has_an_effect_somewhere_is_not_idle() {
     let keys = |text: &str| -> Vec<String> {
@@ -406,8 +406,7 @@ fn what_has_an_effect_somewhere_is_not_idle() {
     assert!(manifest::advice(&job).is_empty());
 }
 
-/// An axis over a key that nothing feels makes every point again and again, and a value that both shafts have for
-/// themselves stands for nothing.
+/// An axis over an unused key repeats every point, and a common value that both shafts override has no effect.
 #[test]
 fn axes_and_shared_values_without_effect_are_told() {
     let keys = |changes: &[(&str, &str)]| -> Vec<String> {
@@ -431,7 +430,7 @@ fn axes_and_shared_values_without_effect_are_told() {
     assert_eq!(keys(&[pinion, axis]), ["gear.face_width", "shafts.span"]);
 }
 
-/// Harmonics of the stiffness that do not peak at one phase reach less far than the sum of their amplitudes.
+/// Harmonics of the stiffness with peaks at different phases have a smaller range than the sum of their amplitudes.
 #[test]
 fn a_fourier_series_is_told_by_its_extremes() {
     let folder = tempfile::tempdir().unwrap();
@@ -445,7 +444,7 @@ fn a_fourier_series_is_told_by_its_extremes() {
     assert!(said.contains(told), "{said}");
 }
 
-/// Figures of the gears stand beside each other, from the drawing and as they are used.
+/// Data of the gears from the drawing and as used are next to each other.
 #[test]
 fn the_gears_are_told() {
     let computed = quickstart(&[
@@ -485,7 +484,7 @@ fn the_gears_are_told() {
     assert!((levels[0] / levels[1] - 0.75).abs() < 1e-12, "{levels:?}");
 }
 
-/// Keys that the command gives are judged like those of the manifest.
+/// Keys from the command line are checked like those of the manifest.
 #[test]
 fn what_is_set_is_advised_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -515,7 +514,7 @@ fn what_is_set_is_advised_on() {
     assert_eq!(word["line"], serde_json::Value::Null);
 }
 
-/// Orders of mesh and shafts that meet a mode near the speeds of the grid, the same as a Campbell diagram marks.
+/// Orders of mesh and shafts that meet a mode near the speeds of the grid, the same as in a Campbell diagram.
 #[test]
 fn resonances_are_told_by_order() {
     let value = told(&quickstart(&[("\"6000 rpm\"", "\"2000 rpm\"")]));
@@ -584,7 +583,7 @@ fn the_load_of_rolling_bearings_is_told() {
     assert_eq!(own["name"], "counter 1");
     assert_eq!(own["stiffness"].as_array().unwrap().len(), 5);
     assert!(own["elements"].as_u64().unwrap() > 2);
-    // Without such bearings nothing is told, and the key has no effect.
+    // Without such bearings nothing is reported, and the key has no effect.
     let plain = include_str!("../../manifests/trains/two-stage.toml");
     assert!(told(plain)["loaded_bearings"].is_null());
     let idle = plain.replacen("[train]", "[train]\nbearing_load = 0.5", 1);

@@ -1,5 +1,5 @@
-//! A table that another program cuts short while a run uses it: the run ends with the bits of an undisturbed
-//! one, and the next run computes the table anew.
+//! A table that another program truncates while a run uses it: the run ends with the bits of an undisturbed one, and
+//! the next run computes the table again.
 
 #![allow(clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// What a run may take to finish its first point.
+/// Time limit of a run for its first point.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
@@ -37,13 +37,13 @@ fn a_run_whose_table_is_cut_down_goes_on() {
         .unwrap();
     let journal = place.path("r/.journal");
     let start = Instant::now();
-    // Beyond its head: a point is finished.
+    // The journal is longer than its head: a point is finished.
     while fs::metadata(&journal).map_or(0, |found| found.len()) < 400 {
         assert!(start.elapsed() < PATIENCE, "no point");
         assert!(child.try_wait().unwrap().is_none(), "ended too soon");
         sleep(Duration::from_millis(2));
     }
-    // Nobody may write it, but its owner may let himself.
+    // The file is read-only, but its owner may change that.
     fs::set_permissions(&table, Permissions::from_mode(0o644)).unwrap();
     let file = OpenOptions::new().write(true).open(&table).unwrap();
     file.set_len(60).unwrap();

@@ -1,5 +1,5 @@
-//! Results that a disk, a copy or a hand has changed: whatever reads them says which file is
-//! damaged, in one line, and no number of theirs is passed on.
+//! Results that a disk, a copy or a user has changed: every reader names the damaged file in one line, and passes on
+//! none of its numbers.
 
 #![allow(clippy::unwrap_used)]
 
@@ -36,8 +36,8 @@ starts = 2
 longest_period = 2
 "#;
 
-/// Whatever bit of a table of `atlas follow` or `atlas trace`, or of their records, is another one than was
-/// written: every command that reads the file says so.
+/// Any changed bit in a table of `atlas follow` or `atlas trace`, or in their records: every command that reads the
+/// file reports it.
 #[test]
 fn every_flipped_bit_of_followed_orbits_and_traces_is_found() {
     const BITS: usize = 24;
@@ -67,7 +67,7 @@ fn every_flipped_bit_of_followed_orbits_and_traces_is_found() {
             format!("plot {folder} --format svg --out pictures"),
             format!("show {folder} --json"),
         ];
-        // There is no summary of a trace.
+        // A trace has no summary.
         let most = if folder == "f" { 4 } else { 3 };
         let words = |line: &String| line.split(' ').map(str::to_owned).collect();
         all[..most].iter().map(words).collect()
@@ -153,7 +153,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
         "put back, it is whole"
     );
 
-    // What cannot be put back is computed again.
+    // Points that cannot be restored are computed again.
     let before = TABLES.map(|table| results::physics(&place.path("r"), table));
     fs::write(place.path("r/points.parquet"), "").unwrap();
     fs::write(place.path("r/run.json"), "{}").unwrap();
@@ -164,7 +164,7 @@ fn a_table_that_is_gone_cut_or_changed_is_named_by_all_that_read_it() {
     );
 }
 
-/// Bits that follow from a seed and lie anywhere in a file.
+/// Positions of bits in a file, from a seed.
 fn places(seed: u64, bits: usize, count: usize) -> impl Iterator<Item = usize> {
     (0..count as u64).map(move |k| {
         let mixed = (seed + k).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -194,7 +194,7 @@ fn flip(count: usize) {
             damaged[bit / 8] ^= 1 << (bit % 8);
             fs::write(&path, damaged).unwrap();
             refused(&place.atlas(&merge), &format!("{file}` is damaged"));
-            // A summary takes nothing from the samples.
+            // A summary does not read the samples.
             if !file.contains("poincare") {
                 refused(&place.atlas(&["show", "1"]), &format!("{file}` is damaged"));
             }
@@ -265,7 +265,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
         fs::write(place.path(record), &own[1]).unwrap();
     };
 
-    // Counted up to, this one asked for 8.8 TB.
+    // Counting up to this id would allocate 8.8 TB.
     let far = 1 << 40;
     rewrite(&place.path(table), "point_id", |ids| {
         let ids = ids.as_primitive::<UInt64Type>();
@@ -298,7 +298,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
         });
         reseal(&place.path(record), |_| ());
         let mut readers = vec![merge(), place.atlas(&["plot", "1"])];
-        // A summary reads the columns that it needs.
+        // A summary reads only the columns that it needs.
         if column == "lambda_max" {
             readers.push(place.atlas(&["show", "1"]));
         }
@@ -310,7 +310,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
         put_back();
     }
 
-    // What a merge that was killed has left.
+    // Remains of a killed merge.
     fs::create_dir_all(place.path("joined")).unwrap();
     fs::write(
         place.path("joined/.points.parquet.x1.partial"),
@@ -322,7 +322,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
     assert!(!place.path("joined/.points.parquet.x1.partial").exists());
 }
 
-/// A folder without a record, such as tables copied by hand: nothing says what its bytes were.
+/// A folder without a record, for example with copied tables: its bytes cannot be checked.
 #[test]
 fn without_a_record_a_table_is_read_with_a_warning_or_refused_in_one_line() {
     let place = Place::new(OSCILLATOR);

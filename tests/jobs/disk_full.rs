@@ -1,8 +1,8 @@
-//! A disk that is full in the middle of a run: one line says so, nothing half-written stays, and
-//! once there is space the same command goes on to the same bits.
+//! A disk that becomes full during a run: one line reports it, no incomplete file remains, and with free space the same
+//! command resumes with the same bits.
 //!
-//! The disk is a small tmpfs in a mount namespace of its own, which ends with its shell. Where the
-//! system does not allow one, the test says so and is skipped.
+//! The disk is a small tmpfs in a separate mount namespace, which ends with its shell. If the system does not allow
+//! one, the test reports this and is skipped.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,8 +14,8 @@ use std::process::Command;
 
 const TABLES: [&str; 3] = ["points.parquet", "poincare.parquet", "spectra.parquet"];
 
-/// Runs `m.toml` on a disk with some options, then on one with space; what is there in between, and what
-/// both runs said, is kept outside.
+/// Runs `m.toml` on a disk with some options, then on one with space. Stores outside the files in between, and the
+/// messages of both runs.
 const SCRIPT: &str = r#"
 set -u
 mkdir -p disk kept
@@ -29,16 +29,16 @@ echo $? > kept/second.status
 cp -r disk/r kept/r
 "#;
 
-/// What one disk led to.
+/// Observations on one disk.
 struct Seen {
     /// Exit status and errors of the first run.
     first: (i32, String),
-    /// Points that the second took over.
+    /// Points that the second run took over.
     resumed: u64,
 }
 
-/// A run on a disk with such options of tmpfs, held against the results in `whole`; none where there
-/// can be no such disk.
+/// Runs on a disk with some options of tmpfs and compares with the results in `whole`; `None` if there can be no such
+/// disk.
 fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
     let namespace = ["--user", "--map-root-user", "--mount"];
     let output = Command::new("unshare")
@@ -63,7 +63,7 @@ fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
     let status = |name: &str| kept(name).trim().parse::<i32>().unwrap();
     let first = (status("first.status"), kept("first.err"));
     if first.0 != 0 {
-        // Either no table has its name, or all have and the record is missing.
+        // Either no table has its final name, or all have and the record is missing.
         let left = kept("between");
         let tables = left.lines().filter(|name| *name != ".journal");
         let mut tables: Vec<&str> = tables.collect();
@@ -89,11 +89,11 @@ fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
 
 #[test]
 fn a_full_disk_is_said_and_the_run_goes_on_once_there_is_space() {
-    // Points of some pages each.
+    // Points with the size of some pages each.
     let place = Place::new(&OSCILLATOR.replace("harmonics = 5", "harmonics = 600"));
     place.whole("whole", &[]);
     let (mut none, mut some, mut journal, mut tables) = (0, 0, 0, 0);
-    // From a disk that holds no point to one that holds the journal but not the tables.
+    // From a disk without room for a point to one with room for the journal but not for the tables.
     for pages in [1, 4, 8, 16, 24, 32, 40, 48, 56, 64] {
         let Some(Seen { first, resumed }) = on_a_disk_of(&format!("size={}", 4096 * pages), &place)
         else {

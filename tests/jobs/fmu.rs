@@ -1,4 +1,4 @@
-//! `atlas fmu`: the archive that it writes, and what it refuses. `tests/python/test_fmu.py` steps it.
+//! `atlas fmu`: the archive, and refusals. `tests/python/test_fmu.py` steps the FMU.
 
 use crate::common::skipped::skipped;
 use crate::program::{printed, refused};
@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The library that this build made; none where the crate was not built.
+/// The library from this build; `None` if the crate was not built.
 fn library() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_BIN_EXE_atlas")).with_file_name("libatlas_fmu.so");
     if path.exists() {
@@ -46,12 +46,12 @@ fn the_same_manifest_gives_the_same_bytes() {
     assert!(said.contains("`quickstart.fmu` already exists"), "{said}");
 }
 
-/// Every function that the two standards have for co-simulation, and all others of FMI 3.0, are symbols of the library.
+/// Every co-simulation function of the two standards, and all others of FMI 3.0, are symbols of the library.
 #[test]
 fn all_functions_are_exported() {
     let Some(library) = library() else { return };
     let bytes = fs::read(library).unwrap();
-    // Names of symbols stand one behind the other, each with a zero at its end.
+    // Names of symbols are consecutive, each with a zero at its end.
     let names: BTreeSet<&[u8]> = (bytes.split(|byte| *byte == 0))
         .filter(|name| name.starts_with(b"fmi2") || name.starts_with(b"fmi3"))
         .filter(|name| name.iter().all(u8::is_ascii_alphanumeric))

@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The rigid pair of the tiers, over a stretch of speed and load.
+/// The rigid pair of the tiers, over an interval of speed and load.
 fn manifest(grid: &str, continuation: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/tiers/torsional.toml");
     let text = std::fs::read_to_string(path).unwrap();
@@ -179,7 +179,7 @@ fn sensitivities_of_an_orbit_agree_with_differences() {
     );
 }
 
-/// The largest force ends the stretch of two pairs, whose end moves with the contact ratio; what is nothing but round-off
+/// The largest force is at the end of the two-pair contact, which moves with the contact ratio. A quantity at round-off
 /// has no derivative.
 #[test]
 fn a_peak_moves_with_the_breakpoint_that_ends_it() {
@@ -219,7 +219,7 @@ fn a_peak_moves_with_the_breakpoint_that_ends_it() {
     }
 }
 
-/// Where nothing moves the mesh its spread is round-off, and round-off has no derivative.
+/// Without mesh motion its spread is round-off, and round-off has no derivative.
 #[test]
 fn what_is_zero_has_no_derivative() {
     let folder = tempfile::tempdir().unwrap();
@@ -256,7 +256,7 @@ fn what_is_zero_has_no_derivative() {
     }
 }
 
-/// What is set and what comes from a pipe is followed as if a manifest said so; pictures have the axis in its unit.
+/// Set keys and a manifest from a pipe are followed as if written in a manifest; pictures have the axis in its unit.
 #[test]
 fn changed_manifests_are_followed_and_shown_in_their_units() {
     let folder = tempfile::tempdir().unwrap();

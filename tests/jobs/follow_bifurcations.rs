@@ -1,4 +1,4 @@
-//! Bifurcations that `atlas follow` must find, each where an independent computation has it.
+//! Bifurcations that `atlas follow` must find, each at the value of an independent computation.
 
 #![allow(clippy::unwrap_used)]
 
@@ -18,7 +18,7 @@ struct Found {
     detail: String,
 }
 
-/// What `atlas follow` finds, ends of branches among it, sorted by speed.
+/// Results of `atlas follow`, including ends of branches, sorted by speed.
 fn follow(modal: &str, manifest: &str) -> Vec<Found> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("s.modal.toml"), modal).unwrap();
@@ -50,9 +50,9 @@ fn holds(found: &[Found], kind: &str, period: u64, at: f64, within: f64) {
     assert_eq!(times, 1, "{kind} of period {period} at {at}: {found:#?}");
 }
 
-/// Two flanks, one mode, a force of 60 N: at 92.17664307 rad/s the branch that closes a second contact at 92.1793 turns
-/// right behind that graze, by arclength continuation with Runge-Kutta steps. Of a period doubling on each side of a
-/// stretch of doubled orbits comes one branch, not two.
+/// Two flanks, one mode, a force of 60 N. At 92.17664307 rad/s the branch that closes a second contact at 92.1793 folds
+/// right behind that graze, by arclength continuation with Runge-Kutta steps. The period doublings at both ends of an
+/// interval of doubled orbits have one branch, not two.
 #[test]
 fn a_fold_beside_a_graze_is_found_and_every_branch_once() {
     let modal = "teeth = 20\nrated_force = 200.0\nfrequency = [3000.0]\ndamping = [0.03]\nmesh = [1.0]\ntorque = [1.0]\n\
@@ -80,8 +80,8 @@ continuation = { over = "speed", starts = 8, longest_period = 4 }
     }
 }
 
-/// An oscillator against a stop 30 times as stiff doubles its period from 4 to 64 where Newton's method on
-/// `det(M + I)` of each period finds it from a trajectory started there.
+/// An oscillator against a stop 30 times as stiff doubles its period from 4 to 64. The values are from Newton's method
+/// on `det(M + I)` for each period, from a trajectory that starts there.
 #[test]
 fn no_branch_of_a_cascade_is_lost() {
     let modal = "teeth = 1\nrated_force = 1.0\nfrequency = [1.0]\ndamping = [0.05]\nmesh = [1.0]\ntorque = [1.0]\n\
@@ -110,7 +110,7 @@ continuation = {{ over = "speed", starts = 2, longest_period = {longest} }}
     ] {
         holds(&found, "period_doubling", period, at, 1e-10);
     }
-    // A branch that is not followed is told where it begins.
+    // A branch that is not followed is reported with its start.
     let found = follow(modal, &manifest(4));
     let told = found.iter().any(|own| {
         own.kind == "period_doubling"
@@ -120,9 +120,9 @@ continuation = {{ over = "speed", starts = 2, longest_period = {longest} }}
     assert!(told, "{found:#?}");
 }
 
-/// An oscillator against a stop, its mesh so wide that no flank is ever met: whatever the gap, the same orbits above
-/// 0.68 rad/s; below, starts lead to different attractors. Two
-/// doublings by Newton's method on `det(M + I)` with another integrator.
+/// An oscillator against a stop, with a mesh so wide that no flank is ever met. For any gap, the orbits are the same
+/// above 0.68 rad/s; below, starts lead to different attractors. Two doublings by Newton's method on `det(M + I)` with
+/// another integrator.
 #[test]
 fn bifurcations_do_not_depend_on_a_gap_that_is_never_met() {
     let modal = "teeth = 1\nrated_force = 1.0\nfrequency = [1.0]\ndamping = [0.01]\nmesh = [1.0]\ntorque = [1.0]\n\

@@ -30,7 +30,7 @@ fn keys_are_explained() {
     insta::assert_snapshot!("mesh_half_gap", text(&["help", "mesh.half_gap"]));
     insta::assert_snapshot!("overview", text(&["help", "manifest"]));
     insta::assert_snapshot!("shafts", text(&["help", "shafts"]));
-    // `run` is a subcommand; brackets name the table.
+    // `run` is a subcommand; brackets select the table.
     assert!(text(&["help", "[run]"]).contains("audit_cycles"));
     assert!(text(&["help", "run.steps"]).contains("60 bytes"));
 }
@@ -54,7 +54,7 @@ fn the_schema_is_printed_for_editors() {
     assert!(text(&["help", "schema"]) == written);
 }
 
-/// Shells that complete the word behind `atlas help` know the keys, which help need not list.
+/// Shell completion after `atlas help` offers the keys, which help need not list.
 #[test]
 fn keys_are_completed() {
     for shell in ["bash", "zsh"] {
@@ -66,7 +66,7 @@ fn keys_are_completed() {
     assert!(!text(&["help", "help"]).contains("possible values"));
 }
 
-/// A page for the program and one for every subcommand, which groff takes without a warning.
+/// A page for the program and one per subcommand, which groff accepts without a warning.
 #[test]
 fn every_subcommand_has_a_manual_page() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,5 @@
-//! Names and texts of others, in every place that a command repeats or makes a file of: a terminal
-//! obeys none of them, none leads out of the folder of results, and what is written has the
-//! permissions that the user lets through.
+//! Foreign names and texts, in every place where a command repeats them or makes a file of them. No control sequence
+//! reaches a terminal, no path leaves the folder of results, and new files have the permissions of the user's umask.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,10 +12,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Output;
 
-/// A title for the window, a cleared screen, a colour by one character, and text turned about.
+/// A title for the window, a cleared screen, a colour by one character, and reversed text.
 const EVIL: &str = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\u{202e}x\r";
 
-/// Whether a terminal would only show it.
+/// Whether a terminal only displays it.
 fn is_harmless(text: &str) -> bool {
     text.chars().all(|c| {
         matches!(c, '\n' | '\t') || !(c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c))
@@ -61,7 +60,7 @@ fn arguments_that_are_names_of_files_are_only_shown() {
         assert_ne!(status(&output), 0, "{arguments:?}");
         assert!(!said(&output).is_empty(), "{arguments:?}");
     }
-    // What is asked for is done, and its name said.
+    // The request is executed, and its name is printed.
     let output = place.run("out\u{1b}[2J", &[]);
     assert!(said(&output).contains(r"out\u001b[2J"));
     assert!(place.path("out\u{1b}[2J").join("run.json").exists());
@@ -72,7 +71,7 @@ fn warnings_about_folders_are_only_shown() {
     let place = Place::new(&OSCILLATOR.replace("[run]", "[run]\nkernel = \"closed_modes\""));
     fs::write(place.path(EVIL), "a file in the place of the folder").unwrap();
     said(&place.run("r", &["--tables", EVIL]));
-    // The record keeps what the cache of tables met, and its summary tells.
+    // The record keeps the problems of the cache of tables, and its summary shows them.
     let text = said(&place.atlas(&["show", "r"]));
     assert!(
         text.contains("cannot be kept") && text.contains(r"\u001b]0;owned\u0007"),
@@ -80,7 +79,7 @@ fn warnings_about_folders_are_only_shown() {
     );
 }
 
-/// Records and tables that another hand wrote, with checksums that are right.
+/// Foreign records and tables, with valid checksums.
 #[test]
 fn records_of_others_are_only_shown() {
     let place = Place::new(OSCILLATOR);
@@ -117,7 +116,7 @@ fn records_of_others_are_only_shown() {
             assert!(document.is_object(), "{arguments:?}");
         }
     }
-    // Nothing was written beside the folders that were named.
+    // Nothing was written outside the named folders.
     let mut left: Vec<String> = fs::read_dir(place.0.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -194,7 +193,7 @@ fn no_name_leads_out_of_the_folder() {
         (2, 3),
         "nothing is written"
     );
-    // The longest name there is makes a folder.
+    // The longest possible name gives a folder.
     let text = OSCILLATOR.replace(given, &format!("name = \"{}\"", "x".repeat(100)));
     fs::write(place.path("m.toml"), text).unwrap();
     let output = place.atlas(&["run", "m.toml"]);
@@ -206,7 +205,7 @@ fn no_name_leads_out_of_the_folder() {
             .join("run.json")
             .exists()
     );
-    // A folder of results with more characters than a file system takes is one line.
+    // A results folder with a name too long for the file system gives a one-line error.
     let output = place.run(&"y".repeat(300), &[]);
     assert_eq!(status(&output), 1);
     assert_eq!(stderr(&output).lines().count(), 1);
@@ -244,7 +243,7 @@ fn files_have_the_permissions_that_the_user_lets_through() {
         for (path, mode) in found {
             let full = match Path::new(&path) {
                 path if path.is_dir() => 0o777,
-                // Kept tables are never written again.
+                // Kept tables are read-only.
                 path if path.extension().is_some_and(|e| e == "table") => 0o444,
                 _ => 0o666,
             };

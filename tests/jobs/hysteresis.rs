@@ -1,4 +1,4 @@
-//! Elements of dry hysteresis in manifests and modal files: what is read, and what is refused.
+//! Elements of dry hysteresis in manifests and modal files: accepted and refused keys.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,5 +1,5 @@
-//! Ctrl-C by the clock: whatever a command is at, the process ends soon after the signal, with the status of what
-//! was interrupted, and keeps what is finished.
+//! Reaction time to Ctrl-C: in any stage of a command, the process ends soon after the signal, with the status of an
+//! interruption, and keeps finished results.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,19 +11,19 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Within what a process is to end: a second, and what a machine with other work adds.
+/// Time limit for the end of a process: a second, plus the delay on a busy machine.
 const SOON: Duration = Duration::from_secs(5);
 
-/// After what the signal is sent: then the work is begun, and its end is far.
+/// Time of the signal: then the work has begun, and its end is far.
 const BEGUN: Duration = Duration::from_millis(1500);
 
-/// Starts a command, sends it SIGINT after [`BEGUN`] and returns what it said on standard error.
+/// Starts a command, sends it SIGINT after [`BEGUN`] and returns its standard error.
 fn interrupted(place: &Place, arguments: &[&str]) -> String {
     let clock = Instant::now();
     interrupted_once(place, arguments, || clock.elapsed() >= BEGUN)
 }
 
-/// The same as soon as `begun` holds.
+/// The same, as soon as `begun` is true.
 fn interrupted_once(place: &Place, arguments: &[&str], begun: impl Fn() -> bool) -> String {
     let said = place.path("said");
     let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
@@ -66,7 +66,7 @@ fn interrupted_once(place: &Place, arguments: &[&str], begun: impl Fn() -> bool)
     words()
 }
 
-/// A gear pair whose crowned flanks take seconds a mesh table, at forty loads.
+/// A gear pair with crowned flanks, whose mesh tables take seconds each, at forty loads.
 const GEARS: &str = r#"
 [job]
 name = "gears"
@@ -194,8 +194,8 @@ fn trajectories() {
     assert!(!place.path("t/trace.parquet").exists());
 }
 
-/// A million points with three values of a key among them: the first is computed at once, and what is finished
-/// when the run is called off is kept.
+/// A million points with three values of a key among them: the first is computed at once, and finished points are kept
+/// when the run is cancelled.
 #[test]
 fn long_lists_of_points() {
     const POINTS: usize = 1_000_000;

@@ -1,5 +1,5 @@
-//! What the system does not give, and what stands in the way: too few threads, far too many asked
-//! for, symbolic links where files are to be written.
+//! Missing resources and obstacles: too few threads, far too many requested, symbolic links instead of files to be
+//! written.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +11,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 
 const TABLES: [&str; 3] = ["points.parquet", "poincare.parquet", "spectra.parquet"];
 
-/// Runs `$ATLAS` as a user of its own who may have so many threads, from none to enough.
+/// Runs `$ATLAS` as a separate user with a limit of threads, from none to enough.
 const FEW_THREADS: &str = r#"
 set -u
 [ "$(id -u)" = 0 ] || { echo "only root becomes another user"; exit 99; }
@@ -119,7 +119,7 @@ fn links_are_replaced_or_refused_and_never_written_through() {
     untouched();
     assert!(!picture.is_symlink());
 
-    // The journal is opened to be read as well: what lies behind a link is not the run's.
+    // The journal is also opened for reading: the target of a link is not the run's file.
     for (link, arguments) in [
         (".journal", &["--overwrite"][..]),
         (".journal", &["--retry", "failed"]),

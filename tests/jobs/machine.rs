@@ -1,5 +1,5 @@
-//! `atlas machine` as a process: everything is measured once with little memory, files and page
-//! say the same, and other commands read them.
+//! `atlas machine` as a process: it measures everything once with little memory, files and page agree, and other
+//! commands read them.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// One round, for which there is time on a slow machine that has others to serve too.
+/// One round, which also a slow and busy machine can finish.
 const LITTLE: [&str; 8] = [
     "machine", "--quick", "--rounds", "1", "--memory", "8MiB", "--budget", "240",
 ];
@@ -64,7 +64,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
             "{kernel}"
         );
     }
-    // Breadth: one point beside the eight of all else.
+    // Scaling over points: one point, and the eight of all other measurements.
     let points = |points| found.solver.iter().any(|row| row.key.points == points);
     assert!(points(1) && points(8));
     // Counted work: dense products read each number once.
@@ -96,7 +96,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     ] {
         assert!(page.contains(words), "{words}: {page}");
     }
-    // With so little memory not everything can be measured, and that is said.
+    // With so little memory not everything can be measured, and the page reports this.
     assert!(page.contains("four times the last-level caches"), "{page}");
 
     let shown = place.atlas(&["machine", "show", "m"]);
@@ -112,7 +112,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     );
     assert!(pairs.iter().all(|pair| pair["ratio"] == 1.0));
 
-    // The run would take here what it takes here.
+    // With this machine as the other machine, the forecast is the same.
     let plan = [
         "plan",
         "m.toml",
@@ -133,8 +133,8 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     assert!(text.contains("machine     "), "{text}");
 }
 
-/// Threads cannot be bound to a machine that does not exist: its figures are those of one where
-/// the system does not let them be bound, and of nodes that cannot be reached.
+/// Threads cannot be bound to a machine that does not exist. Its measurements are like those of a system without
+/// permission to bind threads, with unreachable nodes.
 #[test]
 #[cfg(feature = "hwloc")]
 fn without_rights_to_bind_the_rest_is_measured_and_the_lack_is_said() {

@@ -1,4 +1,4 @@
-//! Manifests, runs and result tables, mostly by the program itself in a process of its own.
+//! Manifests, runs and result tables, mostly by the program in a separate process.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! Valid manifests: what they resolve to, how grids expand, what the hash sees.
+//! Valid manifests: how they resolve, how grids expand, and which keys the hash includes.
 
 #![allow(clippy::unwrap_used)]
 
@@ -147,7 +147,7 @@ fn with_gear(text: &str) -> String {
     with(text, "[mesh]", &format!("[gear]{gear}\n[mesh]"))
 }
 
-/// A modal file has no drawing; friction brings it in, and nothing else does.
+/// A modal file has no drawing; only friction uses one.
 #[test]
 fn friction_has_its_drawing_beside_a_modal_file() {
     let law = "friction_law = \"schlenk\"\nroughness = \"0.5 um\"\noil_viscosity = \"20 mPa*s\"";
@@ -175,7 +175,7 @@ fn friction_has_its_drawing_beside_a_modal_file() {
     assert_eq!(job(&none).points.at(0).mesh.sliding, None);
 }
 
-/// Pairs share the load as long as the law of two levels has two of them in contact; a drawing says the rest.
+/// Pairs share the load while the law of two levels has two of them in contact; a drawing determines the rest.
 #[test]
 fn friction_steps_where_the_stiffness_of_two_levels_does() {
     let ratio = |text: &str| {
@@ -210,7 +210,7 @@ fn friction_steps_where_the_stiffness_of_two_levels_does() {
     );
 }
 
-/// What an eigenvalue solver leaves of frequency and damping of a rigid motion is none.
+/// Round-off of an eigenvalue solver in frequency and damping of a rigid motion counts as zero.
 #[test]
 fn round_off_of_a_rigid_motion_is_none() {
     let modal = "teeth = 20\nrated_force = 1330.0\nfrequency = [5e-13, 1e-12, 4452.8]\ndamping = [0.0, 0.0, 0.01]\n\
@@ -261,7 +261,7 @@ fn the_matrices_of_a_modal_file_couple_its_modes() {
     let coupling = found.coupling.unwrap();
     assert_eq!(coupling.damping, [1., 2., 3., 4., 5., 6., 7., 8., 9.]);
     assert_eq!(coupling.stiffness, [0.0; 9]);
-    // Written with few digits, skew in every bit.
+    // Written with few digits, but exactly skew-symmetric.
     assert!((coupling.gyroscopic[5] - 0.10000005).abs() < 1e-15);
     assert_eq!(coupling.gyroscopic[7], -coupling.gyroscopic[5]);
     assert_eq!(found.load_by_speed, [0.0, 0.02, 0.01]);
@@ -309,7 +309,7 @@ fn what_damps_and_couples_shafts_is_read() {
 fn defaults_are_the_documented_ones() {
     let job = job(MODAL);
     let run = &job.points.at(0).run;
-    // Where nothing ends a point before, as many cycles as the first look at verified errors takes.
+    // If no rule ends a point earlier, it has the cycles of the first look at verified errors.
     let cycles = Effort::Verified.first_look();
     assert_eq!((job.seed, run.transient, run.cycles), (1, 200, cycles));
     assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
@@ -340,7 +340,7 @@ fn defaults_are_the_documented_ones() {
     let point = asked.points.at(0);
     let nvh = point.analyses.nvh.unwrap();
     assert_eq!(nvh.stop_at_stderr, Some(0.03));
-    // A rule ends points, whose most cycles are more.
+    // A rule ends points, so that the limit of cycles is higher.
     assert_eq!(point.run.cycles, 160_000);
     let precise = job_with(
         "[grid]",
@@ -354,7 +354,7 @@ fn defaults_are_the_documented_ones() {
     assert_ne!(asked.hash, all.hash);
 }
 
-/// Every kernel by name, its settings, and a hash of its own.
+/// Every kernel by name, its settings, and its separate hash.
 #[test]
 fn kernels_are_named_in_the_manifest() {
     let mut hashes = Vec::new();
@@ -604,7 +604,7 @@ fn a_continuous_law_keeps_its_transition_and_its_mean() {
     let (stiffness, transitions) = levels.divisions();
     assert_eq!(stiffness, [levels.double_pair, levels.single_pair]);
     assert_eq!(transitions, [levels.transition]);
-    // Next to an end of the cycle one level is left.
+    // Near an end of the cycle one level remains.
     for (ratio, level) in [("1.0000000000001", 0), ("1.9999999999999", 1), ("2", 1)] {
         let levels = continuous(ratio);
         let (stiffness, transitions) = levels.divisions();
@@ -767,7 +767,7 @@ fn the_hash_sees_a_modal_file_by_its_content() {
     }
 }
 
-/// The manifest with its half gap left to the drawing.
+/// The manifest without a half gap, which then follows from the drawing.
 fn without_half_gap(text: &str) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("half_gap"));
     lines.map(|line| format!("{line}\n")).collect()
@@ -794,7 +794,7 @@ fn the_default_drive_hash_sees_every_field() {
         ("[gear]", "[gear]\nrack.tip_radius = 0.3"),
         ("[gear]", "[gear]\nthinning = \"30 um\""),
         ("[gear]", "[gear]\nthinning = [\"30 um\", 0]"),
-        // The same half gap as the one before.
+        // The same half gap as before.
         ("[gear]", "[gear]\nthinning = [0, \"30 um\"]"),
         ("[gear]", "[gear]\ncentre_distance = \"100.1 mm\""),
         ("[gear]", "[gear]\ntip_diameter = [\"88 mm\", \"128 mm\"]"),
@@ -966,7 +966,7 @@ mod no_panic {
     use super::*;
     use proptest::prelude::*;
 
-    /// Pieces that manifests are made of, put together blindly.
+    /// Pieces of manifests, combined at random.
     const PIECES: [&str; 28] = [
         "[mesh]\n",
         "[grid]\n",
@@ -1009,7 +1009,7 @@ mod no_panic {
             }
         }
 
-        /// A manifest cut anywhere is answered, in most places with errors.
+        /// A manifest cut at any position gives a result, mostly errors.
         #[test]
         fn wherever_it_is_cut(cut in 0..MODAL.len(), insert in "\\PC{0,3}") {
             if MODAL.is_char_boundary(cut) {
@@ -1050,11 +1050,11 @@ fn points_share_what_they_have_in_common() {
         assert!(Arc::ptr_eq(&point.run, &first.run));
         assert!(Arc::ptr_eq(&point.analyses, &first.analyses));
     }
-    // Only what the half gap makes different is kept; points are made when they are asked for.
+    // Only variants with different half gaps are stored; points are made on request.
     assert_eq!(job.points.variants().len(), 2);
 }
 
-/// The default drive with a drawing that states backlash, and `[mesh]` as asked.
+/// The default drive with a drawing that states backlash, and the given `[mesh]`.
 fn drawn(gear: &str, gap: &str) -> Result<Job, ManifestErrors> {
     let text = include_str!("../../manifests/flex80.toml");
     let text = with(text, "rated_torque =", &format!("{gear}\nrated_torque ="));
@@ -1066,17 +1066,17 @@ const APART: &str = "centre_distance = \"100.5 mm\"\nthinning = \"30 um\"";
 #[test]
 fn the_half_gap_is_that_of_the_drawing() {
     let half_gap = |gear, gap| drawn(gear, gap).unwrap().points.at(0).mesh.half_gap;
-    // Twice the base radii times what the involute function grows by, and what the teeth were
-    // thinned by, seen on the base circles.
+    // Twice the base radii times the difference of the involute function, plus the thinning of the teeth on the base
+    // circles.
     let (cos, base_radii) = (20f64.to_radians().cos(), 0.1 * 20f64.to_radians().cos());
     let involute = |angle: f64| angle.tan() - angle;
     let apart = involute((base_radii / 0.1005).acos()) - involute(20f64.to_radians());
     let exact = base_radii * apart + 30e-6 * cos;
     assert!((half_gap(APART, "") / exact - 1.0).abs() < 1e-9);
     assert!(exact > 190e-6);
-    // A number that agrees within a hundredth is the one that counts.
+    // A number that agrees within a hundredth has priority.
     assert_eq!(half_gap(APART, "half_gap = \"202 um\""), 202e-6);
-    // A drawing without any leaves it to [mesh].
+    // A drawing without backlash leaves it to [mesh].
     assert_eq!(half_gap("", "half_gap = \"12 um\""), 12e-6);
     assert_eq!(half_gap("", "normal_backlash = \"30 um\""), 15e-6);
     let round = half_gap("", "circumferential_backlash = \"30 um\"");
@@ -1108,8 +1108,8 @@ fn a_half_gap_that_contradicts_the_drawing_is_an_error() {
     assert_eq!(errors.diagnostics[0].key, "mesh.normal_backlash");
 }
 
-/// Metres that were meant as microns: against the teeth where they are known, else against what the
-/// rated force deflects; an oscillator in numbers without units has its own scale.
+/// Metres instead of microns: compared with the teeth if they are known, else with the deflection under the rated
+/// force; an oscillator without units has its own scale.
 #[test]
 fn a_half_gap_has_the_size_of_a_half_gap() {
     let modal = with(MODAL, "half_gap = \"15 um\"", "half_gap = 37.3");
@@ -1148,7 +1148,7 @@ fn coast(text: &str) -> CoastSpec {
 
 #[test]
 fn coast_flanks_have_their_own_line_unless_nothing_says_which() {
-    // Half a pinion's tooth behind its drive flank at the pitch point.
+    // Half a tooth of the pinion behind its drive flank at the pitch point.
     let drawn = shipped("flex80.toml").points.at(0);
     let symmetry = drawn.model.source.gears().unwrap().symmetry().unwrap();
     assert_eq!(drawn.mesh.coast, CoastSpec::Mirrored { symmetry });
@@ -1168,7 +1168,7 @@ fn coast_flanks_have_their_own_line_unless_nothing_says_which() {
     let given = keyed("coast_symmetry = 0.3");
     assert_eq!(given, CoastSpec::Mirrored { symmetry: 0.3 });
 
-    // A modal file without their participations has one line, one with them two.
+    // A modal file without their participations has one line, one with them has two.
     assert_eq!(coast(MODAL), CoastSpec::SameLine);
     let known = with(MODAL, "oscillator", "coast");
     assert_eq!(coast(&known), CoastSpec::Mirrored { symmetry: 0.0 });
@@ -1218,8 +1218,8 @@ fn coast_flanks_may_have_an_error_of_their_own() {
     assert_ne!(job(&text).hash, job(&own).hash);
 }
 
-/// Keys of analyses and the seed vary like those of the drive: each point has its own, and so has the
-/// content hash.
+/// Keys of analyses and the seed can be axes like those of the drive: each point has its value, and so has the content
+/// hash.
 #[test]
 fn analyses_and_the_seed_are_axes() {
     let axes = |separations: &str, seeds: &str| {
@@ -1257,7 +1257,7 @@ fn faults(text: &str) -> Vec<(DiagnosticKind, String)> {
     errors.diagnostics.iter().map(of).collect()
 }
 
-/// Keys that a manifest is warned of as having no effect.
+/// Keys that a manifest has without effect, according to its warnings.
 fn idle(text: &str) -> Vec<String> {
     let warnings = job(text).warnings.diagnostics.into_iter();
     let of = |warning: Diagnostic| {
@@ -1272,7 +1272,7 @@ fn text_of(name: &str) -> String {
     std::fs::read_to_string(folder.join(name)).unwrap()
 }
 
-/// Springs of pairs have the error of the flanks in their gaps, whatever harmonics are asked for.
+/// Springs of pairs have the error of the flanks in their gaps, for any number of harmonics.
 #[test]
 fn pairs_know_no_harmonics_of_their_error() {
     let text = text_of("pairs.toml");
@@ -1303,7 +1303,7 @@ fn harmonics_of_the_stiffness_need_a_fourier_series() {
     assert_eq!(idle(&text), ["mesh.stiffness_harmonics"]);
 }
 
-/// A range of whole numbers has no fractions: seeds would be cut and points computed twice.
+/// A range of integers has no fractions: seeds would be truncated and points computed twice.
 #[test]
 fn a_range_of_seeds_is_of_whole_numbers() {
     let range = |count: u32| {
@@ -1315,7 +1315,7 @@ fn a_range_of_seeds_is_of_whole_numbers() {
     assert_eq!(faults(&range(3)), [fault]);
 }
 
-/// What both shafts have for themselves is read where they share it, too.
+/// A common key that both shafts override is checked, too.
 #[test]
 fn an_overridden_key_of_shafts_is_checked() {
     let own = |text: &str| {
@@ -1334,7 +1334,7 @@ fn an_overridden_key_of_shafts_is_checked() {
     assert_eq!(faults(&wrong), [fault("shafts.bearings.y")]);
 }
 
-/// Bifurcations are followed over a second axis; without one there is nothing to choose among.
+/// Bifurcations are followed over a second axis; without one `curves` has no meaning.
 #[test]
 fn curves_need_a_second_axis() {
     let alone = format!("{MODAL}\n[continuation]\nover = \"speed\"\ncurves = \"all\"\n");

@@ -124,7 +124,7 @@ fn a_sound_manifest_is_summarised() {
     assert_eq!(json["axes"][1]["unit"], "rad/s");
 }
 
-/// What is said of keys that a command sets is true, and so is the advice.
+/// Messages about keys from a command are true, and so is their advice.
 #[test]
 fn what_is_said_of_changes_is_true() {
     let manifests = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
@@ -206,7 +206,7 @@ fn what_is_said_of_changes_is_true() {
             assert!(message.contains(part), "{part}: {message}");
         }
     }
-    // The remedies help, and an element of a list can be taken out.
+    // The remedies work, and an element of a list can be removed.
     for (name, set) in [
         ("quickstart.toml", &["excitation.transmission_error.0="][..]),
         ("quickstart.toml", &[tie, gaps]),

@@ -1,4 +1,4 @@
-//! Results of a million points, drawn by the real program: in seconds, in memory that a small machine has.
+//! Results of a million points, drawn by the real program: in seconds, with the memory of a small machine.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,17 +16,17 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 const POINTS: usize = 1_000_000;
-/// Rows that are written together.
+/// Rows per write.
 const PIECE: usize = 50_000;
 
-/// What a picture or a page of a million points may take on a machine with other work.
+/// Time limit for a picture or a page of a million points on a busy machine.
 const LONGEST: Duration = Duration::from_secs(60);
 /// \[bytes\]
 const MOST_MEMORY: u64 = 480 << 20;
 /// Largest picture \[bytes\].
 const LARGEST: u64 = 2 << 20;
 
-/// A folder with the rows of a small run over and over, at so many loads and at speeds of their own, without a record.
+/// A folder with repeated rows of a small run, at `loads` loads and different speeds, without a record.
 fn tiled(place: &Place, loads: usize) {
     place.whole("small", &[]);
     let file = File::open(place.path("small/points.parquet")).unwrap();
@@ -79,7 +79,7 @@ fn tiled(place: &Place, loads: usize) {
     writer.close().unwrap();
 }
 
-/// Runs `atlas` and gives the time it took and its largest memory \[bytes\].
+/// Runs `atlas` and returns the time and the peak memory \[bytes\].
 fn measured(place: &Place, arguments: &[&str]) -> (Duration, u64) {
     let said = place.path("said");
     let mut process = Command::new(env!("CARGO_BIN_EXE_atlas"))

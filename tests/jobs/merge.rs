@@ -1,5 +1,5 @@
-//! `atlas merge`: shards joined are what one run writes, and anything but a whole set of
-//! shards of one job is refused with its gaps named.
+//! `atlas merge`: joined shards equal one run, and anything except a complete set of shards of one job is refused with
+//! the names of its gaps.
 
 #![allow(clippy::unwrap_used)]
 
@@ -37,7 +37,7 @@ fn merge(place: &Place, folders: &[&str], out: &str) -> (i32, String) {
     (status(&output), stderr(&output))
 }
 
-/// Rewrites a table with the batches that `change` makes of its own.
+/// Rewrites a table with the batches that `change` returns.
 fn rewrite(path: &Path, change: impl FnOnce(RecordBatch) -> Vec<RecordBatch>) {
     let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(path).unwrap()).unwrap();
     let batch = reader.build().unwrap().next().unwrap().unwrap();
@@ -66,7 +66,7 @@ fn shards_joined_are_the_run_undivided() {
     }
     let before = [contents(&place.path("a")), contents(&place.path("b"))];
     assert_eq!(merge(&place, &["a", "b"], "joined"), (0, String::new()));
-    // A folder of folders too, whatever else lies there.
+    // Also a folder of folders, with other files in it.
     for name in ["a", "b", "logs"] {
         let there = place.path("all.shards").join(name);
         fs::create_dir_all(&there).unwrap();
@@ -105,7 +105,7 @@ fn shards_joined_are_the_run_undivided() {
     assert_eq!(record["shards"].as_array().unwrap().len(), 3);
     assert_eq!(record["shards"][2]["shard"]["index"], 3);
     assert!(record.get("shard").is_none());
-    // Metadata too: the joined folder is one that a run could have written.
+    // Also the metadata: the joined folder looks like the folder of one run.
     let tables = [&whole, &joined].map(|f| ResultTable::read(f, TableKind::Points).unwrap());
     assert_eq!(tables[0].units().unwrap(), tables[1].units().unwrap());
     assert_eq!(tables[0].axes().unwrap(), tables[1].axes().unwrap());
@@ -174,13 +174,13 @@ fn what_is_no_whole_is_refused() {
     fs::write(&record, &text).unwrap();
     reseal(&record, |r| r["state"] = "interrupted".into());
     refused(&["a", "b"], "out", &["shard 1 of 3", "interrupted"]);
-    // Recorded totals that the table does not bear out.
+    // Recorded totals that disagree with the table.
     fs::write(&record, &text).unwrap();
     reseal(&record, |r| r["totals"]["points"] = 3.into());
     refused(&["a", "b"], "out", &["2 points", "lists 3"]);
     fs::write(&record, &text).unwrap();
 
-    // Rows lost, and rows of a point that another shard has.
+    // Lost rows, and rows of a point in another shard.
     let table = place.path("a/points.parquet/shard-1-of-3.parquet");
     let own = fs::read(&table).unwrap();
     assert_eq!(file_ids(&table), [0, 3]);

@@ -1,4 +1,4 @@
-//! Messages that say what is meant: what is supported, which unit was left out, which name is near, what to ask for.
+//! Messages must be precise: what is supported, which unit is missing, which name is similar, what to request.
 
 #![allow(clippy::unwrap_used)]
 
@@ -44,7 +44,7 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
     );
     let span = fault("trains/two-stage.toml", &["train.shaft.0.span=0.1"]);
     assert_eq!(span.suggestion, None);
-    // Elsewhere a key is shown its table.
+    // For other keys the message names the table.
     let module = fault("quickstart.toml", &["mesh.module=0.004"]);
     assert_eq!(
         module.suggestion.as_deref(),
@@ -52,7 +52,7 @@ fn a_helix_angle_in_a_train_is_told_its_place() {
     );
 }
 
-/// No hub is offered where a gear cannot have one, and no number is told in hundreds of digits.
+/// No hub is suggested for a gear that cannot have one, and no number has hundreds of digits.
 #[test]
 fn remedies_help_and_numbers_are_short() {
     for (gear, remedy) in [
@@ -80,7 +80,7 @@ fn a_length_without_its_unit_is_shown_one() {
     let word = words.iter().find(|word| word.key == "gear.module").unwrap();
     let meant = "a bare number is in m: write the unit, such as \"3 mm\"";
     assert!(word.message.ends_with(meant), "{}", word.message);
-    // One with its unit is what it is.
+    // With a unit, a number is not changed.
     let words = manifest::advice(&changed("quickstart.toml", &["gear.module=3 m"]).unwrap());
     let word = words.iter().find(|word| word.key == "gear.module").unwrap();
     assert!(!word.message.contains("bare"), "{}", word.message);
@@ -103,7 +103,7 @@ fn a_length_without_its_unit_is_shown_one() {
     assert!(train.remedy.unwrap().contains("\"3 mm\""));
 }
 
-/// Oscillators in scales of their own have gaps of their own; a modal file of a drive has not.
+/// Oscillators with their own scales have their own gaps; a modal file of a drive does not.
 #[test]
 fn only_the_gap_of_a_drive_is_held_against_drives() {
     let tests = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests"));
@@ -122,7 +122,7 @@ fn only_the_gap_of_a_drive_is_held_against_drives() {
     assert_eq!(gap(&drive("15 mm")), 1);
 }
 
-/// Pictures of a signal that was not computed say what to ask for.
+/// The message about a picture of a missing signal says what to request.
 #[test]
 fn pictures_say_what_they_need() {
     let place = Place::new(&OSCILLATOR.replace("cycles = 300", "cycles = 100"));
@@ -166,7 +166,7 @@ fn pictures_say_what_they_need() {
         &cut("spectra", "torque input"),
         &["spectra.parquet has no lines", "name \"torques\""],
     );
-    // Orders are drawn of the table of orders where there is no spectrum.
+    // Without a spectrum, orders come from the table of orders.
     refused(
         &cut("orders", "bearing pinion 1 x"),
         &["orders.parquet has no lines", "force"],
@@ -188,7 +188,7 @@ fn pictures_say_what_they_need() {
         &["plain", "--what", "deflection_rsm"],
         &["did you mean deflection_rms"],
     );
-    // Of a trace, too, which has no columns.
+    // The same for a trace, which has no columns.
     let trace = place.atlas(&[
         "trace",
         "m.toml",
@@ -207,7 +207,7 @@ fn pictures_say_what_they_need() {
     );
 }
 
-/// A drive of 17 and 38 teeth of 3 mm, the tooth thickness of both less by 60 um.
+/// A drive of 17 and 38 teeth of 3 mm, with teeth of both thinner by 60 um.
 fn small_pinion(changes: &[&str]) -> Result<Job, ManifestErrors> {
     let text = r#"
 [job]
@@ -256,8 +256,8 @@ speed = "40 Hz"
     manifest::ManifestText { text, changes }.job("small.toml", Path::new(""))
 }
 
-/// A standard pinion of 17 teeth is undercut a little, below the contact. Deeper undercut is refused, once: nothing is
-/// said of the teeth of a structure that has faults.
+/// A standard pinion of 17 teeth is slightly undercut, below the contact. Deeper undercut is refused, once. The teeth
+/// of a structure with faults are not reported.
 #[test]
 fn a_little_undercut_is_one_warning() {
     let job = small_pinion(&[]).unwrap_or_else(|errors| panic!("{errors}"));

@@ -7,7 +7,7 @@ use gearatlas::store::{ResultTable, TableKind};
 use std::fs;
 use std::path::Path;
 
-/// An oscillator with a stop and a shaker; the gap and the force are put in.
+/// An oscillator with a stop and a harmonic force, with the given gap and force.
 fn oscillator(gap: f64, force: f64) -> String {
     format!(
         "frequency = [1.0]\ndamping = [0.05]\n\
@@ -47,7 +47,7 @@ fn run(modal: &str, manifest: &str, columns: &[&str]) -> Vec<Vec<f64>> {
     columns.iter().map(column).collect()
 }
 
-/// Kind, period and place of what `atlas follow` finds, sorted.
+/// Kind, period and axis value of the results of `atlas follow`, sorted.
 fn follow(modal: &str, manifest: &str, over: &str) -> Vec<(String, u64, f64)> {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), modal, manifest);
@@ -189,7 +189,7 @@ fn what_is_no_number_of_the_file_is_told() {
     }
 }
 
-/// Orbits are found where they are, whatever length tolerances of the job are in.
+/// Orbits are found at the same values for any unit of length.
 #[test]
 fn bifurcations_do_not_depend_on_the_length() {
     let grid = "speed = { from = 0.6, to = 1.0, count = 5 }";
@@ -234,7 +234,7 @@ fn bifurcations_do_not_depend_on_the_length() {
     }
 }
 
-/// A period-doubling over the gap of the stop lies between the gaps at which a sweep finds periods 2 and 4.
+/// A period doubling over the gap of the stop is between the gaps at which a sweep finds periods 2 and 4.
 #[test]
 fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     let modal = oscillator(0.0, 1.0);
@@ -259,7 +259,7 @@ fn a_doubling_over_the_gap_is_where_a_sweep_finds_it() {
     assert_eq!(periods, [2, 4], "at {at}");
 }
 
-/// The linear motion touches the stop where the gap is its amplitude `F/√((ω² − Ω²)² + (2ζωΩ)²)`, whatever the stiffness.
+/// The linear motion touches the stop if the gap equals its amplitude `F/√((ω² − Ω²)² + (2ζωΩ)²)`, for any stiffness.
 #[test]
 fn a_linear_motion_grazes_where_the_gap_is_its_amplitude() {
     let rest = "[continuation]\nover = \"contact.stop.gap\"\nstarts = 2\nlongest_period = 1\n";
@@ -278,7 +278,7 @@ fn a_linear_motion_grazes_where_the_gap_is_its_amplitude() {
     }
 }
 
-/// Of a force `a Ω²` that an expression gives, orbits over the speed have the force of their own speed.
+/// For a force `a Ω²` from an expression, orbits over the speed have the force of their speed.
 #[test]
 fn an_expression_is_evaluated_along_a_branch() {
     let folder = tempfile::tempdir().unwrap();
@@ -306,7 +306,7 @@ fn an_expression_is_evaluated_along_a_branch() {
             "{speed} {force}"
         );
     }
-    // The linear motion touches the stop where its amplitude is the gap, 1.
+    // The linear motion touches the stop if its amplitude equals the gap, 1.
     let beyond = |speed: f64| {
         let square = (1.0 - speed * speed).powi(2) + (0.1 * speed).powi(2);
         0.5 * speed * speed / square.sqrt() - 1.0
@@ -323,7 +323,7 @@ fn an_expression_is_evaluated_along_a_branch() {
     assert!(nearest < 1e-11, "{low}: {speeds:?}");
 }
 
-/// The derivative by the stiffness of the stop, of a settled motion, beside differences of files.
+/// The derivative by the stiffness of the stop, of a settled motion, compared with differences of files.
 #[test]
 fn sensitivities_by_a_stiffness_are_differences() {
     let folder = tempfile::tempdir().unwrap();

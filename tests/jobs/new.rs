@@ -1,4 +1,4 @@
-//! `atlas new`: every template is a manifest of its own, named as asked for.
+//! `atlas new`: every template is a separate valid manifest with the requested name.
 
 use crate::program::{atlas, printed};
 use std::fs;

@@ -1,4 +1,4 @@
-//! `atlas plan`: what it says of a job is what the run then shows, and it leaves nothing.
+//! `atlas plan`: its forecast agrees with the run, and it leaves no files except tables.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,7 +21,7 @@ fn a_plan_says_what_the_run_will_be() {
     let left = fs::read_dir(place.0.path()).unwrap();
     let mut left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
     left.sort();
-    // Tables are left for the run.
+    // Tables remain for the run.
     assert_eq!(left, ["m.toml", "oscillator.modal.toml", "tables"]);
     assert_eq!(plan["points"], 24);
     let calibrated = plan["calibrated"].as_u64().unwrap();
@@ -47,7 +47,7 @@ fn a_plan_says_what_the_run_will_be() {
     assert!(disk / 2 < written && written < 2 * disk, "{disk} {written}");
 }
 
-/// Runs `m.toml`; gives the most memory that it was seen to hold \[bytes\].
+/// Runs `m.toml`; returns the highest observed memory \[bytes\].
 fn peak(place: &Place) -> u64 {
     let mut child = place.command("r", &["--threads", "2", "--quiet", "--overwrite"]);
     let mut child = child.spawn().unwrap();

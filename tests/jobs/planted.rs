@@ -1,7 +1,7 @@
-//! Is a motion of known kind called by its name? One- and two-degree oscillators with known
-//! attractors, for twenty seeds each. The kind is known from a closed form or from a long
-//! integration by the reference integrator, which shares no code with the kernels; shares are known
-//! from a dense set of initial states, each integrated to the end, or from a symmetry.
+//! Are motions of known kind classified correctly? One- and two-degree oscillators with known attractors, for twenty
+//! seeds each. The kind is known from a closed form or from a long integration by the reference integrator, which
+//! shares no code with the kernels. Shares are known from a dense set of initial states, each integrated to the end, or
+//! from a symmetry.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,8 +21,7 @@ use std::sync::atomic::AtomicBool;
 
 const SEEDS: u64 = 20;
 
-/// A rigid relative rotation with modal participation 1, and elastic modes that take part as
-/// much.
+/// A rigid relative rotation with modal participation 1, and elastic modes with the same participation.
 fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
     let frequency: Vec<f64> = [0.0].iter().chain(elastic).copied().collect();
     let mesh = vec![1.0; frequency.len()];
@@ -39,7 +38,7 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// The relative rotation alone, under a transmission error of 2 µm.
+/// Only the relative rotation, under a transmission error of 2 µm.
 fn one_degree(load: f64, speed: f64) -> Model {
     drive(&[], load, speed, 2e-6)
 }
@@ -84,8 +83,8 @@ fn is_called(model: &Model, class: Class) {
     }
 }
 
-/// As [`is_called`], of the motion from next to static equilibrium only: these drives have
-/// other attractors, which probes would find.
+/// Like [`is_called`], only for the motion from near static equilibrium: these drives have other attractors, which
+/// probes would find.
 fn is_called_near_equilibrium(model: &Model, class: Class) {
     let norm = EnergyNorm::new(model);
     for seed in 0..SEEDS {
@@ -126,7 +125,7 @@ fn apart(model: &Model, states: &[Vec<f64>], back: usize) -> f64 {
     norm.distance(&states[last], &states[last - back]) / norm.unit()
 }
 
-/// The reference integrator's motion repeats after `period` cycles and no sooner.
+/// The reference integrator's motion repeats after `period` cycles and not earlier.
 fn repeats(model: &Model, period: usize) {
     let states = brute(model, 400, period as u64 + 1);
     for back in 1..period {
@@ -154,8 +153,8 @@ fn growth_and_return(model: &Model, cycles: u64) -> (f64, f64) {
     (norm.distance(&end(here), &end(there)) / first, nearest)
 }
 
-/// Nothing shakes it: the static equilibrium, whose exponent is half the trace of the closed
-/// mesh, `−c/2` a second for unit participation.
+/// Without excitation: the static equilibrium, whose exponent is half the trace of the closed mesh, `−c/2` per second
+/// for unit participation.
 #[test]
 fn a_fixed_point_is_steady_contact() {
     let model = drive(&[], 1.0, 900.0, 0.0);
@@ -199,13 +198,13 @@ fn a_chaotic_band() {
     }
 }
 
-/// A torus: neighbours stay neighbours, and no state comes back.
+/// A torus: neighbours stay neighbours, and no state returns.
 #[test]
 fn two_degrees_on_a_torus_are_quasi_periodic() {
     let model = drive(&[20_000.0], 0.5, 700.0, 2e-6);
     let (growth, nearest) = growth_and_return(&model, 100);
     assert!(growth < 10.0 && nearest > 1e-4, "{growth} {nearest}");
-    // Long: the torus attracts slowly, and its exponent is an average that converges slowly.
+    // Long: the torus attracts slowly, and the average of its exponent converges slowly.
     let long = |question| MultistabilityConfig {
         transient: 1000,
         cycles: 3000,
@@ -229,8 +228,8 @@ fn two_degrees_on_a_torus_are_quasi_periodic() {
     }
 }
 
-/// Where dense initial states of the probes' measure end, by the events of the last twelve
-/// cycles and by whether the motion repeats every cycle: the shares of the distinct endings.
+/// Shares of the final motions from dense initial states with the probes' measure. Motions are distinguished by the
+/// events of the last twelve cycles and by whether they repeat every cycle.
 fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
     const ENERGIES: usize = 40;
     const DIRECTIONS: usize = 30;
@@ -242,7 +241,7 @@ fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
         let position = (energy as f64 + 0.5) / ENERGIES as f64;
         let amplitude = 10f64.powf(0.5 * decades * (position - 0.5)) * norm.unit();
         for direction in 0..DIRECTIONS {
-            // Shifted from ring to ring, so that rays do not line up.
+            // Shifted from ring to ring, so that rays are not aligned.
             let shift = 0.618 * energy as f64;
             let angle = TAU * (direction as f64 + shift) / DIRECTIONS as f64;
             let mut state = start.state.clone();
@@ -275,7 +274,7 @@ fn has_shares(model: &Model, attractors: usize) {
     let mut covering = vec![0_u32; attractors];
     for seed in 0..SEEDS {
         let found = probe(model, seed, PROBES, 4.0);
-        // A small basin may be missed by a few probes, but nothing else may be found.
+        // A few probes may miss a small basin, but must not find anything else.
         let mut met = 0;
         for (place, ((events, repeats), share)) in shares.iter().enumerate() {
             let same = found.attractors.iter().find(|a| {
@@ -300,7 +299,7 @@ fn has_shares(model: &Model, attractors: usize) {
     for (place, (_, share)) in shares.iter().enumerate() {
         let deviation = (share * (1.0 - share) / trials).sqrt();
         let found = f64::from(on[place]) / trials;
-        // Probe 0 is no random draw: 1/24 of each.
+        // Probe 0 is not random: bias of 1/24.
         let bias = 1.0 / f64::from(PROBES);
         assert!(
             (found - share).abs() < 4.0 * deviation + bias,
@@ -320,9 +319,9 @@ fn three_attractors_have_their_shares() {
     has_shares(&one_degree(0.5, 600.0), 3);
 }
 
-/// Between symmetric stops without load, `x → −x` takes the drive to the one shaken in
-/// opposite phase, an orbit to its mirror image, and a cell of a slice to the one opposite: of
-/// the cells of both drives exactly half end on either orbit.
+/// Between symmetric stops without load, `x → −x` maps the drive to the one with opposite excitation, an orbit to its
+/// mirror image, and a cell of a slice to the opposite one. Of the cells of both drives exactly half end on either
+/// orbit.
 #[test]
 fn mirror_images_share_the_cells() {
     const COUNT: u32 = 16;
@@ -361,7 +360,7 @@ fn mirror_images_share_the_cells() {
         );
         assert_eq!(mirrored.attractor, cell.attractor.map(opposite), "{cell:?}");
     }
-    // What lies above in one drive lies below in the other.
+    // Above in one drive corresponds to below in the other.
     let upper = |outcome: &MultistabilityOutcome| -> u32 {
         let above = |id: u32| place(outcome, id)[0] > place(outcome, 1 - id)[0];
         let ids = (0..2).filter(|id| above(*id));
@@ -372,7 +371,7 @@ fn mirror_images_share_the_cells() {
     assert!(upper(ahead) > 10 && upper(behind) > 10);
 }
 
-/// Two modes between stops, the first shaken at the mesh frequency.
+/// Two modes between stops, with excitation of the first at the mesh frequency.
 fn shaken(phase: f64) -> Model {
     let mesh = [1.0, 0.2];
     let mut structure = common::structure(&[4000.0, 30_000.0], 0.02, &mesh, &[0.0; 2]);

@@ -1,5 +1,5 @@
-//! Operating points one by one, tied axes, and torques: which points there are, in which order, and that each is
-//! computed as the same point of a product.
+//! Single operating points, tied axes, and torques: which points exist, in which order, and do they equal the same
+//! points of a product?
 
 #![allow(clippy::unwrap_used)]
 
@@ -59,7 +59,7 @@ fn a_list_in_the_manifest_and_one_in_a_file_are_the_same_points() {
         assert_eq!(job.dimensions.len(), 1);
     }
     assert_eq!(file.hash, written.hash);
-    // The numbers of the file are part of the hash, not how they are written.
+    // The hash includes the numbers of the file, not their format.
     write(
         "# remark\nspeed [rpm];torque [N*mm];mesh.half_gap\n6e3;5000;12e-6\n7000;-10000;1.5e-5\n6000;0;1.2e-5\n",
     );
@@ -77,7 +77,7 @@ fn tied_axes_advance_in_step_and_others_are_combined_with_them() {
         speed = { from = 600, to = 1000, count = 3 }\n\
         \"mesh.half_gap\" = { from = \"5 um\", to = \"20 um\", count = 3, spacing = \"log\" }");
     let mut wanted = Vec::new();
-    // By equal ratios, both ends exact.
+    // With equal ratios; both ends are exact.
     for half_gap in [5e-6, 10e-6, 20e-6] {
         for (load, speed) in [(0.1, 600.0), (0.3, 800.0), (0.1, 1000.0)] {
             wanted.push([load, speed, half_gap]);
@@ -92,14 +92,14 @@ fn tied_axes_advance_in_step_and_others_are_combined_with_them() {
     }
     assert_eq!(found[0][2], 5e-6);
     assert_eq!(found[8][2], 20e-6);
-    // Tied or not is another job, though the values of the axes are the same.
+    // Tied axes make another job, although the values of the axes are the same.
     let square =
         "load = { values = [0.1, 0.3, 0.2] }\nspeed = { from = 600, to = 1000, count = 3 }";
     let tied = format!("tied = [[\"load\", \"speed\"]]\n{square}");
     assert_ne!(self::job(square).hash, self::job(&tied).hash);
 }
 
-/// The state is carried by the size of the swept axis; what is tied to it goes along, between the points too.
+/// The state is carried in the order of the swept axis; tied axes change with it, also between the points.
 #[test]
 fn a_chain_goes_by_the_swept_axis() {
     let job = job("points = [
@@ -140,7 +140,7 @@ fn torques_are_loads_times_the_rated_torque() {
         let parameter = job.between.parameter(&point, "torque").unwrap();
         let known = job.between.value(&point, &parameter).unwrap();
         assert!((known - torque).abs() < 1e-14);
-        // A torque stays what it is where the rated torque changes, and a load does as it is told.
+        // A torque keeps its value if the rated torque changes, and a load changes as requested.
         let rating = job.between.parameter(&point, "gear.rated_torque").unwrap();
         let changed = job.between.changed(&point, &[(&rating, 200.0)]).unwrap();
         assert!((changed.load - torque / 200.0).abs() < 1e-16);
@@ -150,7 +150,7 @@ fn torques_are_loads_times_the_rated_torque() {
     assert_eq!(job.between.continuous_keys()[0], "torque");
 }
 
-/// Every point of a list is the same point of a product, bit for bit, whatever threads and shards there are.
+/// Every point of a list equals the same point of a product, bit for bit, for any threads and shards.
 #[test]
 fn listed_points_are_computed_as_those_of_a_product() {
     let place = Place::new(&OSCILLATOR.replace("cycles = 300", "cycles = 320"));
@@ -190,7 +190,7 @@ fn listed_points_are_computed_as_those_of_a_product() {
     assert_eq!(status(&plot), 0, "{}", stderr(&plot));
 }
 
-/// A point of a list is named by as many of its axes as tell it from the others.
+/// A point of a list needs only as many axes as distinguish it from the others.
 #[test]
 fn tied_axes_need_not_all_be_named() {
     let rows = "points = [
@@ -224,7 +224,7 @@ fn tied_axes_need_not_all_be_named() {
     let third = serde_json::json!({ "mesh.half_gap": 3e-5, "load": -0.2, "speed": 800.0 });
     assert_eq!(told("speed=800"), third);
     assert_eq!(told("mesh.half_gap=30 um"), third);
-    // Load and speed may be any; then nothing tells the half gap but its own value.
+    // Load and speed may have any value; then only its own value determines the half gap.
     let free = serde_json::json!({ "mesh.half_gap": 1e-5, "load": 0.0, "speed": 650.0 });
     assert_eq!(told("load=0,speed=650,mesh.half_gap=1e-5"), free);
     let output = trace("load=-0.2");

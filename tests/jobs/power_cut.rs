@@ -1,5 +1,5 @@
-//! What a power cut finds: the order in which a run hands files and names to the disk, as the kernel
-//! sees it. Bytes come before the name, the name before the next one and before the journal goes.
+//! State of the disk after a power cut: the order in which a run passes files and names to the kernel. Bytes must
+//! precede their name, and the name must precede the next one and the removal of the journal.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// What a process asked of the kernel, by names without their folders.
+/// A system call of a process, with names without their folders.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Call {
     Folder(String),
@@ -25,8 +25,7 @@ fn name(path: &str) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// A line of strace: `PID call(3</path>, "path") = 0`, or its beginning where another thread came
-/// between.
+/// A line of strace: `PID call(3</path>, "path") = 0`, or its beginning if another thread interrupted it.
 fn call(line: &str) -> Option<Call> {
     let (_, line) = line.split_once(' ')?;
     let (kind, arguments) = line.trim_start().split_once('(')?;
@@ -45,7 +44,7 @@ fn call(line: &str) -> Option<Call> {
     }
 }
 
-/// What `atlas` with some arguments asked of the kernel; none where nobody may watch.
+/// The system calls of `atlas` with some arguments; `None` if tracing is not permitted.
 fn watched(place: &Place, arguments: &[&str]) -> Option<Vec<Call>> {
     let seen = place.path("seen");
     let calls = "trace=mkdir,mkdirat,write,pwrite64,writev,fsync,fdatasync,rename,renameat,renameat2,unlink,unlinkat";
@@ -75,7 +74,7 @@ fn watched(place: &Place, arguments: &[&str]) -> Option<Vec<Call>> {
     None
 }
 
-/// Whether every file that gets its name in `folder` was on the disk before, and its name after.
+/// Faults of files that get their name in `folder` before their bytes, or whose name is not synced.
 fn check(calls: &[Call], folder: &str) -> Vec<String> {
     let mut named = Vec::new();
     for (i, asked) in calls.iter().enumerate() {
@@ -116,7 +115,7 @@ fn a_run_leaves_nothing_to_a_power_cut() {
     );
     let first = |wanted: &Call| calls.iter().position(|call| call == wanted).unwrap();
     let own = name(place.0.path().to_str().unwrap());
-    // The folders have their names, and so does the journal, before there is a point in it.
+    // The folders and the journal have their names before the journal contains a point.
     let made = first(&Call::Folder("results".into()));
     assert!(calls[made..].contains(&Call::Sync("deep".into())));
     assert!(calls[made..].contains(&Call::Sync(own)));
@@ -126,7 +125,7 @@ fn a_run_leaves_nothing_to_a_power_cut() {
     let points = points.position(|call| *call == Call::Write(".journal".into()));
     let until = synced + points.unwrap();
     assert!(journal < synced && calls[synced..until].contains(&Call::Sync("results".into())));
-    // It goes when everything that it stood for is on the disk.
+    // It is removed when all its data are on the disk.
     let gone = first(&Call::Remove(".journal".into()));
     let last = (calls.iter()).rposition(|call| matches!(call, Call::Rename(..)));
     assert!(last.unwrap() < gone);

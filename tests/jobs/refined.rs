@@ -1,5 +1,5 @@
-//! Refined grids through the real program: a boundary known in closed form is found within the
-//! resolution, and the same bits come out whatever interrupts the run.
+//! Refined grids through the real program: a boundary known in closed form is found within the resolution, and the bits
+//! are the same after any interruption.
 
 #![allow(clippy::unwrap_used)]
 
@@ -49,7 +49,7 @@ const NESTED: NestedGrid = NestedGrid {
 
 const TABLES: [&str; 2] = ["points.parquet", "poincare.parquet"];
 
-/// A folder with the manifest, some of its text replaced.
+/// A folder with the manifest, with some replacements in its text.
 fn place(changes: &[(&str, &str)]) -> Place {
     let mut text = MANIFEST.to_owned();
     for (from, to) in changes {
@@ -155,7 +155,7 @@ fn threads_and_interruptions_change_nothing() {
     assert_same(&TABLES, &one, &resumed);
 }
 
-/// An interrupted map is drawn as far as it has come, and says that more may be missing.
+/// An interrupted map is drawn as far as it is computed, with a note that more points may be missing.
 #[test]
 fn what_was_interrupted_says_so() {
     let place = place(&[("cycles = 1000", "cycles = 1000\nsettle = false")]);
@@ -175,7 +175,7 @@ fn what_was_interrupted_says_so() {
     assert_eq!(status(&plotted), 0, "{}", stderr(&plotted));
 }
 
-/// What was found of every point, bit for bit, by its number.
+/// Results of every point, bit for bit, by its number.
 fn points(changes: &[(&str, &str)]) -> BTreeMap<u64, Vec<u64>> {
     let place = place(changes);
     let table = ResultTable::read(&place.whole("out", &[]), TableKind::Points).unwrap();
@@ -200,8 +200,8 @@ fn points(changes: &[(&str, &str)]) -> BTreeMap<u64, Vec<u64>> {
         .collect()
 }
 
-/// Numbers, and with them random streams, are those of the grid without levels: what is computed of
-/// it does not move, and a deeper map holds every point of a shallower one.
+/// Numbers, and with them random streams, are those of the grid without levels: its results do not change, and a deeper
+/// map contains every point of a shallower one.
 #[test]
 fn a_deeper_map_holds_the_shallower_one() {
     let plain = points(&[("[grid.refine]\nlevels = 5", "")]);

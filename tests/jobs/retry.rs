@@ -1,5 +1,5 @@
-//! `atlas run --retry failed` and `--max-failures`: failed points are computed again in the
-//! place of the old ones, and nothing else moves.
+//! `atlas run --retry failed` and `--max-failures`: failed points are recomputed and replaced, and nothing else
+//! changes.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,9 +16,8 @@ use std::sync::Arc;
 
 const TABLES: [&str; 3] = ["points.parquet", "poincare.parquet", "spectra.parquet"];
 
-/// Makes a results folder say that some rows of `points.parquet` failed, as if a machine had
-/// been short of memory; the other tables lose nothing, so whatever a retry keeps or leaves
-/// behind shows.
+/// Marks some rows of `points.parquet` in a results folder as failed, as if a machine had run out of memory. The other
+/// tables stay complete, so that all rows that a retry keeps or leaves behind are visible.
 fn spoil(path: &Path, rows: &[usize]) {
     let open = || ParquetRecordBatchReaderBuilder::try_new(File::open(path).unwrap()).unwrap();
     let metadata = open().metadata().clone();
@@ -161,7 +160,7 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     let place = Place::new(
         &OSCILLATOR
             .replace("[run]", "[run]\nevent_limit = 1")
-            // More than the channel to the writer holds, so that it is heard in time.
+            // More than the capacity of the channel to the writer, so that the limit acts in time.
             .replace("count = 3", "count = 200"),
     );
     let whole = place.whole("whole", &["--threads", "1"]);
@@ -189,7 +188,7 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     assert_eq!(place.record("r")["state"], "complete");
     assert_same(&["points.parquet"], &whole, &place.path("r"));
 
-    // A retry that is called off leaves the results as they are, and goes on too.
+    // A cancelled retry leaves the results unchanged, and can also be resumed.
     let record = place.record("r");
     let arguments = ["--threads", "1", "--retry", "failed", "--max-failures", "2"];
     let output = place.run("r", &arguments);

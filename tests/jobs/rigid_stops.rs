@@ -1,4 +1,4 @@
-//! Rigid stops in modal files: what is read, and what is refused.
+//! Rigid stops in modal files: accepted and refused keys.
 
 #![allow(clippy::unwrap_used)]
 
@@ -36,7 +36,7 @@ fn stops_are_read() {
         assert_eq!(parts, [Release::Impact, Release::Rest]);
         assert!((model.contacts[stop.impact].half_gap - 20e-6).abs() < 1e-18);
         assert!((stop.push - 0.14).abs() < 1e-15, "{}", stop.push);
-        // Tables cannot follow it, and `auto` takes what can.
+        // Tables do not support it, and `auto` takes a kernel that does.
         assert!(matches!(Why::of(&model, false), Why::Refused(_)));
     }
 }
@@ -76,7 +76,7 @@ fn faulty_stops_are_refused() {
     );
 }
 
-/// A force that pulls a stop shut is told where the model is made.
+/// A force that pulls a stop shut is reported when the model is made.
 #[test]
 fn a_force_that_closes_its_stop_is_refused() {
     let text = STOP.replacen("gap =", "force = [-0.1, 0.0, 0.0]\ngap =", 1);
@@ -109,7 +109,7 @@ fn what_excludes_stops_is_refused() {
     assert!(modal(STOP, &format!("{MODAL}\n[run]\nkernel = \"volterra\"\n")).is_ok());
 }
 
-/// The manifest that is shipped.
+/// The shipped manifest.
 #[test]
 fn the_shipped_oscillator_is_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/oscillators");

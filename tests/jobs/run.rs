@@ -1,5 +1,4 @@
-//! `atlas run` as a process: the same numbers whatever interrupts it or however it is
-//! split, and a clear end for everything that goes wrong.
+//! `atlas run` as a process: the same numbers after any interruption or split, and a clear end for every failure.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +10,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Many points, each a while: a sweep that takes seconds.
+/// Many points of moderate length: a sweep that takes seconds.
 fn long() -> String {
     let text = OSCILLATOR.replace("count = 3", "count = 12");
     assert_ne!(text, OSCILLATOR);
@@ -41,7 +40,7 @@ const RESULTS: [&str; 4] = [
     "spectra.parquet",
 ];
 
-/// Starts a run and waits until its journal holds some points.
+/// Starts a run and waits until its journal contains some points.
 fn start(place: &Place, out: &str, arguments: &[&str]) -> Child {
     let child = place
         .command(out, arguments)
@@ -68,7 +67,7 @@ fn start(place: &Place, out: &str, arguments: &[&str]) -> Child {
 }
 
 fn signal(child: &Child, name: &str) {
-    // The shell's own `kill`: a bare Debian has no other.
+    // The built-in `kill` of the shell: a minimal Debian has no other.
     let sent = Command::new("sh")
         .args(["-c", &format!("kill -s {name} {}", child.id())])
         .status();
@@ -108,14 +107,14 @@ fn threads_and_shards_change_nothing() {
     assert_same(&one, &place.path("parts2"));
 }
 
-/// Machines that are not there: workers spread otherwise, tables copied otherwise.
+/// Simulated machines: other distributions of workers and of copies of tables.
 #[test]
 #[cfg(feature = "hwloc")]
 fn the_machine_changes_nothing() {
     the_machine_changes_nothing_of(OSCILLATOR);
 }
 
-/// Tables of kernels are copied to nodes as well, and workers keep to those of theirs.
+/// Tables of kernels are also copied to nodes, and workers use those of their node.
 #[test]
 #[cfg(feature = "hwloc")]
 fn the_machine_changes_nothing_of_kernels_with_tables() {
@@ -177,7 +176,7 @@ fn the_record_says_where_workers_were_to_run_and_where_they_ran() {
     if cfg!(not(feature = "hwloc")) {
         return;
     }
-    // Nothing is bound by the description of another machine; the work is done all the same.
+    // A description of another machine binds nothing; the work is done nevertheless.
     let [asked, obtained] = ran(
         "other",
         &["--threads", "4"],
@@ -221,12 +220,12 @@ fn points_that_go_wrong_are_rows() {
             "{points}"
         );
         assert_eq!(place.record("r")["state"], "complete");
-        // The whole of it is there: a second run has nothing to do and says so again.
+        // All points are done: a second run has nothing to do and reports it again.
         assert_eq!(status(&place.run("r", &[])), 3);
     }
 }
 
-/// A mistaken unit asks for millions of windows a mesh cycle: said at once, not integrated.
+/// A wrong unit needs millions of windows per mesh cycle: reported at once, not integrated.
 #[test]
 fn a_mesh_too_stiff_for_its_cycle_is_a_row() {
     let quickstart = include_str!("../../manifests/quickstart.toml");
@@ -283,7 +282,7 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
         assert!(stdout(&output).contains(&said), "{}", stdout(&output));
         assert_eq!(names(&place.path(name)), RESULTS);
         assert_same(&whole, &place.path(name));
-        // The wall time is that of the last part, and so are the cycles that it is told of.
+        // The wall time is that of the last part, and so are the cycles per time.
         let shown = stdout(&place.atlas(&["show", name, "--json"]));
         let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
         assert_eq!(
@@ -293,8 +292,8 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
     }
 }
 
-/// A point whose one mesh cycle of a million steps with eighty tangents takes half a minute: the
-/// signal ends it in the midst of that, and resuming would begin it afresh.
+/// A point with one mesh cycle of a million steps and eighty tangents takes half a minute. The signal ends it within
+/// the cycle, and resuming would begin it again.
 #[test]
 fn a_signal_ends_a_run_in_the_midst_of_a_cycle() {
     let mut text = include_str!("../../manifests/event-grid.toml").to_owned();
@@ -339,7 +338,7 @@ fn a_signal_ends_a_run_in_the_midst_of_a_cycle() {
     assert_eq!(place.record("out")["totals"]["missing"], 1);
 }
 
-/// Whatever a signal ends has the status of what was interrupted; a trace leaves no file.
+/// After a signal, every command has the status of an interruption; a trace leaves no file.
 #[test]
 fn a_signal_ends_every_command_with_the_same_status() {
     let place = Place::new(OSCILLATOR);
@@ -420,7 +419,7 @@ fn a_killed_run_goes_on_even_from_a_damaged_journal() {
     }
 }
 
-/// Where the records of a journal end: each says its length, behind a magic number.
+/// Ends of the records of a journal: each starts with its length, after a magic number.
 fn record_ends(journal: &[u8]) -> Vec<usize> {
     let mut ends = vec![8];
     let mut end = 8;
@@ -428,12 +427,12 @@ fn record_ends(journal: &[u8]) -> Vec<usize> {
         end += 16 + u64::from_le_bytes(*length) as usize;
         ends.push(end);
     }
-    // The last may be cut off.
+    // The last may be truncated.
     ends.retain(|end| *end <= journal.len());
     ends
 }
 
-/// Every record of a real journal, cut in its middle and with a bit turned over there.
+/// Damages every record of a real journal, by truncation in its middle and by a flipped bit there.
 #[test]
 fn damage_to_any_record_costs_only_what_follows() {
     let text = OSCILLATOR.replace("count = 3", "count = 12");
@@ -562,7 +561,7 @@ fn closed_and_full_outputs_do_no_harm() {
         );
     }
 
-    // 8 blocks of 512 or 1024 bytes hold a journal's beginning, not the result files.
+    // 8 blocks of 512 or 1024 bytes have room for a journal's beginning, not for the result files.
     let limited = place.shell("ulimit -f 8; \"$ATLAS\" run m.toml --out limited");
     assert_eq!(status(&limited), 1);
     assert_eq!(stderr(&limited).lines().count(), 1, "{}", stderr(&limited));

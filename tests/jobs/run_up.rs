@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 const SPEED: &str = r#"speed = { from = "600 rpm", to = "1500 rpm", in = "0.2 s" }"#;
 
-/// A folder with the rigid pair of the tiers, and what its run-up is.
+/// A folder with the rigid pair of the tiers, and the given run-up.
 fn folder(runup: &str) -> TempDir {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/tiers/torsional.toml");
     let text = std::fs::read_to_string(path).unwrap();
@@ -18,7 +18,8 @@ fn folder(runup: &str) -> TempDir {
     folder
 }
 
-/// All tables are there with what they promise, a second time with the same bytes; a sound file is as long as the signal.
+/// All tables exist with their expected contents, a second time with the same bytes; a sound file has the length of the
+/// signal.
 #[test]
 fn a_run_up_has_its_tables_and_its_sound() {
     let own = format!(
@@ -92,8 +93,8 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert!(occupied.contains("--overwrite"), "{occupied}");
 }
 
-/// The file of a bench: up, at rest, down, with torques. Speed and load are those of the file at its times, and a course
-/// through two points is the line between them.
+/// A measured course: up, at rest, down, with torques. Speed and load are those of the file at its times; between two
+/// points, the course is linear.
 #[test]
 fn a_bench_gives_the_course() {
     const REST: &str = "settle = 0\nsample_rate = 1000\nrevolutions = 1\nfrequency_step = 50\nsignals = [\"force\"]";
@@ -152,7 +153,7 @@ fn a_bench_gives_the_course() {
     }
 }
 
-/// What is no run-up is refused with a remedy, and nothing is written.
+/// Invalid run-ups are refused with a remedy, and nothing is written.
 #[test]
 fn what_is_no_run_up_is_refused() {
     for (own, parts) in [

@@ -1,5 +1,5 @@
-//! Axes that are distributions: which values they have, in which rows, and that each row is computed as the same point of
-//! a product, whatever threads and shards there are.
+//! Axes that are distributions: which values do they have, in which rows, and does each row equal the same point of a
+//! product, for any threads and shards?
 
 #![allow(clippy::unwrap_used)]
 
@@ -93,7 +93,7 @@ fn seed_and_number_alone_decide_the_samples() {
     let (few, more) = (job(&grid(10)), job(&grid(100)));
     let of = |job: &Job| values(job, "mesh.half_gap");
     assert_eq!(of(&few)[..], of(&more)[..10]);
-    // The order of the text is of no effect.
+    // The order of the text has no effect.
     let lines: Vec<&str> = TWO.lines().rev().collect();
     let turned = job(&format!("{}\nspeed = 700\nsamples = 10", lines.join("\n")));
     assert_eq!(turned.hash, few.hash);
@@ -149,7 +149,7 @@ fn a_normal_law_may_leave_the_range_of_a_key_only_where_it_is_truncated() {
     assert!(all.iter().all(|value| (1e-6..=29e-6).contains(value)));
 }
 
-/// Every row is the same point as one of the same values in a list, bit for bit, whatever threads and shards there are.
+/// Every row equals a point with the same values in a list, bit for bit, for any threads and shards.
 #[test]
 fn rows_are_computed_as_points_of_a_list() {
     let grid = "samples = 3\ndesign = \"saltelli\"\nload = { values = [0.05, 0.3] }\nspeed = { uniform = [600, 1500] }\n\

@@ -1,6 +1,6 @@
-//! Results with known values, written through the public interface and left in
-//! `target/tmp/` for `tests/python/test_readers.py`: `sample/` is one run, `sharded/` the
-//! same points as two shards. The values follow from `point_id` alone (see `row`).
+//! Results with known values, written through the public interface and stored in `target/tmp/` for
+//! `tests/python/test_readers.py`: `sample/` is one run, `sharded/` has the same points as two shards. The values
+//! follow from `point_id` alone (see `row`).
 
 #![allow(clippy::unwrap_used)]
 
@@ -141,8 +141,8 @@ fn row(point_id: u64) -> PointRow {
     }
 }
 
-/// An orbit whose leading multiplier is −2 where `point_id` is odd and 1/2 elsewhere, and a given state
-/// that led to none.
+/// An orbit whose leading multiplier is −2 for odd `point_id` and 1/2 for even ones, and a given state that led to
+/// none.
 fn orbits(point_id: u64) -> OrbitSurvey {
     let stable = point_id.is_multiple_of(2);
     let leading: f64 = if stable { 0.5 } else { -2.0 };
@@ -181,8 +181,7 @@ fn orbits(point_id: u64) -> OrbitSurvey {
     }
 }
 
-/// Three probes on two attractors and one that diverged; on one attractor where `point_id`
-/// is odd.
+/// Three probes on two attractors and one that diverged; on one attractor for odd `point_id`.
 fn probes(point_id: u64) -> MultistabilityOutcome {
     let second = u32::from(point_id.is_multiple_of(2));
     let attractors = [Some(0), Some(second), Some(0), None];

@@ -1,4 +1,4 @@
-//! `atlas run --json` as a process: every line an event, in order, whatever ends the run.
+//! `atlas run --json` as a process: every line is an event, in order, for any end of the run.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-/// Points that take a while each.
+/// Points that take some time each.
 fn long() -> String {
     OSCILLATOR
         .replace("count = 3", "count = 12")
@@ -37,7 +37,7 @@ fn ids(events: &[Value]) -> BTreeSet<u64> {
     ids
 }
 
-/// The record of a run but for what its file says of its own text.
+/// The record of a run without the checksum of its text.
 fn kept(place: &Place) -> Value {
     let mut record = place.record("r");
     assert!(record.as_object_mut().unwrap().remove("blake3").is_some());
@@ -82,7 +82,7 @@ fn a_run_is_told_from_start_to_finish() {
         (1, 1)
     );
 
-    // Nothing to do: nothing starts, and the end is told all the same.
+    // Nothing to do: nothing starts, but the end is reported.
     for arguments in [&["--json"][..], &["--json", "--retry", "failed"]] {
         let again = self::events(&stdout(&place.run("r", arguments)));
         assert_eq!(again.len(), 1, "{again:?}");

@@ -1,6 +1,6 @@
-//! Sweeps that carry the state: hysteresis of a drive whose contact is lost and regained at
-//! speeds known in closed form, the same bits however the work is split or interrupted, and
-//! Poincaré sections against a trace, the reference integrator and a dense search.
+//! Sweeps that carry the state: hysteresis of a drive that loses and regains contact at speeds known in closed form,
+//! the same bits for any split or interruption, and Poincaré sections compared with a trace, the reference integrator
+//! and a dense search.
 
 #![allow(clippy::unwrap_used)]
 
@@ -56,9 +56,8 @@ lyapunov = { twin = false }
 /// Spacing of the speeds \[rad/s\].
 const STEP: f64 = 40.0;
 
-/// Speeds between which motion in constant contact does not exist: its amplitude
-/// `e Ω²/|k w² − Ω² + i c w² Ω|`, Ω the mesh frequency, would exceed the static
-/// deflection `F/k`.
+/// Speeds between which motion in constant contact does not exist: its amplitude `e Ω²/|k w² − Ω² + i c w² Ω|`, Ω the
+/// mesh frequency, would exceed the static deflection `F/k`.
 fn contact_is_lost(load: f64) -> [f64; 2] {
     let (square, k, c, e) = (1.3f64 * 1.3, 4e8, 1483.0, 1e-6);
     let excess = |speed: f64| {
@@ -81,7 +80,7 @@ fn contact_is_lost(load: f64) -> [f64; 2] {
     })
 }
 
-/// A folder of its own with a manifest.
+/// A separate folder with a manifest.
 struct Place(TempDir);
 
 impl Place {
@@ -106,7 +105,7 @@ impl Place {
         self.command(arguments).output().unwrap()
     }
 
-    /// Runs to the end; points that do not settle or fail are no matter here.
+    /// Runs to the end; points that do not settle or fail are allowed.
     fn run(&self, out: &str, arguments: &[&str]) -> PathBuf {
         let output = self.atlas(&[&["run", "m.toml", "--out", out, "--quiet"], arguments].concat());
         let said = String::from_utf8_lossy(&output.stderr);
@@ -155,7 +154,7 @@ fn model_of(job: &Job, index: usize) -> Model {
     common::parts().model(point).unwrap()
 }
 
-/// The chains: other axes outermost, then the direction, then the speed as it is integrated.
+/// The chains: other axes outermost, then the direction, then the speed in the order of integration.
 #[test]
 fn chains_are_ranges_of_ids_in_sweep_order() {
     let place = Place::new(MANIFEST);
@@ -180,7 +179,7 @@ fn chains_are_ranges_of_ids_in_sweep_order() {
     assert_eq!(json["carried"]["chain_length"], 41);
     assert_eq!(json["carried"]["along"], "speed");
 
-    // Along the slower axis the chains are as long as it is.
+    // Along the slower axis the chains have its length.
     let along = MANIFEST.replace(
         "order = \"both\"",
         "order = \"sweep-down\"\nalong = \"load\"",
@@ -216,12 +215,12 @@ fn up_and_down_differ_where_two_motions_coexist() {
             own.collect()
         };
         let locked = |row: &Row| row.class == "steady_contact";
-        // Upwards: locked as long as such motion exists, and again as soon as it does.
+        // Upwards: in contact while such motion exists, and again as soon as it exists.
         for row in sweep(true) {
             let inside = (lost..regained).contains(&row.speed);
             assert_eq!(locked(row), !inside, "{row:?} {lost} {regained}");
         }
-        // Downwards: rattling goes on below the speed at which contact was lost.
+        // Downwards: rattling continues below the speed at which contact was lost.
         let mut coexisting = 0;
         for row in sweep(false) {
             let other = rows
@@ -235,7 +234,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
             }
         }
         assert!(coexisting >= 2, "load {load}: {coexisting}");
-        // Probes from elsewhere find both motions there, and one motion beyond.
+        // Probes from other states find both motions there, and one motion beyond.
         let lowest = lost - STEP * coexisting as f64;
         for row in sweep(false) {
             let differs = row.speed < lost && row.speed > lowest;
@@ -248,7 +247,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
                 assert_eq!(found > 1, differs, "{row:?}: {found} attractors");
             }
         }
-        // The change is bracketed to the width asked for, its closed form inside.
+        // The change is bracketed to the requested width, with its closed form inside.
         let first = sweep(true)
             .into_iter()
             .find(|row| row.speed > lost)
@@ -284,7 +283,7 @@ fn probes(model: &Model) -> u32 {
     found.unwrap().attractors.len() as u32
 }
 
-/// A change is refined along any axis that can be swept, keys of the mesh included.
+/// A change is refined along any axis that can be swept, including keys of the mesh.
 #[test]
 fn changes_are_refined_along_a_key_of_the_mesh() {
     let manifest = MANIFEST
@@ -296,7 +295,7 @@ fn changes_are_refined_along_a_key_of_the_mesh() {
         .replace("order = \"both\"", "order = \"sweep-down\"");
     let place = Place::new(&manifest);
     let out = place.run("r", &[]);
-    // Coming from a stiff mesh, contact is lost where amplitude and static deflection meet.
+    // From a stiff mesh, contact is lost where amplitude and static deflection are equal.
     let excess = |k: f64| {
         let (square, forcing) = (1.69, 22_000.0_f64);
         let (stiff, loss) = (k * square - forcing * forcing, 1483.0 * square * forcing);
@@ -325,9 +324,8 @@ fn changes_are_refined_along_a_key_of_the_mesh() {
     assert_eq!(inside, 1, "{quiet} {lower:?} {upper:?}");
 }
 
-/// The oscillator of Blankenship & Kahraman (1995), `k = 1 + 0.2 cos τ` in sixty segments: coming from
-/// below, period 1 with a small amplitude ends in a fold at 0.829, and a period 1 of almost three
-/// times its RMS takes over.
+/// The oscillator of Blankenship & Kahraman (1995), `k = 1 + 0.2 cos τ` in sixty segments: from below, period 1 with a
+/// small amplitude ends in a fold at 0.829, and a period 1 with almost three times its RMS follows.
 #[test]
 fn a_jump_at_constant_class_and_period_is_bracketed() {
     let step = std::f64::consts::PI / 60.0;
@@ -387,7 +385,7 @@ lyapunov = {{ twin = false }}
     assert!(lower < 0.828_867 && 0.828_864 < upper, "{lower} {upper}");
     assert!((number("from_deflection_rms") - 0.0764).abs() < 1e-3);
     assert!((number("to_deflection_rms") - 0.2058).abs() < 1e-3);
-    // A change of class has no jump, and points that were not asked for statistics have none.
+    // A change of class has no jump, and points without requested statistics have none.
     assert_eq!(table.f64("from_deflection_rms").unwrap()[0], None);
     let points = ResultTable::read(&out, TableKind::Points).unwrap();
     let rms = points.f64("deflection_rms").unwrap();
@@ -396,8 +394,8 @@ lyapunov = {{ twin = false }}
     let said = String::from_utf8(said.stdout).unwrap();
     assert!(said.contains("RMS of the deflection jumps"), "{said}");
 
-    // Without refinement the jump is told between neighbours of the grid, where the deflection is
-    // known, as a change of motion like any other.
+    // Without refinement the jump is reported between neighbours of the grid, if the deflection is known, like any
+    // other change of motion.
     let unrefined = manifest.replace(", refine = 6", "");
     fs::write(place.path("m.toml"), format!("{unrefined}nvh = {{}}\n")).unwrap();
     let coarse = place.run("coarse", &[]);
@@ -427,8 +425,8 @@ lyapunov = {{ twin = false }}
     assert_eq!(table.text("what").unwrap(), [Some("class".to_owned())]);
 }
 
-/// An equilibrium stays where it is as its damping falls below 0: the state that the next point takes
-/// over lies on it to round-off, and would stay there.
+/// An equilibrium keeps its position when its damping falls below 0. The state that the next point takes over is on it
+/// to round-off, and would stay there.
 #[test]
 fn a_chain_leaves_an_equilibrium_that_has_become_unstable() {
     let manifest = r#"
@@ -476,7 +474,7 @@ lyapunov = { twin = false }
         reason.contains("linear motion that is unstable"),
         "{reason}"
     );
-    // The direction is the point's.
+    // The direction is that of the point.
     let again = place.run("again", &["--threads", "2"]);
     results::assert_same(&["points.parquet"], &place.path("left"), &again);
 }
@@ -495,7 +493,7 @@ fn threads_and_shards_change_nothing() {
         place.run("parts", &["--shard", shard]);
     }
     assert_same(&one, &place.path("parts"));
-    // Chains are dealt whole: the first of three has two of the four.
+    // Chains are distributed as a whole: the first of three shards has two of the four.
     let first = place.path("parts/points.parquet/shard-1-of-3.parquet");
     let held = results::file_ids(&first);
     assert_eq!(held, (0..41).chain(123..164).collect::<Vec<u64>>());
@@ -556,7 +554,7 @@ fn a_chain_goes_on_behind_a_point_that_stormed() {
     assert!(noted > 4, "{noted}");
 }
 
-/// A trace that asks for a direction starts where the sweep has come to.
+/// A trace with a direction starts at the state of the sweep.
 #[test]
 fn a_trace_follows_the_sweep_asked_for() {
     let place = Place::new(MANIFEST);
@@ -582,7 +580,7 @@ fn a_trace_follows_the_sweep_asked_for() {
     );
 }
 
-/// Rattling chaotically at all speeds of interest: constant stiffness, 5 µm of error.
+/// Chaotic rattle at all speeds of interest: constant stiffness, 5 µm of error.
 fn rattling(phase: f64) -> Model {
     let structure = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
     let drive = Drive {
@@ -661,7 +659,7 @@ fn a_strobe_at_any_phase_is_the_state_there() {
     assert_eq!(strobes.len(), MEASURED as usize);
     let traced = traced(&model, 8).samples;
     let (scale, fast) = (20e-6, 1.0);
-    // Seen from that phase on, the drive is the one with its excitation that much ahead.
+    // From that phase on, the drive equals the one with its excitation shifted by that phase.
     let shifted = rattling(phase);
     let reference = Reference::new(&shifted);
     for (index, pair) in strobes.windows(2).enumerate() {
@@ -687,7 +685,7 @@ fn a_strobe_at_any_phase_is_the_state_there() {
         );
         assert!((pair[1].velocity - rate).abs() < 1e-9 * fast, "{index}");
     }
-    // Phase 0 read off a window is phase 0 read off the trajectory.
+    // Phase 0 from a window equals phase 0 from the trajectory.
     let least = samples(
         &model,
         Section::Strobe {
@@ -720,7 +718,7 @@ fn entry_samples_lie_on_the_drive_flank() {
         );
         assert!((sample.phase - event.time / model.period()).abs() < 1e-15);
     }
-    // In contact throughout there is none.
+    // Permanent contact has none.
     let quiet = common::model_at(&common::one_degree(), 50.0, 300.0);
     assert!(samples(&quiet, Section::Entry).is_empty());
 }
@@ -751,7 +749,7 @@ fn turning_samples_are_all_the_extremes() {
     }
 }
 
-/// The picture of both directions and the summary say what was swept.
+/// The picture and the summary show both directions of the sweep.
 #[test]
 fn sweeps_are_shown_and_drawn() {
     let place = Place::new(MANIFEST);
@@ -775,8 +773,8 @@ fn sweeps_are_shown_and_drawn() {
     }
 }
 
-/// Samples where contact begins or ends are the events: their times to the bit, δ on the surface to
-/// round-off, and as many.
+/// Samples at entries or releases are the events: the same times to the bit, δ on the surface to round-off, and the
+/// same number.
 #[test]
 fn samples_at_events_are_the_events() {
     let model = rattling(0.0);
@@ -814,7 +812,7 @@ fn samples_at_events_are_the_events() {
     }
 }
 
-/// Maxima of the force against those of 4096 samples a cycle.
+/// Maxima of the force compared with those of 4096 samples per cycle.
 #[test]
 fn maxima_of_the_force_are_those_of_a_dense_course() {
     const DENSE: u32 = 4096;
@@ -837,7 +835,7 @@ fn maxima_of_the_force_are_those_of_a_dense_course() {
             "{sample:?}"
         );
     }
-    // What a course has besides is no maximum: the force steps down with the stiffness, or where a contact ends.
+    // Other maxima of a course do not count: the force jumps down with the stiffness, or at a release.
     for at in maxima {
         let phase = course[at].phase;
         let ended =
@@ -852,8 +850,8 @@ fn maxima_of_the_force_are_those_of_a_dense_course() {
     }
 }
 
-/// One mode of participation w: `w q = δ + e`, so that a sample on `w q = 8 µm` has δ = 8 µm − e at its
-/// phase, and one on `w q' = 0` has δ' = −e'.
+/// One mode of participation w: `w q = δ + e`. A sample on `w q = 8 µm` has δ = 8 µm − e at its phase, and one on
+/// `w q' = 0` has δ' = −e'.
 #[test]
 fn a_surface_is_where_its_combination_has_its_level() {
     const ERROR: f64 = 5e-6;

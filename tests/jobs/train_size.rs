@@ -1,4 +1,4 @@
-//! Are trains too fine to be solved refused before anything is allocated, with the key that makes them so?
+//! Are trains that are too fine to be solved refused before any allocation, with the key that causes it?
 
 #![allow(clippy::unwrap_used)]
 
@@ -7,11 +7,10 @@ use place::{Place, status, stderr, stdout};
 
 const TRAIN: &str = include_str!("../../manifests/trains/two-stage.toml");
 
-/// Address space that a command may ask for \[KiB\]: what the program maps anyway, and 200 MB.
+/// Limit of the address space of a command \[KiB\]: the program's usual mappings, and 200 MB.
 const ADDRESSES: usize = 400_000;
 
-/// What `atlas` says of the train with something else in the place of a part of it, in little memory: status, everything
-/// printed.
+/// Output of `atlas` for the train with a replaced part, with little memory: status, everything printed.
 fn of(from: &str, to: &str, command: &str) -> (i32, String) {
     assert!(TRAIN.contains(from), "{from}");
     let place = Place::new(&TRAIN.replacen(from, to, 1));
@@ -73,7 +72,7 @@ fn sections_that_take_too_many_elements_are_refused_with_their_key() {
     }
 }
 
-/// What is solved and looks like a slip of a unit is said, and computed.
+/// A solvable train that looks like a wrong unit gives a warning, and is computed.
 #[test]
 fn a_shaft_that_nobody_builds_is_a_warning() {
     let from = "sections = [{ length = \"100 mm\", outer = \"35 mm\" }]";

@@ -1,5 +1,5 @@
-//! `atlas verify` as a process: every line of the quick ladder passes here, the exit status
-//! says so, the JSON can be read, and it needs no file.
+//! `atlas verify` as a process: every line of the quick ladder passes here, the exit status agrees, the JSON can be
+//! read, and it needs no file.
 
 #![allow(clippy::unwrap_used)]
 
@@ -46,7 +46,7 @@ fn the_whole_ladder_passes() {
     assert!(checks.len() >= 20 && lines >= 50, "{lines} lines");
     assert_eq!(report["passed"], true);
     assert_eq!(report["failures"], 0);
-    // closed_modes on the one drive that it cannot follow.
+    // closed_modes on the only drive that it does not support.
     assert_eq!((skips, &report["skips"]), (1, &Value::from(1)));
     assert_eq!(report["extent"], "quick");
     assert_eq!(output.status.code(), Some(0));

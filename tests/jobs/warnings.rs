@@ -1,5 +1,5 @@
-//! What a job runs in spite of: keys without effect and unusual drives are warnings, told once, with file, line, key
-//! and remedy; two keys that give one quantity are an error.
+//! Warnings of a job that runs nevertheless: keys without effect and unusual drives, reported once, with file, line,
+//! key and remedy. Two keys that define one quantity are an error.
 
 #![allow(clippy::unwrap_used)]
 
@@ -43,7 +43,7 @@ fn a_key_without_effect_changes_nothing() {
         let in_manifest = |warning: &&Diagnostic| {
             assert_eq!(warning.kind, DiagnosticKind::NoEffect);
             assert!(warning.line > 0 && warning.remedy.is_some(), "{warning:?}");
-            // An axis makes other points, and a modal file is no part of the manifest.
+            // An axis makes other points, and a modal file is not part of the manifest.
             warning.span.source == 0 && !warning.key.contains('"')
         };
         let keys = job.warnings.diagnostics.iter().filter(in_manifest);
@@ -60,7 +60,7 @@ fn a_key_without_effect_changes_nothing() {
     }
 }
 
-/// One stiffness for the whole cycle is a choice that every shipped manifest takes, whatever else its [mesh] says.
+/// One stiffness for the whole cycle is a choice that every shipped manifest accepts, with any other keys in [mesh].
 #[test]
 fn every_shipped_manifest_takes_a_constant_stiffness() {
     let changes = ["mesh.stiffness=constant", "mesh.mean_stiffness=4e8"].map(str::to_owned);
@@ -79,13 +79,13 @@ fn every_shipped_manifest_takes_a_constant_stiffness() {
             path.display()
         );
         warned += usize::from(own.count() > 0);
-        // Without the change nothing is without effect.
+        // Without the change every key has an effect.
         assert!(load(&path, &[]).warnings.is_empty(), "{}", path.display());
     }
     assert!(warned >= 26, "{warned}");
 }
 
-/// Which of two numbers is meant cannot be told.
+/// It is unknown which of the two numbers is meant.
 #[test]
 fn one_quantity_given_twice_is_an_error() {
     let quickstart = root().join("manifests/quickstart.toml");
@@ -127,7 +127,7 @@ fn one_quantity_given_twice_is_an_error() {
     }
 }
 
-/// A key that has an effect at some points of the grid has one.
+/// A key with an effect at some points of the grid is not reported.
 #[test]
 fn what_some_points_feel_is_not_warned_of() {
     let path = root().join("manifests/flex80-table.toml");
@@ -148,7 +148,7 @@ fn oscillator_with_idle_keys() -> Place {
     Place::new(&OSCILLATOR.replace("stiffness = \"piecewise\"", "stiffness = \"constant\""))
 }
 
-/// `check`, `run` and `plan` tell each warning once, on standard error; programs get it from `check --json`.
+/// `check`, `run` and `plan` print each warning once, on standard error; programs get it from `check --json`.
 #[test]
 fn warnings_are_told_once() {
     let place = oscillator_with_idle_keys();
@@ -195,7 +195,7 @@ fn warnings_are_told_once() {
     );
 }
 
-/// Where there are errors the warnings stand behind them and are not counted.
+/// Warnings come after errors and are not counted with them.
 #[test]
 fn errors_come_before_warnings() {
     let place = oscillator_with_idle_keys();
@@ -208,7 +208,7 @@ fn errors_come_before_warnings() {
     assert!(text.contains("1 error; nothing was computed"), "{text}");
 }
 
-/// Equal rows of a list are points of their own, with results of their own, also in parts, in `retry` and by name.
+/// Equal rows of a list are separate points, with separate results, also in shards, in `retry` and by name.
 #[test]
 fn equal_rows_are_points_of_their_own() {
     let (head, _) = OSCILLATOR.split_once("[grid]").unwrap();
@@ -242,7 +242,7 @@ fn equal_rows_are_points_of_their_own() {
             [Some(1050.0), Some(600.0), Some(1050.0)]
         );
         let rms = column(folder, "deflection_rms");
-        // The motion starts from one state, so that it is the same bit for bit.
+        // The motion starts from one state, so that it is equal bit for bit.
         assert_eq!(rms[0].unwrap().to_bits(), rms[2].unwrap().to_bits());
         assert_ne!(rms[0], rms[1]);
     }
@@ -250,7 +250,7 @@ fn equal_rows_are_points_of_their_own() {
         column(&whole, "deflection_rms"),
         column(&place.path("parts"), "deflection_rms")
     );
-    // Probes are drawn by point, so that each row has its own.
+    // Probes are random per point, so that each row has different ones.
     let probes =
         gearatlas::store::ResultTable::read(&whole, gearatlas::store::TableKind::Probes).unwrap();
     let ids = probes.u64("point_id").unwrap();
@@ -267,7 +267,7 @@ fn equal_rows_are_points_of_their_own() {
         "trace", "m.toml", "--point", "load=0.3", "--cycles", "2", "--out", "t",
     ]);
     assert_eq!(status(&trace), 0, "{}", stderr(&trace));
-    // Tied lists of values are rows likewise.
+    // Tied lists of values are also rows.
     let tied = format!(
         "{head}[grid]\ntied = [[\"load\", \"speed\"]]\nload = {{ values = [0.3, 0.1, 0.3] }}\nspeed = {{ values = [1050, 600, 1050] }}\n"
     );

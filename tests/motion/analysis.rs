@@ -24,7 +24,7 @@ use gearatlas::structure::ModalStructure;
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
-/// Keeps all windows.
+/// Stores all windows.
 #[derive(Default)]
 struct Record {
     windows: Vec<Piece>,
@@ -71,7 +71,7 @@ fn value(series: &[f64], x: f64) -> f64 {
     sum
 }
 
-/// Samples a window is read at, even: Simpson's rule converges with the fourth power.
+/// Equidistant samples per window: Simpson's rule converges with the fourth power.
 const SAMPLES: usize = 3000;
 
 /// One sample with its weight in Simpson's rule.
@@ -148,8 +148,8 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
     }
 }
 
-/// Largest relative difference of two sets of statistics: of integrals and of extremes, which
-/// samples miss by the square of their distance. Harmonics count against the RMS.
+/// Largest relative difference of two sets of statistics: of integrals and of extremes, which samples miss by the
+/// square of their distance. Harmonics are relative to the RMS.
 fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
     assert_eq!(a.harmonics.len(), b.harmonics.len());
     let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
@@ -179,7 +179,7 @@ fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
     ]
 }
 
-/// A drive that stays in contact, shaken by so little that its spread is far below its mean.
+/// A drive in permanent contact, with an excitation so small that its spread is far below its mean.
 fn nearly_still() -> Model {
     let (structure, mut drive, mut point) = common::one_degree();
     drive.mesh = Division::levels(&[4e8], &[]);
@@ -215,7 +215,7 @@ fn statistics_are_those_of_fine_samples() {
     }
 }
 
-/// The same from a kernel that knows no windows, to the first order of its step.
+/// The same from a kernel without windows, to the first order of its step.
 #[test]
 fn statistics_agree_with_those_of_small_steps() {
     for (name, case) in drives() {
@@ -231,7 +231,7 @@ fn statistics_agree_with_those_of_small_steps() {
             let error = difference(&stepped.outcome().unwrap(), &exact.outcome().unwrap());
             let error = error[0].max(error[1]);
             assert!(counters.events == 0 || error > 0.0);
-            // A crossing late by a step shows in peaks of the force.
+            // A crossing that is late by a step affects peaks of the force.
             assert!(error < 1e-2, "{name}: {error:e}");
             close += u32::from(error < 2e-3);
             start = end;
@@ -240,7 +240,7 @@ fn statistics_agree_with_those_of_small_steps() {
     }
 }
 
-/// What an audit sees when every force is a little larger than it was.
+/// An audit that sees slightly increased forces.
 struct Planted<'m>(EnergyAudit<'m>, f64);
 
 impl Observer for Planted<'_> {
@@ -355,8 +355,7 @@ fn small_oscillator(load: f64, speed: f64) -> Model {
     common::model_at(&common::one_degree(), load, speed)
 }
 
-/// Kinds of motion of one degree, each shown by the reference integrator to be what it is
-/// called.
+/// Kinds of motion of one degree; the reference integrator confirms each.
 #[test]
 fn small_oscillators_are_of_their_known_kind() {
     for (load, speed, class, events) in [
@@ -380,7 +379,7 @@ fn small_oscillators_are_of_their_known_kind() {
                 assert!(moved > 1e-3, "{class:?}: {moved:e}");
             }
         }
-        // Both multipliers together: the damping of the time in contact.
+        // The product of both multipliers: the damping during contact.
         let lyapunov = outcome.lyapunov.unwrap();
         let [drive, _, coast, _] = outcome.nvh.unwrap().fractions;
         let (w, c) = (
@@ -401,8 +400,8 @@ fn small_oscillators_are_of_their_known_kind() {
     assert!(lyapunov.exponents[0] > 20.0 * lyapunov.stderr() && lyapunov.exponents[1] < 0.0);
 }
 
-/// Torque ripple of a shaft order lengthens the period to the shaft's teeth; ripple that
-/// never comes back leaves steady contact steady.
+/// Torque ripple of a shaft order extends the period to the shaft's teeth; ripple without a period leaves steady
+/// contact steady.
 #[test]
 fn ripple_sets_the_period() {
     for (load, speed, order, class) in [
@@ -453,8 +452,8 @@ fn shaken(load: f64, speed: f64, ripple: (f64, f64)) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// A motion of period 3 under a faint ripple that returns after a turn of the pinion, 20 cycles:
-/// it repeats after 60, longer than the ripple and than any period looked for without it.
+/// A motion of period 3 under a faint ripple that returns after a revolution of the pinion, 20 cycles. The motion
+/// repeats after 60, longer than the ripple and than any period searched without it.
 #[test]
 fn a_period_may_be_a_multiple_of_the_ripples() {
     let model = shaken(0.3, 1430.0, (1.0, 1e-3));
@@ -471,7 +470,7 @@ fn a_period_may_be_a_multiple_of_the_ripples() {
             "{}",
             outcome.reason
         );
-        // The reference integrator's motion does as well, and no sooner.
+        // The reference integrator's motion also does, and not earlier.
         let state = settled(&model, 4000);
         for (cycles, returns) in [(20, false), (30, false), (60, true)] {
             let end = Reference::new(&model).advance(&state, cycles).unwrap().end;
@@ -481,8 +480,8 @@ fn a_period_may_be_a_multiple_of_the_ripples() {
     }
 }
 
-/// Rattle under ripple that never comes back: two motions from far apart become one, which
-/// follows the ripple's phase and has no period.
+/// Rattle under ripple without a period: two motions from distant states become one, which follows the ripple's phase
+/// and has no period.
 #[test]
 fn a_torus_that_ripple_drives_has_a_verdict() {
     let model = shaken(0.5, 880.0, (std::f64::consts::SQRT_2, 0.5));
@@ -498,7 +497,7 @@ fn a_torus_that_ripple_drives_has_a_verdict() {
     assert!(outcome.lyapunov.unwrap().exponents[0] < -0.01);
 }
 
-/// Nothing that moves is not given a class by accident: a free body at rest.
+/// A free body at rest gets no class by accident.
 #[test]
 fn free_rest_has_no_events_and_no_spread() {
     let mut case = common::one_degree();
@@ -537,8 +536,8 @@ fn free_rest_has_no_events_and_no_spread() {
     );
 }
 
-/// A start that counts as diverged before anything has moved: told as such, with the key to
-/// change, by every kernel with its own bound. Within it motion is integrated.
+/// A start that counts as diverged from the beginning: every kernel reports this with the key to change, at its bound.
+/// Within the bound, motion is integrated.
 #[test]
 fn a_start_out_of_range_is_told_as_such() {
     let model = small_oscillator(0.3, 1200.0);
@@ -591,8 +590,8 @@ fn residual_at_rest(structure: &ModalStructure, half_gap: f64, load: f64) -> f64
     audit.residual(&end).unwrap()
 }
 
-/// Of a drive at rest under its load the balance is made of round-off alone, whatever the load is
-/// to the half gap and to the stiffness of the mesh.
+/// For a drive at rest under its load the balance consists of round-off only, for any ratio of the load to the half gap
+/// and to the stiffness of the mesh.
 #[test]
 fn the_round_off_of_a_drive_at_rest_is_no_residual() {
     let mesh = [0.0, 0.78, 0.47, -0.55, -0.56, -0.49];
@@ -638,8 +637,8 @@ impl Kernel for Kicking<'_> {
     }
 }
 
-/// A kernel that does not follow the drive is found out by the energy, and its row is not ok; one
-/// that does, settled or not, is.
+/// The energy detects a kernel that does not follow the drive, and its row is not ok; a kernel that does, settled or
+/// not, has an ok row.
 #[test]
 fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
     for (load, speed) in [(1.0, 400.0), (0.2, 1800.0), (0.05, 1200.0)] {
@@ -654,7 +653,7 @@ fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
             let never = AtomicBool::new(false);
             let outcome = investigate(&model, &kernel, start, &asked, &never).unwrap();
             assert_eq!(outcome.status.name(), word, "{}", outcome.reason);
-            // What was found is kept.
+            // The results are kept.
             assert!(outcome.class.is_some() && outcome.nvh.is_some());
             let told = outcome.reason.contains("the energy balance is off by");
             assert_eq!(told, kick > 0.0, "{}", outcome.reason);
@@ -662,7 +661,7 @@ fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
     }
 }
 
-/// Small steps leave a residual by design: no reason to object.
+/// Small steps leave a residual by design, which is acceptable.
 #[test]
 fn a_kernel_that_approximates_is_not_called_inaccurate() {
     let model = small_oscillator(0.2, 1800.0);
@@ -674,7 +673,7 @@ fn a_kernel_that_approximates_is_not_called_inaccurate() {
     assert_ne!(outcome.status.name(), "inaccurate");
 }
 
-/// A flag that is raised while the first cycle is integrated: the integration ends in the midst of it.
+/// A flag that is raised during the first cycle: the integration ends within it.
 #[test]
 fn an_integration_ends_within_the_cycle_in_which_it_is_called_off() {
     for (name, case) in drives() {

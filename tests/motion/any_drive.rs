@@ -1,6 +1,6 @@
-//! Drives beyond two flanks on one line with modal damping: every exact kernel against the
-//! trajectory to 30 digits, small steps against their order, tangents against differences, the
-//! energy balance. All of it with contacts that let go by their deflection, and by their force.
+//! Drives beyond two flanks on one line with modal damping: every exact kernel compared with the trajectory to 30
+//! digits, small steps with their order, tangents with differences, and the energy balance. All tests use contacts that
+//! open by their deflection, and by their force.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ use gearatlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use gearatlas::reference::{Extended, Reference};
 use gearatlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
 
-/// A case: its name, its model and where it starts.
+/// A case: its name, its model and its start.
 type Case = (String, Model, TrajectoryState);
 
 fn zeros(n: usize) -> Vec<f64> {
@@ -32,7 +32,7 @@ fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Vec<f64> {
     out
 }
 
-/// Two rotations and four elastic modes, of which the coast flank feels two the other way.
+/// Two rotations and four elastic modes, two of which have the opposite sign on the coast flank.
 fn two_lines() -> (ModalStructure, Drive, OperatingPoint) {
     let (mut structure, mut drive, point) = common::six_modes();
     structure.coast = Some(common::coast_line(&structure));
@@ -66,7 +66,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
     }
 }
 
-/// A contact with a cycle of its own, three in five of the mesh.
+/// A contact with a different cycle, three in five of the mesh.
 fn cycled(contact: StructureContact, error: Vec<MeshHarmonic>) -> StructureContact {
     StructureContact {
         cycles: [3, 5],
@@ -88,7 +88,7 @@ fn load(force: Vec<f64>, turns_per_cycle: f64, phase: f64) -> HarmonicLoad {
     }
 }
 
-/// A state in which so many contacts are closed at once, a few half gaps away from rest.
+/// A state with `count` closed contacts, a few half gaps away from rest.
 fn with_closed(model: &Model, count: usize) -> TrajectoryState {
     let n = model.modes();
     let base = model.start(&InitialState::Static).state;
@@ -107,7 +107,7 @@ fn with_closed(model: &Model, count: usize) -> TrajectoryState {
     panic!("no state with {count} contacts closed");
 }
 
-/// Six modes under a load that leaves little chaos, whose growth would be measured instead.
+/// Six modes under a load with little chaos, whose growth would dominate the errors.
 fn loaded() -> (ModalStructure, Drive, OperatingPoint) {
     let (structure, drive, point) = common::six_modes();
     (structure, drive, OperatingPoint { load: 0.3, ..point })
@@ -132,7 +132,7 @@ fn cases_of(release: Release) -> Vec<Case> {
     add("mirrored flanks", two_lines());
     add("flanks on one line", loaded());
 
-    // Gaps that step and open, stiffness that steps with them.
+    // Gaps that jump and open, with stiffness that jumps with them.
     let (structure, mut drive, point) = two_lines();
     let lacks = [[0.0; 8], [3e-7, 2e-7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
     for (division, lack) in drive.mesh.iter_mut().zip(lacks) {
@@ -140,7 +140,7 @@ fn cases_of(release: Release) -> Vec<Case> {
     }
     add("flanks that lack something", (structure, drive, point));
 
-    // A second mesh with three cycles in five, felt by other modes.
+    // A second mesh with three cycles in five, and other participations.
     let (mut structure, drive, mut point) = loaded();
     point.load = 0.5;
     structure.contacts = vec![
@@ -192,9 +192,9 @@ fn cases_of(release: Release) -> Vec<Case> {
     add("overdamped beside light modes", (structure, drive, point));
 
     let (mut structure, drive, mut point) = two_lines();
-    // Little chaos, whose growth would be measured instead.
+    // Little chaos, whose growth would dominate the errors.
     point.load = 0.3;
-    // No stop holds the rotation of the whole drive, which would run away from it.
+    // No stop holds the rotation of the whole drive, which would otherwise move away from it.
     let turning = |scale: f64, rest: [f64; 4]| -> Vec<f64> {
         let relative = structure.mesh[..2].iter().map(|w| scale * w);
         relative.chain(rest).collect()
@@ -238,8 +238,8 @@ fn cases_of(release: Release) -> Vec<Case> {
     out
 }
 
-/// Ten cycles of it: each for itself to 1e-13 of the state and of the cycle, the same events, and
-/// all in a row to what the motion's own chaos makes of that.
+/// Ten cycles: single cycles agree to 1e-13 of the state and of the cycle, with the same events, and consecutive ones
+/// within the growth by the motion's chaos.
 #[test]
 fn ten_cycles_to_thirty_digits() {
     for (name, model, start) in cases() {
@@ -262,7 +262,7 @@ fn ten_cycles_to_thirty_digits() {
             seen.0.len()
         );
         assert!(seen.0.len() > 10, "{name}: {} events", seen.0.len());
-        // Where contacts let go by their force differences grow two and a half times a cycle: 1e4 times in ten.
+        // With contacts that open by their force, differences grow by two and a half per cycle: 1e4 times in ten.
         let grown = if name.contains("Force") { 30.0 } else { 1.0 };
         assert!(worst < 1e-12 * grown, "{name}: {worst:e}");
         assert!(late < 1e-13 * grown, "{name}: {late:e}");
@@ -300,7 +300,7 @@ fn largest_of_single_cycles(model: &Model, start: &TrajectoryState, cycles: u32)
     largest
 }
 
-/// Contacts that do not stand still: the base period is what the teeth say.
+/// For contacts with different cycles, the base period follows from the teeth.
 #[test]
 fn contacts_of_another_mesh_set_the_base_period() {
     let cases = cases();
@@ -311,7 +311,7 @@ fn contacts_of_another_mesh_set_the_base_period() {
     assert_eq!(model.base_cycles(), 5);
 }
 
-/// So do loads, together with contacts; one whose turns are irrational has none.
+/// Loads and contacts together determine the period; a load with an irrational frequency ratio has none.
 #[test]
 fn harmonic_loads_count_in_the_base_period() {
     let period = |turns: &[f64], cycles: [u32; 2]| {
@@ -352,7 +352,7 @@ fn small_steps_come_near() {
     }
 }
 
-/// Tangents against differences of trajectories to 30 digits.
+/// Tangents compared with differences of trajectories to 30 digits.
 #[test]
 fn tangents_are_those_of_neighbours() {
     for (name, model, start) in cases() {
@@ -406,8 +406,8 @@ fn energy_closes_to_round_off() {
 }
 
 /// Kahraman & Singh 1991, with a time-varying stiffness and three harmonics of the error:
-/// `x'' + 2ζx' + K(t) B(x) = F_m + Σ F_j (jΩ)² cos jΩt`, ζ = 0.05, Ω = 0.5, F_m = 0.1. From rest the motion has
-/// the period of the mesh. The strobe state is that of an integration with another program.
+/// `x'' + 2ζx' + K(t) B(x) = F_m + Σ F_j (jΩ)² cos jΩt`, ζ = 0.05, Ω = 0.5, F_m = 0.1. From rest the motion has the
+/// period of the mesh. The strobe state comes from an integration with another program.
 #[test]
 fn a_published_oscillator_under_drag() {
     let omega = 0.5;

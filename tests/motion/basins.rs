@@ -57,7 +57,7 @@ fn slices_do_not_depend_on_threads_or_shards() {
         "{}",
         whole.attractors.len()
     );
-    // Fewer branches than attractors: they are followed.
+    // Fewer branches than attractors: they are matched between points.
     let branches = whole.branches.iter().max().unwrap() + 1;
     assert!(
         branches < whole.attractors.len() / 2,
@@ -69,7 +69,7 @@ fn slices_do_not_depend_on_threads_or_shards() {
         render_branches(&whole)
     );
 
-    // Every cell is there once, and the counts of attractors.parquet are those of its cells.
+    // Every cell occurs once, and the counts of attractors.parquet are those of its cells.
     let table = ResultTable::read(&path.join("1"), TableKind::Basins).unwrap();
     assert_eq!(table.rows(), 4 * 100);
     let (ids, on) = (
@@ -121,8 +121,7 @@ fn slices_and_shares_are_drawn() {
     assert_eq!(one.lines().count(), 1, "{one}");
 }
 
-/// A mode that the mesh does not feel shows only once the structure is known: every point
-/// says so in its row.
+/// Modes without mesh participation are known only with the structure: every point reports it in its row.
 #[test]
 fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     let folder = folder();
@@ -142,8 +141,8 @@ fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     }
 }
 
-/// The phase plane of an oscillator of one degree: x across in metres, v up in metres a second, and the
-/// same bytes for any number of threads.
+/// The phase plane of an oscillator of one degree: x on the horizontal axis in metres, v on the vertical one in metres
+/// per second, and the same bytes for any number of threads.
 #[test]
 fn the_phase_plane_of_one_mode_has_its_own_units() {
     let folder = tempfile::tempdir().unwrap();

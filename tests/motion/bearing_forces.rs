@@ -1,4 +1,4 @@
-//! Bearing forces with few modes: what modes that are left out bear at rest comes back.
+//! Bearing forces with few modes: the static share of omitted modes is added.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -26,7 +26,7 @@ impl Observer for Watch {
     fn event(&mut self, _: &Event) {}
 }
 
-/// The structure without what modes left out bear.
+/// The structure without the static share of omitted modes.
 fn bare(mut structure: ModalStructure) -> ModalStructure {
     for bearing in &mut structure.bearings {
         bearing.left_out = StaticShare::default();
@@ -72,8 +72,8 @@ fn constant() -> Drive {
     drive
 }
 
-/// At rest the shafts are levers: without stiffness against tilting each bearing bears what the other's distance
-/// from the gear says, however few modes there are and whichever were computed.
+/// At rest the shafts are levers: without tilt stiffness the load of each bearing follows from the distance of the
+/// other one from the gear, for any number and choice of modes.
 #[test]
 fn at_rest_bearings_balance_the_mesh_force() {
     let mut drive = flexible();
@@ -110,12 +110,12 @@ fn at_rest_bearings_balance_the_mesh_force() {
             "{retained} of {computed} modes: {worst:.1e} of the mesh force off, {before:.1e} without the share of the others"
         );
         assert!(worst < 1e-8, "{worst:e}");
-        // All modes need no share.
+        // With all modes, no share is necessary.
         assert_eq!(before < 1e-8, computed == ALL, "{before:e}");
     }
 }
 
-/// In motion the share of what is left out makes bearing forces converge faster with the number of modes.
+/// In motion the share of omitted modes makes bearing forces converge faster with the number of modes.
 #[test]
 fn bearing_forces_converge_with_the_modes() {
     let mut mesh = constant();
@@ -149,7 +149,7 @@ fn bearing_forces_converge_with_the_modes() {
             mean < 1e-4 && mean < 0.1 * bare_mean,
             "{mean:e} {bare_mean:e}"
         );
-        // With fewer modes the motion itself is another one.
+        // With fewer modes the motion itself is different.
         assert!(retained < 20 || rms < bare_rms, "{rms:e} {bare_rms:e}");
     }
 }

@@ -1,6 +1,6 @@
-//! Do breakpoints that nearly coincide stop a run, or change what it finds? Whatever two breakpoints are of, 0, 1e-16, …,
-//! 1e-6 of a cycle apart, every kernel passes them in about as many windows, and the events are those of breakpoints
-//! that coincide.
+//! Do breakpoints that nearly coincide stop a run, or change its results? For breakpoints of any two quantities, 0,
+//! 1e-16, …, 1e-6 of a cycle apart, every kernel needs about as many windows as usual, and the events are those of
+//! coinciding breakpoints.
 
 #![allow(clippy::unwrap_used)]
 
@@ -35,7 +35,7 @@ fn every_kernel_passes_breakpoints_that_nearly_coincide() {
                 };
                 taken += usize::from(passes(case));
             }
-            // Closed modes hold constant levels.
+            // Closed modes require constant levels.
             let levels = [Of::Levels, Of::Flanks, Of::Further].contains(&of);
             let takes = ["volterra", "stepping"].contains(name) || levels;
             assert_eq!(taken > 0, takes, "{name} {of:?}");
@@ -44,7 +44,7 @@ fn every_kernel_passes_breakpoints_that_nearly_coincide() {
     }
 }
 
-/// Against an integrator that knows nothing of windows, on either side of the distance that makes two breakpoints one.
+/// Compared with an integrator without windows, below and above the distance at which two breakpoints become one.
 #[test]
 fn events_are_those_of_the_reference() {
     for of in ALL {
@@ -70,9 +70,9 @@ fn events_are_those_of_the_reference() {
     }
 }
 
-/// A geared pair whose coast flanks have their kinks 4e-12 of a cycle off those of the drive flanks, as a symmetry of
-/// twelve digits puts them: it has the events of a symmetry of 0.27841915169, where they coincide (262 in 20 cycles).
-/// Kinks farther apart are other drives, whose chaos is as lively.
+/// A geared pair whose coast flanks have their kinks 4e-12 of a cycle off those of the drive flanks, from a symmetry of
+/// twelve digits. It has the events of a symmetry of 0.27841915169, where they coincide (262 in 20 cycles). Kinks
+/// farther apart are other drives, with similarly strong chaos.
 #[test]
 fn a_symmetry_of_twelve_digits_is_as_good_as_an_exact_one() {
     let folder = tempfile::tempdir().unwrap();

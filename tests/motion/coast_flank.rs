@@ -1,5 +1,5 @@
-//! The two flanks against rigid-body kinematics: what the mesh force and its friction do on either
-//! of them, on a drive whose bodies turn and move in their plane.
+//! The two flanks compared with rigid-body kinematics: the effect of the mesh force and its friction on either of them,
+//! on a drive whose bodies rotate and move in their plane.
 
 #![allow(clippy::unwrap_used)]
 
@@ -33,11 +33,11 @@ fn structure(tier: Tier) -> ModalStructure {
     drive.modes(all, all, false).unwrap()
 }
 
-/// Velocities of the bodies: x and y of the pinion, of the wheel \[m/s\], rotation of the pinion, and
-/// of the wheel in its own sense of running \[rad/s\].
+/// Velocities of the bodies: x and y of the pinion, of the wheel \[m/s\], rotation of the pinion, and of the wheel in
+/// its direction of running \[rad/s\].
 type Motion = [f64; 6];
 
-/// The modal velocities of a motion of the bodies, from what bearings and shafts feel.
+/// The modal velocities of a motion of the bodies, from the loads of bearings and shafts.
 fn modal(structure: &ModalStructure, motion: Motion) -> Vec<f64> {
     let shafts = shafts();
     let bearing = |name: &str, stiffness: f64| {
@@ -92,8 +92,8 @@ fn pair_at(s: f64) -> Division {
     }
 }
 
-/// Velocity of the pinion against the wheel at a contact: along the line of action, and the sliding
-/// across it. `lean` +1 the drive flanks' line, −1 the coast flanks'.
+/// Velocity of the pinion relative to the wheel at a contact: along the line of action, and the sliding across it.
+/// `lean` is +1 for the drive flanks' line, −1 for the coast flanks'.
 fn at_contact(motion: Motion, lean: f64, s: f64) -> (f64, f64) {
     let [x1, y1, x2, y2, turn_1, turn_2] = motion;
     let pair = gears();
@@ -102,7 +102,7 @@ fn at_contact(motion: Motion, lean: f64, s: f64) -> (f64, f64) {
     let distance = pair.centre_distance().unwrap();
     let line = [lean * sin, cos];
     let place = [radius + s * line[0], s * line[1]];
-    // ω e_z × r; the wheel turns the other way about its axis.
+    // ω e_z × r; the wheel rotates in the opposite direction about its axis.
     let pinion = [x1 - turn_1 * place[1], y1 + turn_1 * place[0]];
     let wheel = [x2 + turn_2 * place[1], y2 - turn_2 * (place[0] - distance)];
     let relative = [pinion[0] - wheel[0], pinion[1] - wheel[1]];
@@ -138,14 +138,14 @@ proptest! {
         let mesh = vec![pair_at(s)];
         let coast = Division::mirrored(&mesh, symmetry);
         let model = Model::new(&structure, &drive(mesh, Some(coast)), POINT).unwrap();
-        // The uniform rotation, with lateral velocities that do not turn the sliding round.
+        // The uniform rotation, with lateral velocities that do not reverse the sliding.
         let turn = POINT.speed;
         let wheel = turn * 20.0 / 30.0;
         let slides = s.abs() * (turn + wheel);
         let [a, b, c, d] = lateral.map(|part| 0.2 * slides * part);
         let motion = [a, b, c, d, turn, wheel];
         let velocity = modal(&structure, motion);
-        // On the mirrored flank the pair stands at the mirror image of its place.
+        // On the mirrored flank the pair is at the mirror image of its position.
         for (contact, lean, s) in [(DRIVE_FLANK, 1.0, s), (COAST_FLANK, -1.0, -s)] {
             let (along, sliding) = at_contact(motion, lean, s);
             let (rate, friction) = powers(&model, contact, &velocity);
@@ -174,7 +174,7 @@ proptest! {
             let left = HALF_GAP - dx * sin;
             prop_assert!((margin - left).abs() < 1e-12 * HALF_GAP, "{margin} {left}");
         }
-        // A newton on either flank does work as the axes part.
+        // One newton on either flank does work when the axes separate.
         for contact in [DRIVE_FLANK, COAST_FLANK] {
             let (rate, _) = powers(&model, contact, &nearer);
             let work = model.contacts[contact].side * rate;
@@ -211,7 +211,7 @@ fn gears_that_only_turn_have_one_line_where_stiffness_is_constant() {
     assert_eq!(with(Some(Division::mirrored(&mesh, 0.3))), with(None));
 }
 
-/// The coast flanks' divisions against the pairs that touch there, one by one.
+/// The coast flanks' divisions compared with the pairs that touch there, one by one.
 #[test]
 fn coast_flanks_have_what_their_own_pairs_bear() {
     let mut pair = gears();
@@ -233,8 +233,8 @@ fn coast_flanks_have_what_their_own_pairs_bear() {
     for division in &coast {
         for part in [0.1, 0.5, 0.9] {
             let phase = start + part * (division.end - start);
-            // A tooth's coast flank meets its line the tooth's thickness, along the line, behind
-            // its drive flank, and passes the image of each place as long after the symmetry.
+            // A tooth's coast flank meets its line behind its drive flank by the tooth's thickness along the line. It
+            // passes the image of each position as long after the symmetry as the drive flank before it.
             let image = (2.0 * symmetry - phase).rem_euclid(1.0);
             let expected = cycle.value(&cycle.stiffness, image);
             let found = division.stiffness.at(2.0 * part - 1.0);

@@ -1,6 +1,5 @@
-//! Coasting: a drive at −T is the mirror image of the drive with its drawing mirrored at +T, pinion for wheel. Nothing
-//! but signs may differ, with flanks that are askew, shafts that tilt, friction that turns round, and no symmetry between
-//! the gears.
+//! Coasting: a drive at −T is the mirror image of the drive with a mirrored drawing at +T. Only signs may differ, also
+//! with misaligned flanks, shafts that tilt, friction that changes its direction, and no symmetry between the gears.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,8 +9,8 @@ use place::{Place, status, stderr};
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 
-/// The default drive with a gear off the middle of its bearings, where `side` is 0, or mirrored about the line between the
-/// axes, where it is 1: then pinion and wheel have changed places.
+/// The default drive with a gear off the middle of its bearings (`side` 0), or mirrored about the line between the axes
+/// (`side` 1).
 fn manifest(side: usize, mesh: &str, loads: [f64; 2]) -> String {
     let pick = |pair: [&str; 2]| pair[side].to_owned();
     let (first, second) = match side {
@@ -74,7 +73,7 @@ nvh = {{ harmonics = 2 }}
     )
 }
 
-/// Results of a manifest, one row a load.
+/// Results of a manifest, one row per load.
 fn results(text: &str) -> (Place, ResultTable) {
     let place = Place::new(text);
     let output = place.run("out", &["-j", "1"]);
@@ -83,8 +82,8 @@ fn results(text: &str) -> (Place, ResultTable) {
     (place, table)
 }
 
-/// What the mean load makes of the mesh, with its sign in the mirror: as exact as a table of a face that is unevenly
-/// loaded follows its law (2e-7 at worst).
+/// Results of the mesh under the mean load, with their signs in the mirror image. They agree as exactly as a table of
+/// an unevenly loaded face follows its law (2e-7 at worst).
 const MESH: [(&str, f64); 5] = [
     ("misalignment_loaded", -1.0),
     ("load_centre", 1.0),
@@ -93,8 +92,8 @@ const MESH: [(&str, f64); 5] = [
     ("transmission_error_pp", 1.0),
 ];
 
-/// The motion. Segments of the cycle lie otherwise on the image of a flank than on the flank, so that these are as good as
-/// segments are. The deflection is that of the drive flanks' line, and has no image.
+/// The motion. Segments of the cycle have other positions on the mirrored flank, so that these agree to the accuracy of
+/// segments. The deflection is that of the drive flanks' line, and has no image.
 const MOTION: [(&str, f64); 8] = [
     ("force_mean", -1.0),
     ("power_transmitted", -1.0),
@@ -106,7 +105,7 @@ const MOTION: [(&str, f64); 8] = [
     ("fraction_both", 1.0),
 ];
 
-/// Whether the rows of one drive are those of its mirror image at the opposite load.
+/// Asserts that the rows of one drive are those of its mirror image at the opposite load.
 fn mirrored(one: &ResultTable, other: &ResultTable) {
     let mut seen = 0;
     let mut same = |names: [&str; 2], sign: f64, tolerance: f64| {
@@ -125,7 +124,7 @@ fn mirrored(one: &ResultTable, other: &ResultTable) {
             seen += 1;
         }
     };
-    // The pieces of a course are not the images of each other.
+    // The pieces of a course are not images of each other.
     for (name, sign) in MESH {
         same([name; 2], sign, 1e-4);
     }
@@ -148,7 +147,7 @@ fn a_coasting_drive_is_the_image_of_its_mirrored_drawing() {
     let (_here, one) = results(&manifest(0, &mesh("0.2"), [-0.6, 0.8]));
     let (_there, other) = results(&manifest(1, &mesh("-0.2"), [0.6, -0.8]));
     mirrored(&one, &other);
-    // The mean load is borne by the coast flanks, which the shafts tilt otherwise than the drive flanks.
+    // The coast flanks carry the mean load, and the shafts tilt them differently from the drive flanks.
     let coast = one.f64("fraction_coast").unwrap();
     assert!(coast[0].unwrap() > 0.5);
     assert!(coast[1].unwrap() < 0.5);

@@ -1,5 +1,5 @@
-//! Jumps over constant contact against marching: equal to round-off where contact lasts, and not
-//! taken where it does not.
+//! Jumps over constant contact compared with step-by-step integration: equal to round-off while contact lasts, and not
+//! used otherwise.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,7 +21,7 @@ fn a_jump_is_where_marching_comes_to() {
     }
 }
 
-/// Coast flanks on a line of their own, seen through the blocks, and a drive that coasts.
+/// Coast flanks on a separate line, through the blocks, and a drive that coasts.
 #[test]
 fn flanks_of_their_own_line_and_coasting_drives() {
     let text = include_str!("../../manifests/quickstart.toml");
@@ -36,7 +36,7 @@ fn flanks_of_their_own_line_and_coasting_drives() {
     }
 }
 
-/// A million cycles are those of the fixed point.
+/// A million cycles end at the fixed point.
 #[test]
 fn a_million_cycles_end_on_the_orbit() {
     let model = common::model(&loaded(common::twenty_modes()));
@@ -49,8 +49,8 @@ fn a_million_cycles_end_on_the_orbit() {
     assert!(off < 1e-11, "{off:e}");
 }
 
-/// Contact is lost long after the first attempt: every cycle is integrated, to the bit. In resonance
-/// with an error e an undamped deflection grows by π e a cycle.
+/// Contact is lost long after the first attempt: every cycle is integrated, to the bit. In resonance with an error e an
+/// undamped deflection grows by π e per cycle.
 #[test]
 fn contact_that_is_lost_later_is_not_jumped() {
     let mut case = common::one_degree();
@@ -76,8 +76,8 @@ fn contact_that_is_lost_later_is_not_jumped() {
     assert_eq!(found, marched);
 }
 
-/// One oscillator about its equilibrium: the bound on how far it swings is some 1.9 times that, so that a swing of
-/// 0.45 of what keeps contact is jumped at the first attempt, and one of 0.7 is not before it has decayed.
+/// One oscillator about its equilibrium: the bound of its swing is some 1.9 times the real one. A swing of 0.45 of the
+/// limit of contact is jumped at the first attempt, and one of 0.7 only after it has decayed.
 #[test]
 fn how_far_an_oscillator_swings_is_bounded_closely() {
     let mut case = common::one_degree();
@@ -99,7 +99,7 @@ fn how_far_an_oscillator_swings_is_bounded_closely() {
     }
 }
 
-/// Drives that rattle are integrated as ever.
+/// Drives in rattle are integrated without jumps.
 #[test]
 fn rattle_is_not_jumped() {
     for (name, case) in common::drives() {

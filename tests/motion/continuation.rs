@@ -1,4 +1,4 @@
-//! Continuation against closed forms and published motions of oscillators with a stop.
+//! Continuation compared with closed forms and published motions of oscillators with a stop.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -20,8 +20,8 @@ fn grazing(omega: f64, damping: f64) -> f64 {
     (1.0 - omega * omega).hypot(2.0 * damping * omega)
 }
 
-/// Published: an oscillator with a stop 29 times as stiff behind a gap of 1, damping ratio 0.01, under
-/// 0.9·0.8²/1.26 at ω = 0.8, comes from rest to an orbit of two periods with these strobes.
+/// Published: an oscillator with a stop 29 times as stiff behind a gap of 1, damping ratio 0.01, under 0.9·0.8²/1.26 at
+/// ω = 0.8, reaches from rest an orbit of two periods with these strobes.
 #[test]
 fn a_bilinear_oscillator_is_the_published_one() {
     let family = Stopped {
@@ -50,7 +50,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
             .map(|s| (s[0] - wanted[0]).abs().max((s[1] - wanted[1]).abs()));
         assert!(near.fold(f64::INFINITY, f64::min) < 1e-6, "{wanted:?}");
     }
-    // Its branch over the frequency: every bifurcation stands where a search from there finds it again.
+    // Its branch over the frequency: a search from every bifurcation finds it again.
     let span = Span {
         axis: 0,
         from: 0.6,
@@ -75,7 +75,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
         branch.ends,
         [End::Merged { period: 1 }, End::Merged { period: 1 }]
     );
-    // Where it ends by a smooth doubling of the orbits of one period, their own branch says the same place.
+    // If it ends by a smooth doubling of the orbits of one period, their branch has a doubling at the same value.
     let mut smooth = 0;
     for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
         let omega = own.orbit.at[0];
@@ -96,7 +96,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
         }
     }
     assert!(smooth > 0);
-    // Where multipliers jump instead of crossing, a graze is close by.
+    // If multipliers jump instead of crossing, a graze is near.
     let places = |wanted: fn(&Kind) -> bool| -> Vec<f64> {
         let all = branch.bifurcations.iter().filter(move |b| wanted(&b.kind));
         all.map(|b| b.orbit.at[0]).collect()
@@ -111,8 +111,8 @@ fn a_bilinear_oscillator_is_the_published_one() {
     }
 }
 
-/// The orbit that does not touch grazes where the closed form says, over the amplitude and along the
-/// whole locus in (ω, A).
+/// The orbit without contact grazes at the value of the closed form, over the amplitude and along the whole curve in
+/// (ω, A).
 #[test]
 fn grazing_is_where_the_closed_form_says() {
     let damping = 0.05;
@@ -172,10 +172,10 @@ fn grazing_is_where_the_closed_form_says() {
     }
 }
 
-/// A mass on a spring of the mesh under load L and force A: contact is lost under the load at which the
-/// linear answer reaches back to the flank.
+/// A mass on a spring of the mesh under load L and force A: contact is lost at the load for which the linear response
+/// reaches back to the flank.
 struct Pressed {
-    /// Turns of the force a mesh cycle.
+    /// Periods of the force per mesh cycle.
     turns: f64,
 }
 
@@ -217,7 +217,7 @@ impl Family for Pressed {
     }
 }
 
-/// A force that turns twice in five mesh cycles has the map repeat after five.
+/// With a force of two periods in five mesh cycles the map repeats after five.
 #[test]
 fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
     for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
@@ -233,7 +233,7 @@ fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
 fn onset_of_rattle_is_where_the_closed_form_says() {
     let map_at = [0.9, 3.0];
     let mut map = DriveMap::new(&Pressed { turns: 1.0 }, map_at).unwrap();
-    // So many that the peak of some lies beside the border of two windows.
+    // Enough values that the peak of some is near the border of two windows.
     for omega in (0..150).map(|i| 0.4 + 0.016 * f64::from(i)) {
         let found = onset(&mut map, [omega, 0.0], 1).unwrap().unwrap();
         let (spring, rate) = (0.25 + 2.0, 2.0 * PRESSED * 0.5 + 0.1);

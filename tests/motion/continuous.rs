@@ -1,4 +1,4 @@
-//! Stiffness that changes where it changes, not where a grid of segments has a border.
+//! Stiffness that changes at its breakpoints, not at the borders of a grid of segments.
 
 #![allow(clippy::unwrap_used)]
 
@@ -20,7 +20,7 @@ fn step_at(phase: f64, drive: Drive) -> Drive {
     }
 }
 
-/// The same on equal segments; one that straddles the step has the average over its width.
+/// The same on equal segments; one that contains the step has the average over its width.
 fn on_segments(segments: u32, phase: f64, drive: Drive) -> Drive {
     let place = phase * f64::from(segments);
     let level = |i| {
@@ -38,8 +38,7 @@ fn model((structure, drive, point): &Case, change: impl Fn(Drive) -> Drive) -> M
     Model::new(structure, &change(drive.clone()), *point).unwrap()
 }
 
-/// The worst one-cycle difference to the reference over some cycles of rattle, and the number
-/// of events.
+/// The largest one-cycle difference from the reference over some cycles of rattle, and the number of events.
 fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64, usize) {
     let reference = Reference::new(model);
     let mut start = settled(model, 40);
@@ -65,8 +64,8 @@ fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64,
     (worst, events)
 }
 
-/// Steps on a grid, off every grid, next to either end of the cycle, and so close to it that
-/// a window is a millionth of the cycle long.
+/// Steps on a grid, off every grid, near either end of the cycle, and so close to it that a window is a millionth of
+/// the cycle long.
 #[test]
 fn a_step_anywhere_is_that_of_the_reference() {
     for (name, case) in drives() {
@@ -80,8 +79,7 @@ fn a_step_anywhere_is_that_of_the_reference() {
     }
 }
 
-/// Several steps at once, with windows of as many lengths and with more than there are tables
-/// for.
+/// Several steps at once, with windows of as many lengths and with more lengths than tables.
 #[test]
 fn many_uneven_segments_are_those_of_the_reference() {
     let (structure, drive, point) = common::six_modes();
@@ -103,7 +101,7 @@ fn many_uneven_segments_are_those_of_the_reference() {
     }
 }
 
-/// At contact ratio 1.6 the step lies on the border of a sixtieth.
+/// At contact ratio 1.6 the step is on the border of a sixtieth.
 #[test]
 fn sixty_segments_are_exact_where_the_step_lies_on_a_border() {
     for (name, case) in drives() {
@@ -132,17 +130,17 @@ fn errors_of_segments(phase: f64) -> [f64; 3] {
     [60, 600, 6000].map(|segments| {
         let rounded = model(&case, |drive| on_segments(segments, phase, drive));
         let kernel = volterra(&rounded);
-        // Windows are fitted to the three segments that are left, not to sixty and more.
+        // Windows fit the three remaining segments, not sixty and more.
         assert!(kernel.windows_per_cycle() < 20);
         relative_difference(&advance(&kernel, &start, 1).state, &end.state)
     })
 }
 
-/// A segment that straddles the step keeps the mean of the stiffness and of nothing else, so
-/// that its error falls with the square of its width while the contact lasts.
+/// A segment that contains the step has only the mean stiffness, so that its error decreases with the square of its
+/// width while the contact lasts.
 #[test]
 fn segments_converge_to_the_step() {
-    // The straddling segments are 0.43, 0.26 and 0.64 full; their errors go with s (1 − s).
+    // The segments with the step are 0.43, 0.26 and 0.64 full; their errors are proportional to s (1 − s).
     let share = [0.43, 0.26, 0.64].map(|s| s * (1.0 - s));
     let errors = errors_of_segments(1.0 / 2f64.sqrt());
     println!("{errors:?}");
@@ -161,7 +159,7 @@ fn segments_with_the_step_on_a_border_are_exact() {
     assert!(fine < 1e-12 && finer < 1e-12, "{fine:e} {finer:e}");
 }
 
-/// Small steps find a step on a grid of theirs, and round one that is on none.
+/// Small steps find a step on their grid, and round another one to it.
 #[test]
 fn small_steps_converge_to_it() {
     let mut case = common::six_modes();

@@ -1,6 +1,6 @@
-//! Do error bars hold? Chaotic drives from many starts, whose averages are held against the long-run values:
-//! averages must scatter as their standard errors say, and 95 % intervals hold the truth. `scripts/record coverage`
-//! does the same of ten points of four drives, the intermittent ones among them.
+//! Are error bars right? Chaotic drives from many starts, whose averages are compared with the long-run values:
+//! averages must scatter according to their standard errors, and 95 % intervals must contain the truth.
+//! `scripts/record coverage` does the same for ten points of four drives, including intermittent ones.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// The statistics that are judged, with what holds their number.
+/// The tested statistics; each has a fixed index.
 const STATISTICS: [&str; 5] = [
     "lambda",
     "deflection RMS",
@@ -27,7 +27,7 @@ const STATISTICS: [&str; 5] = [
     "first harmonic",
 ];
 
-/// When a point ends: its stop rules, and its most cycles.
+/// End of a point: its stop rules, and its most cycles.
 #[derive(Debug, Clone, Copy)]
 struct Rule {
     exponent: Option<f64>,
@@ -58,7 +58,7 @@ fn ask(model: &Model, seed: u64, rule: Rule) -> PointOutcome {
             stop_at_stderr: rule.statistics,
         }),
     };
-    // A start of its own, which chaos forgets within the transient. One far away may settle on another motion.
+    // A separate start, which chaos forgets within the transient. A distant one may settle on another motion.
     let mut stream = Stream::new(seed, 1, 2);
     let mut start = model.start(&InitialState::Static);
     for x in &mut start.state {
@@ -88,7 +88,7 @@ fn known(outcome: &PointOutcome) -> [Known; STATISTICS.len()] {
     ]
 }
 
-/// Answers for some seeds, over the two cores that every machine has.
+/// Results for some seeds, on two cores, which every machine has.
 fn answers<T: Send>(seeds: Range<u64>, answer: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let middle = seeds.start + (seeds.end - seeds.start) / 2;
     let (early, late) = (seeds.start..middle, middle..seeds.end);
@@ -112,19 +112,19 @@ fn truth(model: &Model) -> [f64; STATISTICS.len()] {
     std::array::from_fn(|i| found.iter().map(|k| k[i].0).sum::<f64>() / STARTS as f64)
 }
 
-/// What was found of a statistic from many starts.
+/// Results for a statistic from many starts.
 #[derive(Debug)]
 struct Coverage {
     name: String,
     /// Root mean square of the errors over the mean claimed error.
     scatter: f64,
-    /// Share of the 95 % intervals that hold the truth.
+    /// Share of the 95 % intervals that contain the truth.
     held: f64,
     /// Mean error, in claimed errors.
     bias: f64,
 }
 
-/// Runs `starts` starts of a drive under a rule. Every one is chaotic and `ok`: it ended because the rule was met.
+/// Runs `starts` starts of a drive under a rule. Every one must be chaotic and `ok`, so that it ended by the rule.
 fn coverage(
     drive: &str,
     model: &Model,
@@ -172,8 +172,8 @@ fn oscillator() -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-/// Ends points at their first looks: a standard error of the exponent that about half of the starts have at the
-/// first.
+/// Ends points at their first looks: the limit is a standard error of the exponent that about half of the starts have
+/// at the first.
 const fn rule(exponent: f64) -> Rule {
     Rule {
         exponent: Some(exponent),
@@ -195,7 +195,7 @@ fn error_bars_of_a_chaotic_oscillator_hold() {
     }
 }
 
-/// More starts of more drives, against long-run values of their own.
+/// More starts of more drives, compared with their own long-run values.
 #[test]
 #[ignore = "takes minutes: cargo test --release --test motion -- --ignored coverage; scripts/record coverage is the full size"]
 fn error_bars_of_chaotic_drives_hold() {

@@ -1,5 +1,5 @@
-//! The map of mesh cycles over many states: the bits of the kernel, whatever else is asked for and however the
-//! states are dealt out.
+//! The map of mesh cycles over many states: the bits of the kernel, for any further requests and any distribution of
+//! the states.
 
 #![allow(clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Mesh cycles that states are mapped over.
+/// Mesh cycles of the map.
 const CYCLES: u64 = 3;
 
 fn job() -> Job {
@@ -21,7 +21,7 @@ fn job() -> Job {
     manifest::parse(&text, "quickstart.toml", Path::new("")).unwrap()
 }
 
-/// The map of a point that rattles, and states along its trajectory.
+/// The map of a rattling point, and states along its trajectory.
 fn rattling(job: &Job) -> (CycleMap, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
     let parts = Arc::new(Prepared::new(TableStore::open(folder.path())));

@@ -1,6 +1,5 @@
-//! Orbits next to a period doubling, where they attract ever more slowly: an oscillator in a gap under a
-//! torque ripple whose period doubles at an amplitude of 19.732 05 (where the exponent of the orbit of
-//! one cycle is 0).
+//! Orbits near a period doubling, which attract more and more slowly: an oscillator in a gap under a torque ripple
+//! whose period doubles at an amplitude of 19.732 05 (where the exponent of the orbit of one cycle is 0).
 
 #![allow(clippy::unwrap_used)]
 
@@ -45,8 +44,8 @@ poincare = { samples = 2 }
 const STRUCTURE: &str = "teeth = 1\nrated_force = 1.0\nfrequency = [0.0]\ndamping = [0.0]\n\
                          damping_matrix = [[0.6]]\nmesh = [1.0]\ntorque = [1.0]\ntorque_pinion = [1.0]\n";
 
-/// Every point is on the orbit that attracts it, with the exponent of that orbit: that of one cycle
-/// rises linearly through 0, and that of two falls twice as steeply.
+/// Every point is on the attracting orbit, with the exponent of that orbit: that of one cycle rises linearly through 0,
+/// and that of two falls twice as steeply.
 fn holds(order: &str) {
     let manifest = match order {
         "independent" => MANIFEST.to_owned(),

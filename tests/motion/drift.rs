@@ -1,5 +1,5 @@
-//! Misalignment that drifts within a run: slices one behind the other against the same integration by
-//! hand, and what the columns say of each slice's mesh against its table.
+//! Misalignment that drifts within a run: consecutive slices compared with the same integration by hand, and columns
+//! about each slice's mesh compared with its table.
 
 #![allow(clippy::unwrap_used)]
 
@@ -43,7 +43,7 @@ fn a_drift_is_one_motion_over_its_slices() {
     let measured = table.u64("measured_cycles").unwrap();
     assert_eq!(measured, [Some(CYCLES[1]); 5]);
 
-    // By hand: the state goes on, the mesh cycles too.
+    // By hand: the state continues, and so do the mesh cycles.
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
     let parts = common::parts();
     let mut state: Option<TrajectoryState> = None;
@@ -73,7 +73,7 @@ fn a_drift_is_one_motion_over_its_slices() {
     meshes(&table, |slice| job.points.at(slice));
 }
 
-/// What the columns say of the mesh, against a table built for the angle that they tell.
+/// Compares the columns about the mesh with a table for the angle in their row.
 fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
     let column = |name: &str| number(table, name);
     let [angle, centre, stiffness] =
@@ -86,7 +86,7 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
         inputs.misalignment = vec![angle[slice]];
         inputs.torque = vec![0.3 * gears.rated_torque];
         inputs.contact = Contact::Secant;
-        // As the manifest has it.
+        // The law of the manifest.
         inputs.face = FaceLaw::Independent;
         let cycle = MeshTable::build(&flanks, &inputs, &|_, _| ())
             .unwrap()
@@ -95,11 +95,11 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
         close(centre[slice], cycle.mean_centre(), gears.face_width);
         close(stiffness[slice], cycle.mean_stiffness(), stiffness[slice]);
         close(error[slice], cycle.peak_to_peak(), 1e-6);
-        // Flanks without relief touch over the path of contact of the drawing, and with their tips a little further.
+        // Flanks without relief touch over the path of contact of the drawing, and with their tips slightly further.
         let beyond = ratio[slice] - flanks.contact_ratio();
         assert!((0.0..0.1).contains(&beyond), "{beyond}");
     }
-    // The shafts take a part of the misalignment back, and the mesh grows soft towards one end.
+    // The shafts compensate a part of the misalignment, and the mesh becomes softer towards one end.
     assert!(angle[4] < 2e-4 && angle[4] > 1e-4, "{angle:?}");
     assert!(
         stiffness
@@ -110,7 +110,7 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
     assert!(stiffness[4] < stiffness[0] && centre[4].abs() > centre[0].abs() + 1e-4);
 }
 
-/// Material that is missing at the tips keeps pairs from bearing at the ends of the path.
+/// Relief at the tips prevents pairs from carrying load at the ends of the path.
 #[test]
 fn relief_shortens_the_contact_under_a_light_load() {
     let relieved =

@@ -1,5 +1,5 @@
-//! What a researcher of nonsmooth dynamics asks, through the program: all exponents with errors, the
-//! dimension, how they settled, covariant vectors, sections at events, seeds and separations as axes.
+//! Requests of nonsmooth dynamics research, through the program: all exponents with errors, the dimension, the
+//! histories of estimates, covariant vectors, sections at events, seeds and separations as axes.
 
 #![allow(clippy::unwrap_used)]
 
@@ -121,7 +121,7 @@ fn a_chaotic_oscillator_is_answered_in_full() {
             let both = error[i].hypot(doubts[row][i]);
             assert!(apart < 4.0 * both, "{own:?} {:?} {both}", covariant[row]);
         }
-        // The course ends where the estimate does.
+        // The history ends at the estimate.
         assert_eq!((cycles[row].len(), course[row].len()), (10, 20));
         assert_eq!((course[row][9], course[row][19]), (own[0], own[1]));
         assert_eq!((bars[row][9], bars[row][19]), (error[0], error[1]));

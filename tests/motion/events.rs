@@ -1,6 +1,5 @@
-//! Are events where they belong? One-degree oscillators with closed forms, put where root
-//! finders go wrong: grazing, close pairs, starts on a surface, ends of windows, segments
-//! and cycles, none at all, hundreds. Counts are exact.
+//! Are events at the right times? One-degree oscillators with closed forms, in cases where root finders fail: grazing,
+//! close pairs, starts on a surface, ends of windows, segments and cycles, none at all, hundreds. Counts are exact.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,7 +12,7 @@ use gearatlas::model::{
 use gearatlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
 use std::f64::consts::{PI, TAU};
 
-/// One mode `q'' + ω² q = load − F` that is the deflection itself, undamped.
+/// One undamped mode `q'' + ω² q = load − F`, which is the deflection itself.
 struct Oscillator {
     natural: f64,
     stiffness: f64,
@@ -81,7 +80,7 @@ impl Oscillator {
     }
 }
 
-/// Events of some cycles with the time since the very start, and the work done.
+/// Events of some cycles with the time since the start, and the work.
 fn events(
     model: &Model,
     start: &TrajectoryState,
@@ -121,7 +120,7 @@ fn grazing_free_oscillation() {
         if expected == 2 {
             let speed = o.natural * amplitude * (1.0 - gap * gap).sqrt();
             let entry = gap.asin() / o.natural;
-            // Round-off of the deflection over the speed it is crossed with.
+            // Round-off of the deflection divided by the crossing speed.
             let slack = 16.0 * f64::EPSILON * amplitude / speed;
             assert!((list[0].0 - entry).abs() < slack);
             assert!((list[0].1.rate - speed).abs() < 1e-6 * speed);
@@ -150,7 +149,7 @@ fn grazing_forced_oscillation() {
             ..o
         };
         let model = o.with_ripple(&[(order, force, -0.5 * PI)]);
-        // q = A sin ωt: grazes the drive surface at a quarter turn, coast at three quarters.
+        // q = A sin ωt: grazes the drive surface at a quarter period, coast at three quarters.
         let from = start(&model, 0.0, amplitude * omega);
         let cycles = cover(&model, 0.9 * TAU / omega);
         let (list, counters, _) = events(&model, &from, cycles);
@@ -162,14 +161,14 @@ fn grazing_forced_oscillation() {
             let speed = (1.0 - gap * gap).sqrt();
             assert!((list[0].0 - entry).abs() * omega < 64.0 * f64::EPSILON / speed);
         } else {
-            // It never touches, however long it runs.
+            // It never touches, for any number of cycles.
             let (list, counters, _) = events(&model, &from, 2000);
             assert_eq!((list.len(), counters.grazings), (0, 0));
         }
     }
 }
 
-/// Amplitude and gap equal to the last place: touched or not, it is not passed in silence.
+/// Amplitude and gap equal to the last digit: touched or not, it is counted.
 #[test]
 fn tangency_within_round_off_is_counted() {
     let o = Oscillator {
@@ -186,8 +185,8 @@ fn tangency_within_round_off_is_counted() {
     assert!((end.state[0] - exact).abs() < 1e-9 * o.half_gap);
 }
 
-/// A mass thrown from flank to flank through a gap so narrow that release and entry fall
-/// within 1e-9 of a cycle: alternating pairs, all in their places.
+/// A mass moves from flank to flank through a gap so narrow that release and entry are within 1e-9 of a cycle:
+/// alternating pairs, all at their times.
 #[test]
 fn drive_to_coast_within_a_billionth_of_a_cycle() {
     let o = Oscillator {
@@ -278,7 +277,7 @@ fn start_on_a_surface() {
         assert_eq!(list[0].1.to.sign(), -side);
         let total = cycles as f64 * model.period();
         assert_eq!(list.len(), 1 + usize::from(total > flight + dwell));
-        // At rest without load: stays there.
+        // At rest without load: it stays there.
         let from = start(&model, side * b, 0.0);
         let (list, counters, end) = events(&model, &from, 50);
         assert_eq!((list.len(), end.state), (0, vec![side * b, 0.0]));
@@ -286,7 +285,7 @@ fn start_on_a_surface() {
     }
 }
 
-/// Let go at rest on the surface: a load towards the flank presses in, one away drops off.
+/// Released at rest on the surface: a load towards the flank presses it in, one away lets it drop off.
 #[test]
 fn start_at_rest_on_a_surface_under_load() {
     for load in [20.0, -20.0] {
@@ -315,8 +314,8 @@ fn start_at_rest_on_a_surface_under_load() {
     }
 }
 
-/// Entry or release within a few units in the last place of a window's edge, a segment's
-/// boundary or the cycle's end: once, in its place.
+/// Entry or release within a few units in the last place of a window's edge, a segment's boundary or the cycle's end:
+/// once, at its time.
 #[test]
 fn event_on_an_edge() {
     let o = Oscillator::default();
@@ -324,7 +323,7 @@ fn event_on_an_edge() {
     let mut structure = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     structure.rated_force = 1.0;
     for divisions in [1, 3, 60] {
-        // Alternating levels that differ by less than matters to the closed forms.
+        // Alternating levels with a difference too small for the closed forms.
         let levels: Vec<_> = (0..divisions)
             .map(|i| o.stiffness * (1.0 + 1e-15 * f64::from(i % 2)))
             .collect();
@@ -360,7 +359,7 @@ fn event_on_an_edge() {
                 for (found, exact) in list.iter().zip(&exact) {
                     assert!((found.0 - exact).abs() < 1e-14 * t, "{} {exact}", found.0);
                 }
-                // Release on the edge: the state in contact that gets there just then.
+                // Release on the edge: the state in contact that reaches it just then.
                 let before = o.closed() * edge;
                 let position = o.half_gap + speed / o.closed() * before.sin();
                 if before < PI {
@@ -389,7 +388,7 @@ fn no_events_where_nothing_touches() {
         ..Oscillator::default()
     };
     let model = o.model();
-    // At rest in the middle, and swinging over half the gap.
+    // At rest in the middle, and with a swing over half the gap.
     for position in [0.0, 5e-6] {
         let (list, counters, end) = events(&model, &start(&model, position, 0.0), 1000);
         assert_eq!((list.len(), counters.grazings), (0, 0));
@@ -432,12 +431,12 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
     assert_eq!(run(0).0, Err(Stop::EventStorm { cycle: 0, limit: 0 }));
 }
 
-/// A trajectory given in the wrong contact state is put right by one event at its start.
+/// A trajectory with a wrong contact state is corrected by one event at its start.
 #[test]
 fn wrong_contact_state_is_put_right() {
     let o = Oscillator::default();
     let model = o.model();
-    // Deep in contact and moving out: the release must come at the surface.
+    // Deep in contact and moving out: the release must be at the surface.
     for (position, contact) in [(12e-6, ActiveSet::FREE), (3e-6, ActiveSet::DRIVE)] {
         let right = start(&model, position, 0.05);
         let mut wrong = right.clone();

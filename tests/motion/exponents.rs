@@ -1,6 +1,5 @@
-//! Are Lyapunov exponents and multipliers right? Eigenvalues of an independently computed
-//! map in constant contact, the exact sum of all exponents through rattle, closed forms,
-//! finite differences, a twin.
+//! Are Lyapunov exponents and multipliers right? Comparisons with eigenvalues of an independently computed map in
+//! constant contact, the exact sum of all exponents through rattle, closed forms, finite differences, a twin.
 
 #![allow(clippy::unwrap_used)]
 
@@ -131,8 +130,8 @@ fn investigation_of_steady_contact_gives_them_too() {
     }
 }
 
-/// Ripple makes the period of lasting contact twenty cycles, over which the smaller multipliers fall
-/// below round-off of the map: the exponents per cycle are those without ripple.
+/// Ripple makes the period of permanent contact twenty cycles, over which the smaller multipliers fall below round-off
+/// of the map: the exponents per cycle are those without ripple.
 #[test]
 fn exponents_below_round_off_of_a_long_period_are_those_of_a_cycle() {
     for (name, mut case) in drives() {
@@ -175,8 +174,8 @@ fn exponents_below_round_off_of_a_long_period_are_those_of_a_cycle() {
     }
 }
 
-/// A contraction by e^-1000 and more underflows over a period, and has an exponent all the same; in a
-/// single cycle nothing is left to tell it from, and there is none.
+/// A contraction by e^-1000 and more underflows over a period, but has an exponent. If it underflows within a single
+/// cycle, there is none.
 #[test]
 fn multipliers_that_underflow_stop_no_point() {
     let (w, damping) = (1.3, 20_000.0);
@@ -308,7 +307,7 @@ fn sum_of_all_exponents_is_the_mean_trace() {
     }
 }
 
-/// Columns of the one-cycle tangent map against central differences of the reference.
+/// Columns of the one-cycle tangent map compared with central differences of the reference.
 #[test]
 fn tangents_are_the_derivative_through_impacts() {
     for (name, case) in drives() {
@@ -364,7 +363,7 @@ fn twin_and_tangent_agree_on_chaos() {
             &model,
             &volterra(&model),
             model.start(&InitialState::Static),
-            // As many cycles as a twin is integrated.
+            // The number of cycles of a twin.
             &questions(1, 200, 320),
             &AtomicBool::new(false),
         )
@@ -384,8 +383,7 @@ fn twin_and_tangent_agree_on_chaos() {
     }
 }
 
-/// Two rigid bodies have the exponents of their relative rotation: nothing of the neutral
-/// pair (two exponents 0) shows.
+/// Two rigid bodies have the exponents of their relative rotation, without those of the neutral pair (two exponents 0).
 #[test]
 fn neutral_pair_is_left_out() {
     let (structure, mut drive, mut point) = common::two_modes();
@@ -407,7 +405,7 @@ fn neutral_pair_is_left_out() {
     let (two, one) = (ask(&pair), ask(&single));
     assert!(worst_difference(&two, &one) < 1e-12, "{two:?} {one:?}");
 
-    // Through rattle too: tangents of unit length never turn into the neutral pair.
+    // Also through rattle: tangents of unit length never rotate into the neutral pair.
     let model = common::model(&common::two_modes());
     let norm = EnergyNorm::new(&model);
     let kernel = volterra(&model);
@@ -433,7 +431,7 @@ fn neutral_pair_is_left_out() {
     }
 }
 
-/// More exponents than a model has are not made up.
+/// Exponents beyond the dimension of a model are not reported.
 #[test]
 fn exponents_beyond_the_dimension_are_not_reported() {
     let model = common::model(&common::two_modes());
@@ -448,7 +446,7 @@ fn exponents_beyond_the_dimension_are_not_reported() {
     assert_eq!(outcome.lyapunov.unwrap().exponents.len(), 2);
 }
 
-/// Tangents of a planar map, measured as a drive's are: in the plain norm of one mode.
+/// Tangents of a planar map, measured like those of a drive, in the plain norm of one mode.
 fn planar_map(
     start: [f64; 2],
     cycles: usize,
@@ -474,8 +472,8 @@ fn planar_map(
     growth
 }
 
-/// Hénon's map at a = 1.4, b = 0.3: exponents 0.41922 and −1.62319, Kaplan–Yorke dimension 1.25827
-/// (Sprott, Chaos and Time-Series Analysis, 2003). What doubt there is about the sum is round-off.
+/// Hénon's map at a = 1.4, b = 0.3: exponents 0.41922 and −1.62319, Kaplan–Yorke dimension 1.25827 (Sprott, Chaos and
+/// Time-Series Analysis, 2003). The uncertainty of the sum is only round-off.
 #[test]
 fn henons_map_has_its_published_exponents_and_dimension() {
     let henon = |[x, y]: [f64; 2]| {
@@ -504,8 +502,8 @@ fn henons_map_has_its_published_exponents_and_dimension() {
     );
 }
 
-/// The standard map keeps areas: its exponents are ± one number, and at K = 10 that is
-/// `ln(K/2)` (Chirikov 1979) within a few per cent; the chaotic sea fills the plane.
+/// The standard map preserves areas: its exponents are ± one number, and at K = 10 that is `ln(K/2)` (Chirikov 1979)
+/// within a few per cent; the chaotic sea fills the plane.
 #[test]
 fn the_standard_map_keeps_areas() {
     const K: f64 = 10.0;

@@ -1,5 +1,5 @@
-//! How far are the kernels from the trajectory itself? Against the integrator in extended
-//! precision, which knows it to some 30 digits: states and event times of single mesh cycles.
+//! How large are the errors of the kernels? Comparison with the integrator in extended precision with some 30 digits:
+//! states and event times of single mesh cycles.
 
 #![allow(clippy::unwrap_used)]
 
@@ -15,7 +15,7 @@ fn error(model: &Model, exact: &ExtendedPassage, state: &[f64]) -> f64 {
     norm.length(&exact.difference(state)) / norm.unit()
 }
 
-/// Drives that rattle, and how many cycles of each are looked at.
+/// Drives in rattle, and the number of cycles for each.
 fn drives() -> [(&'static str, Model, u64); 3] {
     [
         ("one degree", common::model(&common::one_degree()), 40),
@@ -59,7 +59,7 @@ fn one_cycle_of_the_structured_kernel_is_exact_to_round_off() {
     }
 }
 
-/// The yardstick of the other tests, measured.
+/// The error of the reference for the other tests, measured.
 #[test]
 fn one_cycle_of_the_reference_is_exact_to_round_off() {
     for (name, model, _) in drives() {

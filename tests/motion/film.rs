@@ -1,5 +1,6 @@
-//! A film of oil between flanks that approach: its closed form at the borders of layers, where it stops a mass, restitution
-//! against the smooth law, the integrator that shares only the model, and tangents against differences.
+//! A film of oil between approaching flanks: its closed form at the borders of layers and where it stops a mass,
+//! restitution compared with the smooth law, the integrator that shares only the model, and tangents compared with
+//! differences.
 
 use crate::common;
 use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
@@ -51,7 +52,7 @@ fn approaching(model: &Model, thickness: f64, speed: f64) -> TrajectoryState {
     TrajectoryState::new(model, state.to_vec(), 0)
 }
 
-/// Speed left by the law at a thickness \[m\], from 50 µm on.
+/// Remaining speed at a thickness \[m\] according to the law, from 50 µm on.
 fn left_by_the_law(film: &Film, speed: f64, thickness: f64) -> f64 {
     let lost = thickness.sqrt().recip() - film.thickness[0].sqrt().recip();
     speed - 2.0 * film.coefficient / MASS * lost
@@ -81,7 +82,7 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         let flank = seen.0[layers];
         assert_eq!((flank.contact, flank.to), (DRIVE_FLANK, ActiveSet::DRIVE));
         assert!((flank.rate - left_by_the_law(&film, 0.1, 1e-6)).abs() < 1e-13);
-        // On the way out no film acts: the mass next meets that of the coast flank.
+        // On the way out no film acts: the mass then meets that of the coast flank.
         let [opened, next] = [1, 2].map(|later| seen.0[layers + later]);
         assert_eq!((opened.contact, opened.to), (DRIVE_FLANK, ActiveSet::FREE));
         assert_eq!(next.contact, COAST_FLANK + 2);
@@ -118,7 +119,7 @@ fn runge_kutta([x, v]: [f64; 2], h: f64, f: &dyn Fn(f64, f64) -> f64) -> [f64; 2
     ]
 }
 
-/// Speed with which the flank lets go of a mass that met the smooth film at 50 µm, by Runge-Kutta steps of a thousandth of
+/// Speed at which the flank releases a mass that met the smooth film at 50 µm, by Runge-Kutta steps of a thousandth of
 /// the time in which the film closes.
 fn rebound_of_the_law(film: &Film, speed: f64, force: f64) -> f64 {
     // x: film thickness less 1 µm.
@@ -141,7 +142,7 @@ fn rebound_of_the_law(film: &Film, speed: f64, force: f64) -> f64 {
     before[1] + part * (state[1] - before[1])
 }
 
-/// Restitution over the speed of impact, under a force of 60 N: that of the layers comes near that of the law.
+/// Restitution over the speed of impact, under a force of 60 N: that of the layers approximates that of the law.
 #[test]
 fn restitution_comes_near_that_of_the_smooth_law() {
     let force = 60.0;
@@ -182,7 +183,7 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
             layers: 5,
         });
     }
-    // Flanks of two lines that lack something on part of the cycle, and do not pull.
+    // Flanks of two lines with an error on part of the cycle, which do not pull.
     let (mut structure, mut drive, point) = all[2].1.clone();
     structure.coast = Some(common::coast_line(&structure));
     drive.release = Release::Force;
@@ -239,7 +240,7 @@ fn kernels_follow_the_integrator_that_shares_only_the_model() {
     }
 }
 
-/// Contacts that are closed after each event.
+/// Closed contacts after each event.
 #[derive(Default)]
 struct Closed(Vec<ActiveSet>);
 
@@ -265,7 +266,7 @@ fn at_steady_speed(
     (motion.state.clone(), seen.0)
 }
 
-/// In one degree of freedom states contract by the dampers that are closed: `ln det = −Σ c t/m`.
+/// In one degree of freedom states contract by the closed dampers: `ln det = −Σ c t/m`.
 #[test]
 fn the_map_of_a_cycle_contracts_by_the_closed_dampers() {
     let (_, case) = with_films().swap_remove(0);
@@ -306,7 +307,7 @@ fn the_map_of_a_cycle_contracts_by_the_closed_dampers() {
     assert!(in_layers > 1.0, "{in_layers}");
 }
 
-/// Tangents through layers and impacts against differences of trajectories.
+/// Tangents through layers and impacts compared with differences of trajectories.
 #[test]
 fn tangents_are_derivatives() {
     for (name, case) in with_films().into_iter().take(3) {

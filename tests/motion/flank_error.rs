@@ -1,5 +1,5 @@
-//! The error of loaded flanks belongs to the mesh: what a relieved or misaligned pair makes of the
-//! default drive, against the load sharing it comes from.
+//! The error of loaded flanks in the default drive: relieved or misaligned pairs compared with the load sharing behind
+//! the error.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -53,7 +53,7 @@ fn model(parts: &Prepared, job: &Job, load: f64, speed: f64) -> Model {
     parts.model(&point).unwrap()
 }
 
-/// Approach of the gears under a mesh force at a mesh phase, by sharing the load on the spot.
+/// Approach of the gears under a mesh force at a mesh phase, by direct load sharing.
 fn shared(job: &Job, phase: f64, force: f64) -> f64 {
     let point = job.points.at(0);
     let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
@@ -69,7 +69,7 @@ fn shared(job: &Job, phase: f64, force: f64) -> f64 {
     sharing.bear(force).deflection
 }
 
-/// Approach in static equilibrium under a mesh force, half gap left out, at a mesh phase.
+/// Approach in static equilibrium under a mesh force, without half gap, at a mesh phase.
 fn approach(model: &Model, phase: f64, force: f64) -> f64 {
     let time = phase * model.period();
     let segment = model.first_cycle().segment_at(time);
@@ -84,7 +84,7 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
     high - low
 }
 
-/// At the load of its point the law has the deflection of the flanks themselves, phase by phase.
+/// At the load of its point the law has the deflection of the flanks, phase by phase.
 #[test]
 fn static_deflection_is_that_of_shared_load() {
     let parts = common::parts();
@@ -115,7 +115,7 @@ fn static_deflection_is_that_of_shared_load() {
             let bound = match name {
                 "segments" => 0.03,
                 "misaligned segments" => 0.25,
-                // Pieces are joined where the load centroid departs from its mean by less than 2.5e-4 of a cycle.
+                // Pieces are joined if the load centroid deviates from its mean by less than 2.5e-4 of a cycle.
                 "misaligned course" => 1e-3,
                 _ => 1e-9,
             };
@@ -127,7 +127,7 @@ fn static_deflection_is_that_of_shared_load() {
     }
 }
 
-/// Extremes of δ on the windows shown.
+/// Extremes of δ on the windows.
 #[derive(Default)]
 struct Seen(Vec<f64>);
 
@@ -144,8 +144,8 @@ impl Observer for Seen {
     fn event(&mut self, _: &Event) {}
 }
 
-/// A drive that hardly turns follows the loaded transmission error of its gears; with the error
-/// left out it follows the stiffness alone, two thirds too far.
+/// A drive in very slow rotation follows the loaded transmission error of its gears; without the error it follows the
+/// stiffness alone, two thirds too far.
 #[test]
 fn a_slow_drive_follows_the_loaded_flanks() {
     let parts = common::parts();
@@ -181,7 +181,7 @@ fn a_slow_drive_follows_the_loaded_flanks() {
     assert!(without > 1.3 * truth, "{without:e} of {truth:e}");
 }
 
-/// The kernel against both integrators, over cycles of rattle of relieved and misaligned flanks.
+/// The kernel compared with both integrators, over cycles of rattle of relieved and misaligned flanks.
 #[test]
 fn kernels_follow_the_error_to_round_off() {
     let parts = common::parts();
@@ -224,7 +224,7 @@ fn kernels_follow_the_error_to_round_off() {
     }
 }
 
-/// Segments with the error as it is converge to the course with it.
+/// Segments with the full error converge to the course with it.
 #[test]
 fn segments_converge_to_the_relieved_course() {
     let parts = common::parts();
@@ -246,7 +246,7 @@ fn segments_converge_to_the_relieved_course() {
     assert!(errors[2] < 1e-4, "{errors:?}");
 }
 
-/// Kernels of tables say what to do; its harmonics, or leaving it out, they take.
+/// Kernels with tables say what to do; they accept its harmonics, or no error.
 #[test]
 fn kernels_of_tables_want_a_choice() {
     let parts = common::parts();
@@ -267,7 +267,7 @@ fn kernels_of_tables_want_a_choice() {
         assert!(!model.first_cycle().has_error());
         assert_eq!(model.lines[0].transmission_error.len(), 1 + harmonics);
     }
-    // Flanks that lack nothing touch with their tips off the path, which is an error of the loaded flanks too.
+    // Flanks without relief touch with their tips off the path, which is also an error of the loaded flanks.
     let plain = text(&[(
         "tip_relief = { amount = \"10 um\"",
         "tip_relief = { amount = 0",

@@ -1,5 +1,5 @@
-//! Followed orbits through the real program: their pictures, their summary, and which changes of a
-//! sweep they explain. Leaves `target/tmp/followed/` for `tests/python/test_readers.py`.
+//! Followed orbits through the real program: their pictures, their summary, and the changes of a sweep that they
+//! explain. Stores `target/tmp/followed/` for `tests/python/test_readers.py`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +11,7 @@ use std::path::Path;
 use gearatlas::store::{ResultTable, TableKind};
 use serde_json::Value;
 
-/// A one-degree oscillator against a gap: orbits are followed in less than a second.
+/// A one-degree oscillator in a gap: orbits are followed in less than a second.
 const STRUCTURE: &str = include_str!("../manifests/oscillator.modal.toml");
 
 const HEAD: &str = concat!(
@@ -80,7 +80,7 @@ fn summary(folder: &Path) -> Value {
     serde_json::from_str(&said(folder, &["show", "r", "--json"])).unwrap()
 }
 
-/// Every table counted by hand against what `show` says.
+/// Compares counts from every table with `show`.
 fn assert_counts(folder: &Path, followed: &Value) {
     let table = |kind| ResultTable::read(&folder.join("r"), kind).unwrap();
     let branches = table(TableKind::Branches);
@@ -168,7 +168,7 @@ fn orbits_alone_are_shown_and_drawn() {
         }
     }
 
-    // Curves of a plane that is no longer asked for go.
+    // Curves of a plane that is no longer requested are removed.
     write(
         folder,
         "m.toml",

@@ -1,30 +1,28 @@
 //! Random modal drives: is any row with status `ok` wrong?
 //!
-//! A drive has one to eight modes, repeated ones, nearly repeated ones and rigid rotations among
-//! them, undamped to nearly critically damped, felt by the mesh not at all or strongly; a mesh of
-//! one level, two, or five, damped not at all, nearly critically or beyond; gaps, errors, ripple,
-//! friction, speeds and loads over decades. `volterra` and `closed_modes` answer it. Of
-//! every row:
+//! A drive has one to eight modes, including repeated ones, nearly repeated ones and rigid rotations. They are undamped
+//! to nearly critically damped, with couplings to the mesh from zero to strong. The mesh has one, two or five levels,
+//! and is undamped, nearly critically damped or overdamped. Gaps, errors, ripple, friction, speeds and loads span
+//! decades. `volterra` and `closed_modes` compute the drive, and every row is tested by these rules:
 //!
-//! | rule | what is checked |
+//! | rule | requirement |
 //! |---|---|
 //! | `panic` | the program does not panic |
 //! | `finite` | every number of a row is finite |
 //! | `shares` | shares of drive contact, flight and coast contact lie in [0, 1] and add up to 1 |
-//! | `energy` | the energy balance closes to 1e-9, where forces act |
-//! | `kind` | steady contact has no event and touches; chaos and flights have events |
-//! | `balance` | where the motion repeats and a rotation is free, the mean force is the load's, to 1e-8 of the largest force |
-//! | `state` | single cycles, from the start and from the row's end, end where `volterra` ends, to 1e-11 times what a cycle magnifies and 1e-14 of the largest place times the fastest rate, with as many events where none is a tangency |
-//! | `tangent` | a tangent carried along does so to 1e-8, and to what a change of 1e-13 makes of it, where no event is a tangency |
-//! | `reference` | the same of `volterra` against the reference integrator |
-//! | `onward` | where the motion repeats, `volterra`, given the row's end, gives the row again: class, period, λ (to 1e-6, and to what round-off of 1e-14 makes of a small multiplier), RMS deflection (to 1e-6) |
+//! | `energy` | the energy balance closes to 1e-9, if forces act |
+//! | `kind` | steady contact has no events and touches; chaos and flights have events |
+//! | `balance` | if the motion repeats and a rotation is free, the mean force equals the load's, to 1e-8 of the largest force |
+//! | `state` | single cycles, from the start and from the row's end, agree with `volterra`: in the end state to 1e-11 times the magnification of a cycle and 1e-14 of the largest position times the fastest rate, and in the number of events unless one is a tangency |
+//! | `tangent` | a propagated tangent agrees to 1e-8 and to the effect of a change of 1e-13, unless an event is a tangency |
+//! | `reference` | `volterra` agrees in the same way with the reference integrator |
+//! | `onward` | if the motion repeats, `volterra` reproduces the row from its end: class, period, λ (to 1e-6 and to the effect of round-off of 1e-14 on a small multiplier), RMS deflection (to 1e-6) |
 //!
-//! Motion that does not repeat may change after its record, and neighbouring trajectories settle
-//! on different motions: its rows are held to the first seven rules, and those that `volterra`
-//! answers otherwise from their end are counted. Rows with another status are answers, and are
-//! counted by it.
+//! Motion that does not repeat may change after its record, and neighbouring trajectories may settle on different
+//! motions. Its rows are tested by all rules but `onward`; those that `volterra` classifies differently from their end
+//! are counted. Rows with another status are valid results, and are counted by status.
 //!
-//! `scripts/record fuzz-drives 1000` asks for any number of drives.
+//! `scripts/record fuzz-drives 1000` tests any number of drives.
 
 #![allow(clippy::unwrap_used)]
 
@@ -47,7 +45,7 @@ const KERNELS: [(&str, Ask); 2] = [
     }),
 ];
 
-/// Puts drives `from` … to the test; `told` hears of every one and of how long it took.
+/// Tests drives `from` …; calls `told` for every drive with its duration.
 fn fuzz(
     seed: u64,
     numbers: std::ops::Range<u64>,
@@ -81,7 +79,7 @@ fn folder() -> PathBuf {
 fn no_row_of_a_random_drive_is_wrong() {
     let tally = fuzz(1, 0..30, &folder(), &|_, _, _| {});
     assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
-    // The rules were put to something.
+    // Some drives were tested by the rules.
     for kernel in ["volterra", "closed_modes"] {
         let answered = tally.rows.get(&(kernel, "ok".into()));
         assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
@@ -90,9 +88,9 @@ fn no_row_of_a_random_drive_is_wrong() {
     }
 }
 
-/// Drives whose orbits round-off hides. 75 lies on a surface without a force. In 307 a mode takes thousands
-/// of cycles to decay, and round-off leaves the place of the orbit open by far more than that of a cycle. The
-/// multipliers of 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. 1012, 1470 and 2863 start at rest
+/// Drives whose orbits disappear in round-off. 75 is on a surface without a force. In 307 a mode takes thousands of
+/// cycles to decay, and the uncertainty of the orbit by round-off is far larger than that of a cycle. The multipliers
+/// of 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. 1012, 1470 and 2863 start at rest
 /// on a surface beside a free rotation.
 #[test]
 fn orbits_are_told_where_round_off_hides_them() {
@@ -103,8 +101,8 @@ fn orbits_are_told_where_round_off_hides_them() {
     }
 }
 
-/// Asked for by `scripts/record fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,
-/// of seed ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
+/// For `scripts/record fuzz-drives`: tests ATLAS_FUZZ_DRIVES drives, from number ATLAS_FUZZ_FIRST on, of seed
+/// ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
 #[test]
 #[ignore = "as long as asked for"]
 #[allow(clippy::print_stdout)]

@@ -1,5 +1,5 @@
-//! At which amplitude of the shaker does an oscillator touch its stop? Unit mass, stiffness k,
-//! damping c and a stop at d: the forced vibration `A cos ωt` reaches the stop at
+//! At which excitation amplitude does an oscillator touch its stop? Unit mass, stiffness k, damping c and a stop at d:
+//! the forced vibration `A cos ωt` reaches the stop at
 //!
 //! ```text
 //! A = d √((k − ω²)² + c² ω²)
@@ -21,7 +21,7 @@ struct Oscillator {
     speed: f64,
     /// Constant force \[N/√kg\].
     push: f64,
-    /// Phase of the shaker, so that the stop is reached within a mesh cycle.
+    /// Phase of the excitation, so that the mass reaches the stop within a mesh cycle.
     phase: f64,
 }
 
@@ -39,8 +39,7 @@ impl Oscillator {
         ]
     }
 
-    /// The amplitude at which the vibration, about the deflection that the constant force
-    /// causes, reaches the nearer stop.
+    /// The amplitude at which the vibration, about the deflection under the constant force, reaches the nearer stop.
     fn grazing(&self) -> f64 {
         let [stiff, loss] = self.impedance();
         (GAP - self.push / (NATURAL * NATURAL)) * stiff.hypot(loss)
@@ -67,7 +66,7 @@ impl Oscillator {
         Model::new(&structure, &drive, point).unwrap()
     }
 
-    /// Whether the forced vibration, started on it, meets a stop within two cycles.
+    /// Whether the forced vibration, started on it, reaches a stop within two cycles.
     fn touches(&self, amplitude: f64) -> bool {
         let model = self.model(amplitude);
         let [stiff, loss] = self.impedance();
@@ -85,7 +84,7 @@ impl Oscillator {
 #[test]
 fn a_stop_is_first_touched_at_the_amplitude_of_the_closed_form() {
     for speed in [120.0, 190.0, 205.0, 300.0] {
-        // Symmetric stops, then the nearer one alone.
+        // Symmetric stops, then only the nearer one.
         for push in [0.0, 40.0, 90.0] {
             for phase in [-2.0, 0.3, 1.7] {
                 let case = Oscillator { speed, push, phase };

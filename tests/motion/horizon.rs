@@ -1,5 +1,5 @@
-//! Predictability against what is known otherwise: the growth of twins is that of the
-//! exponent, the horizon lies where a straight line says, no thread leaves a trace.
+//! Predictability compared with known results: the growth of twins is that of the exponent, the horizon agrees with a
+//! straight line, and threads do not change the result.
 
 #![allow(clippy::unwrap_used)]
 
@@ -61,7 +61,7 @@ fn exponent(model: &Model, start: &TrajectoryState) -> f64 {
     mean(growth.averages().values())
 }
 
-/// A chaotic drive, so told by its exponent.
+/// A chaotic drive, according to its exponent.
 fn rattling() -> (Model, TrajectoryState, f64) {
     let [one, two] = [one_degree(), two_modes()].map(|case| model(&case));
     for model in [one, two] {
@@ -100,7 +100,7 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
     let line = (0.1 * found.saturation / 1e-8).ln() / lambda;
     assert!(error > 0.0 && error < 0.2 * horizon, "{error}");
     assert!((horizon / line - 1.0).abs() < 0.35, "{horizon} {line}");
-    // Levels off where unrelated states are.
+    // Levels off at the distance of unrelated states.
     let end = separation[55..].iter().map(|s| s.ln()).sum::<f64>() / 6.0;
     assert!((end.exp() / found.saturation).ln().abs() < 0.3);
 
@@ -109,14 +109,14 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
         assert!((m.value - lambda).abs() < doubt, "{m:?} {lambda}");
     }
     let spreads: Vec<f64> = of(HorizonQuantity::Exponent).map(|m| m.spread).collect();
-    // The spread of the 16 longest averages is known to a fifth.
+    // The spread of the 16 longest averages is accurate to a fifth.
     assert!(
         spreads.windows(2).all(|pair| pair[1] < 1.2 * pair[0]),
         "{spreads:?}"
     );
     let decay = found.averaging_exponent.unwrap();
     assert!((-0.8..-0.3).contains(&decay), "{decay}");
-    // Momentum: over n cycles the mean force leaves the load by what the ends differ, over n.
+    // Momentum: over n cycles the mean force differs from the load by the difference of the ends, divided by n.
     let force: Vec<_> = of(HorizonQuantity::Force).collect();
     let [short, long] = [20, 200].map(|n| force.iter().find(|m| m.cycles == n).unwrap());
     let power = (long.spread / short.spread).log10();

@@ -17,7 +17,7 @@ use pieces::{Oscillator, State};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// A gap that no motion here crosses.
+/// A gap larger than all motions here.
 const WIDE: f64 = 100.0;
 
 /// A structure whose mesh is never met, in mesh cycles of a period \[s\], with sliders `(participation, k, F)`.
@@ -61,7 +61,7 @@ impl Oscillator {
         )
     }
 
-    /// That its slider sticks or slips in the trajectory of a model.
+    /// Whether its slider sticks or slips in the trajectory of a model.
     fn state(&self, model: &Model, at: &TrajectoryState) -> State {
         let [forwards, backwards] = model.sliders[0].slips().map(|slip| at.contact.holds(slip));
         State {
@@ -99,7 +99,7 @@ fn times(model: &Model, seen: &Events) -> Vec<f64> {
 /// Free decay and a forced motion, event by event.
 #[test]
 fn an_element_follows_its_closed_form() {
-    // A free motion that slips no more touches the limit in every period: that is not looked at.
+    // A free motion without further slips touches the limit in every period: exclude this.
     for (name, own, cycles) in [("free decay", FREE, 3), ("forced", FORCED, 12)] {
         let model = own.model();
         let start = TrajectoryState::new(&model, vec![3.0, 2.9, 0.4, 0.0], 0);
@@ -131,7 +131,7 @@ fn an_element_follows_its_closed_form() {
     }
 }
 
-/// Gathers the largest displacement.
+/// Stores the largest displacement.
 #[derive(Default)]
 struct Largest([f64; 2]);
 
@@ -146,7 +146,8 @@ impl Observer for Largest {
     fn event(&mut self, _: &gearatlas::propagate::Event) {}
 }
 
-/// Area of the hysteresis loop `4 F (Δ − F/k)` of a motion of amplitude Δ, by the dissipated power of a settled motion.
+/// Area of the hysteresis loop `4 F (Δ − F/k)` of a motion of amplitude Δ, from the dissipated power of a settled
+/// motion.
 #[test]
 fn a_settled_loop_has_its_area() {
     let model = FORCED.model();
@@ -156,7 +157,7 @@ fn a_settled_loop_has_its_area() {
     let (end, _) = advance_with(&kernel, &start, 1, &mut seen);
     seen.0.cycle(&end);
     let power = seen.0.outcome().unwrap()[0];
-    // The slider turns at Δ − F/k on either side.
+    // The slider reverses at Δ − F/k on either side.
     let [low, high] = seen.1.0;
     let area = 2.0 * FORCED.limit * (high - low);
     let found = power.contact * model.period();
@@ -175,7 +176,7 @@ impl Observer for Loop {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        // Series are told by Legendre terms: at the start the odd ones count against the even ones.
+        // Series have Legendre terms: at the start the odd ones have the opposite sign of the even ones.
         let start = |series: &[f64]| -> f64 {
             let terms = series.iter().enumerate();
             terms.map(|(n, a)| if n % 2 == 0 { *a } else { -a }).sum()
@@ -187,7 +188,7 @@ impl Observer for Loop {
     fn event(&mut self, _: &gearatlas::propagate::Event) {}
 }
 
-/// Masing's rule: a branch behind a turn at Δ is the first loading curve f₀, twice as large:
+/// Masing's rule: a branch after a reversal at Δ is the first loading curve f₀, twice as large:
 /// `f = f₀(Δ) − 2 f₀((Δ − δ)/2)`.
 #[test]
 fn an_iwan_set_obeys_masing() {
@@ -230,7 +231,7 @@ fn an_iwan_set_obeys_masing() {
     assert!(worst < 1e-10 * first(largest), "{worst:e}");
 }
 
-/// The orbit next to where a model has come to after some cycles.
+/// The orbit near the state of a model after some cycles.
 fn orbit(model: &Model, cycles: u64) -> orbits::shooting::PeriodicOrbit {
     let (kernel, norm) = (volterra(model), EnergyNorm::new(model));
     let guess = advance(&kernel, &model.start(&InitialState::Rest), cycles);
@@ -239,7 +240,8 @@ fn orbit(model: &Model, cycles: u64) -> orbits::shooting::PeriodicOrbit {
     found.unwrap().unwrap()
 }
 
-/// Largest displacement of a piecewise motion over a period from an orbit's start, and how far it ends from there.
+/// Largest displacement of a piecewise motion over a period from an orbit's start, and the distance of its end from the
+/// start.
 fn amplitude(own: &Oscillator, start: State) -> [f64; 2] {
     let period = TAU / own.frequency;
     let (end, events) = own.follow(start, period);
@@ -251,8 +253,8 @@ fn amplitude(own: &Oscillator, start: State) -> [f64; 2] {
     ]
 }
 
-/// Den Hartog's oscillator at half the force below which nothing stops: `A² = V² − f² U²` (Den Hartog 1931). The element
-/// comes to it as its spring stiffens.
+/// Den Hartog's oscillator at half the force below which nothing stops: `A² = V² − f² U²` (Den Hartog 1931). The
+/// element approaches it as its spring stiffens.
 #[test]
 fn a_stiff_element_is_a_coulomb_damper() {
     for (beta, limit, amplitudes) in [(0.6, 0.26576, 1.541_430_92), (1.5, 0.323_295, 0.707_560_08)]
@@ -278,7 +280,7 @@ fn a_stiff_element_is_a_coulomb_damper() {
         );
         let exact = (v * v - (limit * u) * (limit * u)).sqrt();
         assert!((exact - amplitudes).abs() < 1e-5, "{exact} {amplitudes}");
-        // From rest the force takes a time of about √(F/k) to change its sign, and so far the motion is behind.
+        // From rest the force takes a time of about √(F/k) to change its sign, which delays the motion.
         let found = [1e2, 1e3, 1e4].map(at);
         let off = found.map(|found| (found - exact).abs());
         let orders = [0, 1].map(|i| (off[i] / off[i + 1]).log10());
@@ -374,7 +376,7 @@ fn energy_balance_closes() {
     }
 }
 
-/// Derivatives of the map of two cycles against differences, and one multiplier 0 of every orbit that slips.
+/// Derivatives of the map of two cycles compared with differences, and one multiplier 0 for every orbit with slip.
 #[test]
 fn tangents_are_derivatives() {
     for model in [FORCED.model(), train()] {
@@ -434,7 +436,7 @@ fn tangents_are_derivatives() {
     );
 }
 
-/// The exponents are the logarithms of the multipliers: −∞ of the orbit that slips, 0 of a slider that sticks.
+/// The exponents are the logarithms of the multipliers: −∞ for the orbit with slip, 0 for a slider that sticks.
 #[test]
 fn exponents_of_slips_are_minus_infinity() {
     let sticking = Oscillator {
@@ -471,8 +473,8 @@ fn exponents_of_slips_are_minus_infinity() {
     }
 }
 
-/// A load that its slider cannot hold: drag ends its acceleration, and the motion repeats but for the place that it has
-/// slipped to.
+/// A load that exceeds its slider's limit: drag ends its acceleration, and the motion repeats except for the position
+/// of the slider.
 #[test]
 fn a_slip_without_end_repeats() {
     let mut structure = ModalStructure::of_modes(&[0.0, 1.1], 0.05, &[0.0, 1.0], &[0.0, 1.0]);
@@ -540,8 +542,7 @@ fn a_clutch_follows_the_reference() {
     assert!(worst[0] < 1e-10 && worst[1] < 1e-10, "{worst:?}");
 }
 
-/// A block on a spring, dragged by a belt that the element does not slow down: the force drifts at a constant rate while it
-/// sticks.
+/// A block on a spring, moved by a belt of constant speed: the force increases at a constant rate while it sticks.
 #[test]
 fn a_block_on_a_belt_sticks_and_slips() {
     let (speed, spring, limit) = (0.2, 4.0, 1.0);
@@ -584,7 +585,7 @@ fn a_block_on_a_belt_sticks_and_slips() {
     }
     let [x, v] = stuck(left);
     assert!(v < speed, "the slip begins as the block falls behind");
-    // Slipping, x'' + x = F. The block swings about F with less than the speed of the belt, and never sticks again.
+    // Slipping, x'' + x = F. The block swings about F more slowly than the belt, and never sticks again.
     assert!((x - limit).hypot(v) < speed);
     let times = times(&model, &seen);
     assert_eq!(times.len(), 1);

@@ -1,4 +1,4 @@
-//! Rigid stops against an independent integrator.
+//! Rigid stops compared with an independent integrator.
 
 use crate::common::advance::{Events, advance_with, volterra};
 use gearatlas::analysis::EnergyAudit;
@@ -11,14 +11,14 @@ use gearatlas::structure::{
 };
 use std::f64::consts::TAU;
 
-/// A gap of the mesh that no motion here crosses.
+/// A gap of the mesh larger than all motions here.
 const WIDE: f64 = 1e3;
 
-/// Speeds of impact below this are of impacts that accumulate: either integrator ends them in its own way.
+/// Speed of impact below which impacts accumulate: each integrator ends them differently.
 const SLOW: f64 = 1e-4;
 
-/// A structure of one to four modes with one to three rigid stops, every other one with a spring besides, and every third one
-/// with stops that move.
+/// A structure of one to four modes with one to three rigid stops, every other one with a spring as well, and every
+/// third one with stops that move.
 fn structure(number: u64, stream: &mut Stream) -> ModalStructure {
     let modes = 1 + number as usize % 4;
     let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| stream.normal()).collect() };
@@ -76,10 +76,10 @@ fn structure(number: u64, stream: &mut Stream) -> ModalStructure {
     structure
 }
 
-/// What counts of an event: time, contact, whether it closes, rate.
+/// Compared properties of an event: time, contact, whether it closes, rate.
 type Seen = (f64, usize, bool, f64);
 
-/// Events without the impacts that accumulate.
+/// Events without the accumulating impacts.
 fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
     let slow = |own: &Seen| {
         model
@@ -90,7 +90,7 @@ fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
     events.filter(|own| !slow(own)).collect()
 }
 
-/// Cycle by cycle, so that no growth of errors adds up: events and states are those of the other integrator.
+/// Cycle by cycle, so that errors do not accumulate: events and states are those of the other integrator.
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
@@ -103,7 +103,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             speed: TAU / 2.3,
         };
         let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point);
-        // A force so tilted that it pulls its stop shut is refused.
+        // A force with such an inclination that it pulls its stop shut is refused.
         let Ok(model) = model else { continue };
         let kernel = volterra(&model);
         let reference = Reference::new(&model);
@@ -169,14 +169,14 @@ fn random_stops_are_followed_as_by_another_integrator() {
         }
     }
     println!("{impacts} impacts, {rests} rests, states off by {worst:.1e}, events by {late:.1e} s");
-    // Of several stops a few drives differ, or have impacts that do not end in the arithmetic of the reference.
+    // With several stops a few drives differ, or have impacts that do not end in the arithmetic of the reference.
     assert!(faults.iter().all(|(stops, _)| *stops > 1), "{faults:?}");
     assert!(faults.len() <= 5, "{faults:?}");
     assert!(impacts > 1000 && rests > 200, "{impacts} {rests}");
     assert!(worst < 1e-11 && late < 1e-5, "{worst:e} {late:e}");
 }
 
-/// Impulses, rests and springs convert no more energy than they say, with modal damping and with a matrix.
+/// Impulses, rests and springs convert exactly the reported energy, with modal damping and with a matrix.
 #[test]
 fn energy_balances_through_impacts_and_rests() {
     let mut stream = Stream::new(5, 0, 0);
@@ -213,7 +213,7 @@ fn energy_balances_through_impacts_and_rests() {
     assert!(worst < 1e-9, "{worst:e}");
 }
 
-/// Two numbers of one double each cannot follow impacts that accumulate.
+/// Double-double numbers cannot follow accumulating impacts.
 #[test]
 fn the_extended_integrator_refuses_rigid_stops() {
     let mut stream = Stream::new(3, 0, 0);

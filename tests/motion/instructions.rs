@@ -1,6 +1,5 @@
-//! Which instructions a run computes with is recorded, and `portable` ones give the same bits on
-//! every processor: an emulated one without fused multiply-adds and wide vectors is asked, where
-//! an emulator is installed.
+//! A run records its instruction set, and `portable` gives the same bits on every processor. If an emulator is
+//! installed, the test uses an emulated processor without fused multiply-adds and wide vectors.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +15,7 @@ use skipped::skipped;
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 
-/// A few points of the drive with everything that takes algebra: modes, multipliers, spectra.
+/// A few points of the drive with all linear algebra: modes, multipliers, spectra.
 fn manifest(instructions: &str) -> String {
     let text = QUICKSTART
         .replacen(
@@ -55,7 +54,7 @@ fn run(folder: &Path, instructions: &str, out: &str, emulator: &[&str]) -> Outpu
     output
 }
 
-/// Every number of the points and spectra, but for those that say where and how long.
+/// Every number of the points and spectra, except those about place and time.
 fn numbers(folder: &Path) -> Vec<(String, Vec<Option<u64>>)> {
     let elsewhere = ["wall_time", "worker", "numa_node"];
     let mut all = Vec::new();
@@ -98,7 +97,7 @@ fn a_run_records_its_instructions_and_portable_ones_are_another_job() {
         hashes.push(record.manifest_hash);
     }
     assert_ne!(hashes[0], hashes[1]);
-    // Where they are computed otherwise, bits show it.
+    // Other instructions give other bits.
     let [auto, portable] = ["auto", "portable"].map(|out| numbers(&folder.path().join(out)));
     let record = read_runs(&folder.path().join("auto")).unwrap().remove(0);
     match &*record.machine.instructions[0] {
@@ -116,7 +115,7 @@ fn portable_results_have_the_same_bits_on_a_plain_processor() {
     }
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "portable", "here", &[]);
-    // No AVX, no FMA: what every 64-bit processor has, and the few instructions of 2009.
+    // No AVX, no FMA: the instructions of every 64-bit processor, and the few of 2009.
     run(
         folder.path(),
         "portable",

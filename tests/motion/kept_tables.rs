@@ -1,5 +1,5 @@
-//! Kept tables of closed modes: do they give the bits of tables just computed, are they found again for every
-//! load, gap and speed and for nothing else, are damaged ones refused, and do workers share them?
+//! Kept tables of closed modes: do they give the bits of new tables, are they found again for every load, gap and speed
+//! and for nothing else, are damaged ones refused, and do workers share them?
 
 #![allow(clippy::unwrap_used)]
 
@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 const EVENTS: u32 = 99;
 
-/// The same drive under another load, with another gap.
+/// The same drive with another load and gap.
 fn other_load(case: &Case) -> Case {
     let mut case = case.clone();
     case.2.load *= 1.7;
@@ -52,7 +52,7 @@ fn bits<K: Kernel>(kernel: &K, start: &TrajectoryState) -> (Vec<u64>, usize) {
     (bits.collect(), events.0.len())
 }
 
-/// Tables kept for one load serve any other, to the bits of tables computed for that one.
+/// Tables kept for one load are valid for any other, with the bits of new tables.
 #[test]
 fn a_kept_table_gives_the_bits_of_a_new_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,7 +76,7 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
     }
 }
 
-/// Tables of one speed are those of every other, to the last bit.
+/// Tables are bitwise equal at every speed.
 #[test]
 fn one_file_serves_every_speed_load_and_excitation() {
     let store = TableStore::open("nowhere");
@@ -95,7 +95,7 @@ fn one_file_serves_every_speed_load_and_excitation() {
     }
 }
 
-/// Whatever changes an operator has a table of its own.
+/// Any change of an operator needs a separate table.
 #[test]
 fn other_numbers_are_another_table() {
     let store = TableStore::open("nowhere");
@@ -116,7 +116,7 @@ fn other_numbers_are_another_table() {
     assert_eq!(different.len(), changes.len());
 }
 
-/// One bit anywhere: one line, and a new table that is whole.
+/// One flipped bit anywhere: one line, and a complete new table.
 #[test]
 fn a_damaged_table_is_computed_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +143,7 @@ fn a_damaged_table_is_computed_anew() {
     }
 }
 
-/// Workers that want one table get one table, which stays at hand until others were used.
+/// Workers that need one table share it, and it stays in memory until others were used.
 #[test]
 fn workers_share_one_table() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +171,7 @@ fn workers_share_one_table() {
     );
     get();
     assert!(tables.warnings().is_empty());
-    // A folder that cannot be is no obstacle, and one warning.
+    // An impossible folder is no obstacle, and gives one warning.
     let file = folder.path().join("a file");
     fs::write(&file, "").unwrap();
     let nowhere = KernelTables::new(TableStore::open(file.join("tables")));
@@ -181,7 +181,7 @@ fn workers_share_one_table() {
     assert_eq!(nowhere.warnings().len(), 1, "{:?}", nowhere.warnings());
 }
 
-/// Workers of a node read a copy of their own where there is room, equal to the last bit.
+/// Workers of a node read a separate copy if there is room, equal to the last bit.
 #[test]
 fn workers_of_a_node_read_their_own_copy() {
     let folder = tempfile::tempdir().unwrap();

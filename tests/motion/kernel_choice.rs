@@ -1,5 +1,5 @@
-//! Which kernel does `run.kernel = "auto"` take, what do `atlas check` and `run.json` say of it, and what becomes of
-//! tables of closed modes that cannot be used or kept? With the real program.
+//! Which kernel does `run.kernel = "auto"` take, what do `atlas check` and `run.json` report about it, and what happens
+//! to tables of closed modes that cannot be used or kept? With the real program.
 
 #![allow(clippy::unwrap_used)]
 
@@ -79,8 +79,8 @@ fn row(folder: &Path, id: usize) -> String {
         .to_owned()
 }
 
-/// A small drive gets closed modes: the rows are those of that kernel, on any number of threads, in shards, and with a table
-/// that is there already; record and check say why.
+/// A small drive gets closed modes: the rows are those of that kernel, on any number of threads, in shards, and with an
+/// existing table; record and check give the reason.
 #[test]
 fn a_small_drive_gets_closed_modes() {
     let place = oscillator("auto");
@@ -109,7 +109,7 @@ fn a_small_drive_gets_closed_modes() {
     );
 }
 
-/// Points of one job decide alone: where the mode is in resonance there is no steady motion to refer to.
+/// Each point of a job decides separately: in resonance with the mode there is no steady motion as a reference.
 #[test]
 fn points_of_a_job_get_kernels_of_their_own() {
     let place = two_modes(DRIVE);
@@ -130,7 +130,7 @@ fn points_of_a_job_get_kernels_of_their_own() {
     }
 }
 
-/// What closed modes do not take goes to the structured kernel, to its bits, and is named.
+/// Drives that closed modes do not support go to the structured kernel, with its bits, and with a reason.
 #[test]
 fn other_drives_get_the_structured_kernel() {
     let mut many = String::from("teeth = 20\nrated_force = 1330.0\n");
@@ -183,7 +183,7 @@ fn other_drives_get_the_structured_kernel() {
     let named = [&set[..], &["--set", "run.kernel=volterra"]].concat();
     assert_same(&POINTS, &auto, &place.whole("named", &named));
 
-    // Fifteen levels and eighty modes: larger tables than are kept.
+    // Fifteen levels and eighty modes: tables larger than the limit for keeping them.
     let levels: Vec<String> = (0..15).map(|k| format!("\"{}e7 N/m\"", 30 + k)).collect();
     let levels = format!("mesh.values=[{}]", levels.join(", "));
     let large = [
@@ -224,7 +224,8 @@ fn other_drives_get_the_structured_kernel() {
     assert!(rows.contains(&format!("{said}{remedy}")), "{rows}");
 }
 
-/// Of four points the first two are those of `volterra` and the others those of `closed_modes`, which refuses the first: its row.
+/// Of four points the first two are those of `volterra` and the others those of `closed_modes`, which refuses the
+/// first; returns its row.
 fn refused_beside(place: &Place, auto: &Path) -> String {
     let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
     let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
@@ -237,8 +238,8 @@ fn refused_beside(place: &Place, auto: &Path) -> String {
     row(&closed, 0)
 }
 
-/// Closed contacts in which `λ² + 3000 λ + 1.6e7` is a factor twice and the eigenvectors of both pairs are the same: with
-/// w = (0.8, 0.6), k = 0.64 · 5000² and c = 1.2 · 5000 the characteristic polynomial is its square.
+/// Closed contacts in which `λ² + 3000 λ + 1.6e7` is a double factor and the eigenvectors of both pairs are the same:
+/// with w = (0.8, 0.6), k = 0.64 · 5000² and c = 1.2 · 5000 the characteristic polynomial is its square.
 #[test]
 fn nearly_defective_systems_go_to_the_structured_kernel() {
     let both =
@@ -264,8 +265,8 @@ fn nearly_defective_systems_go_to_the_structured_kernel() {
     );
 }
 
-/// Nine contacts may be closed in 512 ways, and a set gets its table when it is met. Where that of the first contact is nearly
-/// defective, as above, the point is computed anew by the structured kernel.
+/// Nine contacts have 512 active sets, and a set gets its table when it first occurs. If that of the first contact is
+/// nearly defective, as above, the structured kernel recomputes the point.
 #[test]
 fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     let both =
@@ -298,7 +299,7 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     assert!(refused.contains(why), "{refused}");
 }
 
-/// A run that was interrupted and goes on counts the points of both parts, and its rows are those of one.
+/// A resumed run counts the points of both parts, and its rows are those of an uninterrupted one.
 #[test]
 fn an_interrupted_run_takes_the_same_kernels() {
     // Many points, so that the interrupt comes before the last one.
@@ -335,7 +336,8 @@ fn an_interrupted_run_takes_the_same_kernels() {
     );
 }
 
-/// Tables of another structure, cut, flipped or of another format: one line each, and the same rows from new ones.
+/// Tables of another structure, truncated, with flipped bits or of another format: one line each, and the same rows
+/// from new ones.
 #[test]
 fn tables_that_cannot_be_used_are_made_anew() {
     let place = oscillator("auto");

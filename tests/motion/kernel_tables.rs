@@ -1,4 +1,4 @@
-//! Tables of closed modes: do they serve every speed, and are those of another model refused?
+//! Tables of closed modes: are they valid for every speed, and are those of another model refused?
 
 #![allow(clippy::unwrap_used)]
 
@@ -7,8 +7,8 @@ use common::advance::follows_volterra;
 use gearatlas::propagate::{ClosedModes, InstructionSet, TableArray, TableError};
 use gearatlas::sweep::build::BuildError;
 
-/// Systems of one speed are those of every other, to the last bit, and a kernel that uses them at
-/// another speed follows the structured one as one with bases of its own would.
+/// Tables are bitwise equal at every speed. A kernel that uses them at another speed follows the structured one as well
+/// as with new tables.
 #[test]
 fn bases_serve_every_speed_and_excitation() {
     for (name, case) in common::drives() {
@@ -25,7 +25,7 @@ fn bases_serve_every_speed_and_excitation() {
     }
 }
 
-/// Tables of another drive, and arrays that were cut, are refused by name.
+/// Tables of another drive, and truncated arrays, are refused by name.
 #[test]
 fn tables_of_another_model_are_refused() {
     let (two, six) = (
@@ -54,7 +54,7 @@ fn tables_of_another_model_are_refused() {
     }
 }
 
-/// A refusal names the structured kernel where it fits the model, and says so where it does not.
+/// A refusal suggests the structured kernel if it supports the model, and says so if it does not.
 #[test]
 fn advice_is_checked_before_it_is_given() {
     let mut case = common::one_degree();
@@ -64,13 +64,13 @@ fn advice_is_checked_before_it_is_given() {
         told.contains("or set run.kernel = \"volterra\", which"),
         "{told}"
     );
-    // Too slow for either: ten hours a tooth.
+    // Too slow for either kernel: ten hours per tooth.
     case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     case.2.speed = 1e-5;
     let slow = common::model(&case);
     let told = BuildError::tables(TableError::VaryingStiffness, &slow).to_string();
     assert!(told.contains("does not help"), "{told}");
-    // Damaged files are no fault of the model.
+    // Damaged files are not the fault of the model.
     let told = BuildError::tables(TableError::Kept { name: "a" }, &slow).to_string();
     assert!(!told.contains("volterra"), "{told}");
 }

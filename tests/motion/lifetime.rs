@@ -1,5 +1,5 @@
-//! How long chaos lasts, what is said where it ends, and how much of it is seen first: an impact oscillator whose
-//! chaos is transient at amplitudes of its ripple from 25.963 to 26.12, and a motion on a torus.
+//! How long does chaos last, what is reported when it ends, and how much of it is seen first? An impact oscillator with
+//! transient chaos at amplitudes of its ripple from 25.963 to 26.12, and a motion on a torus.
 
 #![allow(clippy::unwrap_used)]
 
@@ -105,7 +105,7 @@ fn chaos_that_lasts_has_a_lower_bound_of_its_life() {
     assert_eq!((evidence.rotation_number, evidence.chains), (None, None));
 
     let chaos = found.chaos.unwrap();
-    // Seven branches part from the pilot over 200 cycles before they are measured.
+    // Seven branches separate from the pilot over 200 cycles before they are measured.
     let chaotic = measured + 7 * 200;
     assert_eq!((chaos.cycles, chaos.exits), (chaotic, 0));
     assert_eq!((chaos.trajectories, chaos.lifetime()), (8, None));
@@ -135,8 +135,8 @@ fn a_life_that_is_asked_for_is_shown_or_missed() {
     assert!(short.reason.contains(said), "{}", short.reason);
 }
 
-/// Mean lives were measured on 600 and 150 trajectories of their own, of which the first thousand cycles were passed
-/// over: 1850 ± 110 and 10 800 ± 940 cycles.
+/// Mean lives were measured on 600 and 150 other trajectories, without their first thousand cycles: 1850 ± 110 and 10
+/// 800 ± 940 cycles.
 #[test]
 fn the_life_of_transient_chaos_is_within_its_interval() {
     let (mut intervals, mut held) = (0, 0);
@@ -148,7 +148,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
             (start.state.iter_mut()).for_each(|x| *x *= 1.0 + 1e-6 * stream.normal());
             let start = TrajectoryState::new(&model, start.state, 0);
             let found = ask_from(&model, start, &questions(160_000, usual()));
-            // Where the first trajectory leaves within the transient there is nothing to tell.
+            // If the first trajectory leaves within the transient, nothing is reported.
             let Some(chaos) = found.chaos else {
                 assert_eq!(found.class, Some(Class::Periodic(12)), "{}", found.reason);
                 continue;
@@ -164,7 +164,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
             assert_eq!(found.status, Status::Ok, "{}", found.reason);
             let lyapunov = found.lyapunov.unwrap();
             match chaos.left {
-                // What chaos was is kept where the point's row is that of the orbit.
+                // The properties of the chaos are kept if the row of the point is that of the orbit.
                 Some(left) => {
                     let [lambda, error] = left.lambda;
                     assert!(
@@ -195,7 +195,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
     );
 }
 
-/// Nothing that settles at once was ever chaotic.
+/// A motion that settles at once was never chaotic.
 #[test]
 fn an_orbit_has_no_life_of_chaos() {
     let found = ask(&oscillator(20.0), &questions(160_000, usual()));
@@ -224,8 +224,7 @@ fn an_error_out_of_reach_ends_the_point_with_the_cycles_that_it_takes() {
     assert!((takes / needed - 1.0).abs() < 0.1, "{takes} {needed}");
 }
 
-/// Below the first look one trajectory is measured: a survey is content with that, and says that its errors are
-/// not verified.
+/// Below the first look one trajectory is measured: a survey accepts this, and reports its errors as not verified.
 #[test]
 fn few_cycles_are_for_surveys() {
     let model = oscillator(27.0);
@@ -254,7 +253,7 @@ fn few_cycles_are_for_surveys() {
             .contains("measured cycles that verified errors need");
         assert_eq!(told, status == Status::NotConverged, "{}", found.reason);
     }
-    // A survey stops by itself at its own first look.
+    // A survey stops at its own first look.
     let asked = LyapunovConfig {
         stop_at_stderr: Some(0.05),
         effort: Effort::Survey,
@@ -281,7 +280,7 @@ fn chains_are_the_averages_of_every_trajectory() {
     assert!((mean(&chains.growth) - lambda).abs() < 1e-12);
 }
 
-/// A mode that nothing damps, in lasting contact: a torus, which turns by its natural frequency in a mesh cycle.
+/// An undamped mode in permanent contact: a torus, whose rotation number is the natural frequency per mesh cycle.
 #[test]
 fn a_torus_is_found_at_the_first_look_with_its_rotation_number() {
     let (w, k) = (1.3, 4e8);
@@ -315,7 +314,7 @@ fn a_torus_is_found_at_the_first_look_with_its_rotation_number() {
     assert!((rotation - folded).abs() < 1e-8, "{rotation} {folded}");
 }
 
-/// Two points whose chaos lasts, two that leave it, of eight trajectories each, through the program.
+/// Two points with lasting chaos and two with transient chaos, with eight trajectories each, through the program.
 fn place() -> Place {
     let text = MANIFEST
         .replace("amplitude = 27,", "amplitude = 1,")
@@ -345,7 +344,7 @@ fn threads_shards_and_interruptions_change_nothing_of_eight_trajectories() {
     }
     assert_same(&TABLES, &one, &place.path("parts"));
 
-    // Killed behind its first point, which holds thousands of averages.
+    // Killed after its first point, which contains thousands of averages.
     let mut child = place
         .command("cut", &["--threads", "1", "--quiet"])
         .spawn()

@@ -1,5 +1,4 @@
-//! Losses on the flanks: published loss factors, closed forms, and windows of rattle summed up in
-//! another way.
+//! Losses on the flanks: published loss factors, closed forms, and windows of rattle summed differently.
 
 #![allow(clippy::unwrap_used)]
 
@@ -24,7 +23,7 @@ fn published() -> toml::Table {
     file["fzg_c14"].as_table().unwrap().clone()
 }
 
-/// The test gear, its tips cut back to keep the rack's clearance, or not.
+/// The test gear, with tips shortened to keep the rack's clearance, or not.
 fn fzg_c14(cut_back: bool) -> GearPair {
     let data = published();
     let number = |key: &str| data[key].as_float().unwrap();
@@ -50,15 +49,15 @@ fn fzg_c14(cut_back: bool) -> GearPair {
             centre_distance: Some(number("centre_distance")),
             tip_diameter: if cut_back { [None; 2] } else { whole },
             bore: [Some(30e-3); 2],
-            // The published centre distance leaves 60 nm too little for teeth that are not thinned.
+            // The published centre distance is 60 nm too small for teeth without thinning.
             thinning: [20e-6; 2],
             ..ToothForm::default()
         },
     }
 }
 
-/// `H_v = π (u + 1)/(z₁ u) (1 − ε_α + ε₁² + ε₂²)`, ε₁ and ε₂ the parts of the contact ratio behind and
-/// before the pitch point (Ohlendorf 1958).
+/// `H_v = π (u + 1)/(z₁ u) (1 − ε_α + ε₁² + ε₂²)`, ε₁ and ε₂ the parts of the contact ratio after and before the pitch
+/// point (Ohlendorf 1958).
 fn ohlendorf(flanks: &Flanks) -> f64 {
     let path = flanks.path();
     let [before, behind] = [-path.start, path.end].map(|length| length / path.base_pitch);
@@ -67,8 +66,8 @@ fn ohlendorf(flanks: &Flanks) -> f64 {
     PI / teeth * (1.0 + z1 / z2) * (1.0 - before - behind + before * before + behind * behind)
 }
 
-/// Loss over power and coefficient of friction: the mean over the cycle of what pairs slide, weighted by
-/// their shares, over the speed of the base circles.
+/// Loss divided by power and coefficient of friction: the mean over the cycle of the sliding of pairs, weighted by
+/// their shares, divided by the speed of the base circles.
 fn by_shares(flanks: &Flanks, share: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
     let count = 200_000;
     let mut lever = 0.0;
@@ -85,8 +84,8 @@ fn by_shares(flanks: &Flanks, share: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
     lever * (1.0 / one + 1.0 / two)
 }
 
-/// Pairs that share the load evenly lose what Ohlendorf's closed form says, and that is the published
-/// value; tips cut back lie between both published ones.
+/// Pairs with even load sharing lose the value of Ohlendorf's closed form, which is the published value; shortened tips
+/// are between both published ones.
 #[test]
 fn evenly_shared_load_has_the_published_loss_factor() {
     let data = published();
@@ -189,9 +188,9 @@ fn answer(job: &Job, model: &Model) -> NvhOutcome {
     found.nvh.unwrap()
 }
 
-/// A slow run under constant load loses by elastic load sharing: the mean of the mesh table. Pairs bear less at
-/// the ends of the path, where they slide fastest, than by even shares, but tips touch beyond them: in all 1 % more is lost,
-/// within what is published. The load matters: 0.193 at a quarter of it, 0.199 at twice.
+/// A slow run under constant load has the loss of elastic load sharing: the mean of the mesh table. At the ends of the
+/// path, where pairs slide fastest, they carry less than by even sharing, but tips touch beyond them. In total 1 % more
+/// is lost, within the published range. The load matters: 0.193 at a quarter of it, 0.199 at twice.
 #[test]
 fn a_slow_run_has_the_loss_factor_of_its_table() {
     let parts = common::parts();
@@ -211,9 +210,9 @@ fn a_slow_run_has_the_loss_factor_of_its_table() {
     let even = ohlendorf(&flanks);
     println!("loss factor of the run {run}, of the table {factor}, evenly shared {even}");
     assert!((run / factor - 1.0).abs() < 1e-3, "{run} {factor}");
-    // What Wimmer and Ohlendorf have for it.
+    // The values of Wimmer and Ohlendorf.
     assert!((0.1946..0.1986).contains(&factor), "{factor} {even}");
-    // Friction bears a part of the torque, so that the mesh force is not quite the load.
+    // Friction carries a part of the torque, so that the mesh force is not exactly the load.
     let through = found.power_transmitted.unwrap();
     assert!((through / (100.0 * 20.0) - 1.0).abs() < 2e-3, "{through}");
     let loss = found.power_loss.unwrap();
@@ -221,8 +220,8 @@ fn a_slow_run_has_the_loss_factor_of_its_table() {
     assert_eq!(found.friction_coefficient, Some(0.05));
 }
 
-/// Adds up what friction takes at many places of each window, by the participations of the structure in
-/// the friction of every direction and the velocities of the mean rotation.
+/// Sums the friction loss at many points of each window, from the participations of the structure in the friction of
+/// every direction and the velocities of the mean rotation.
 struct Sampled<'m> {
     model: &'m Model,
     /// Modal velocity of the neutral rotation at the mean speed.
@@ -253,8 +252,8 @@ impl Observer for Sampled<'_> {
     fn event(&mut self, _: &Event) {}
 }
 
-/// Under rattle the loss is what the model's own friction takes of the neutral rotation, window by
-/// window, coast flanks included, with an error bar.
+/// Under rattle the loss is the work of the model's friction on the neutral rotation, window by window, including coast
+/// flanks, with an error bar.
 #[test]
 fn rattle_loses_what_its_friction_takes() {
     let parts = common::parts();
@@ -272,7 +271,7 @@ fn rattle_loses_what_its_friction_takes() {
     let kernel = volterra(&model);
     let start = advance(&kernel, &model.start(&InitialState::Static), 50);
     let mut nvh = Nvh::new(&model, 0);
-    // The pinion's end turns at the mean speed in the neutral rotation.
+    // The pinion's end rotates at the mean speed in the neutral rotation.
     let neutral = model.neutral[0];
     let turned = structure.pinion_torque.as_ref().unwrap()[0];
     let mut sampled = Sampled {
@@ -308,7 +307,7 @@ fn rattle_loses_what_its_friction_takes() {
     assert!((found.power_transmitted.unwrap() / through - 1.0).abs() < 1e-14);
 }
 
-/// With the law of load, speed, oil and roughness every point has its own coefficient.
+/// With the law of load, speed, oil and roughness every point has a different coefficient.
 #[test]
 fn the_coefficient_follows_load_and_speed() {
     let parts = common::parts();
@@ -330,8 +329,8 @@ fn the_coefficient_follows_load_and_speed() {
     assert!((at(4.0, 20.0) / slow - 4f64.powf(0.2)).abs() < 1e-12);
 }
 
-/// Without a table the drawing says where flanks touch, and pairs share the load evenly: a slow run loses by Ohlendorf's
-/// loss factor.
+/// Without a table the drawing determines where flanks touch, and pairs share the load evenly: a slow run has
+/// Ohlendorf's loss factor.
 #[test]
 fn a_slow_run_without_a_table_has_the_published_loss_factor() {
     let parts = common::parts();
@@ -347,7 +346,7 @@ fn a_slow_run_without_a_table_has_the_published_loss_factor() {
     assert_eq!(found.friction_coefficient, Some(0.05));
 }
 
-/// Without a drawing nobody knows what goes through.
+/// Without a drawing the transmitted power is unknown.
 #[test]
 fn what_is_not_known_is_not_told() {
     let case = common::forty_modes();

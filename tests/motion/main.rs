@@ -1,4 +1,4 @@
-//! Motions, orbits and statistics against closed forms, other integrators and each other.
+//! Motions, orbits and statistics compared with closed forms, other integrators and each other.
 
 #![allow(clippy::unwrap_used)]
 

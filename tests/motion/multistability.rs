@@ -1,5 +1,5 @@
-//! Are coexisting attractors found, told apart and counted? Small oscillators with two
-//! attractors each, one of which is known in closed form; results through the program.
+//! Are coexisting attractors found, distinguished and counted? Small oscillators with two attractors each, one of which
+//! is known in closed form; results through the program.
 
 #![allow(clippy::unwrap_used)]
 
@@ -52,7 +52,7 @@ fn probe_with(
     probe_basins(model, kernel, &start, &probes, &called_off).unwrap()
 }
 
-/// Modes on springs, shaken at the mesh frequency between two symmetric stops.
+/// Modes on springs between two symmetric stops, with excitation at the mesh frequency.
 struct Shaken {
     frequency: &'static [f64],
     mesh: &'static [f64],
@@ -93,8 +93,7 @@ impl Shaken {
         Model::new(&structure, &drive, OperatingPoint { load: 1.0, speed }).unwrap()
     }
 
-    /// RMS deflection and largest exponent of the motion that never touches: a sum of
-    /// forced linear oscillators.
+    /// RMS deflection and largest exponent of the motion without contact: a sum of forced linear oscillators.
     fn untouched(&self, speed: f64) -> (f64, f64) {
         let forcing = 20.0 * speed;
         let (mut re, mut im) = (0.0, 0.0);
@@ -121,8 +120,7 @@ fn loaded(load: f64, speed: f64) -> Model {
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// RMS deflection and exponent of its motion in contact: `δ'' + c w² δ' + k w² (δ − b) = −e''`
-/// and a constant.
+/// RMS deflection and exponent of its motion in contact: `δ'' + c w² δ' + k w² (δ − b) = −e''` and a constant.
 fn locked(speed: f64) -> (f64, f64) {
     let (forcing, square) = (20.0 * speed, 1.3f64 * 1.3);
     let (stiff, loss) = (4e8 * square - forcing * forcing, 1483.0 * square * forcing);
@@ -130,7 +128,7 @@ fn locked(speed: f64) -> (f64, f64) {
     (amplitude / SQRT_2, -0.5 * 1483.0 * square * TAU / forcing)
 }
 
-/// The first probe on each attractor, and how many there are on each.
+/// The first probe on each attractor, and the number of probes on each.
 fn attractors(found: &MultistabilityOutcome) -> Vec<(&ProbeOutcome, u32)> {
     let on = |id| found.probes.iter().filter(move |p| p.attractor == Some(id));
     (0..found.attractors.len() as u32)
@@ -138,8 +136,8 @@ fn attractors(found: &MultistabilityOutcome) -> Vec<(&ProbeOutcome, u32)> {
         .collect()
 }
 
-/// Two attractors for every seed: the one in closed form, and one of period 1 with the given
-/// events a cycle. Shares of different seeds are shares of the same basins.
+/// Two attractors for every seed: the one in closed form, and one of period 1 with the given events per cycle. Shares
+/// of different seeds estimate the same basins.
 fn found_for_every_seed(model: &Model, quiet: (Class, f64, f64), events: f64) {
     let (class, rms, lambda) = quiet;
     let mut intervals = Vec::new();
@@ -200,8 +198,8 @@ fn steady_contact_beside_rattle() {
     );
 }
 
-/// The equations do not change under δ → −δ with half a cycle's shift. An orbit that is not
-/// its own image has one, with the same numbers and other strobe points.
+/// The equations are invariant under δ → −δ with a shift of half a cycle. An orbit that is not its own image has one,
+/// with the same numbers and other strobe points.
 #[test]
 fn mirror_images_are_two_attractors() {
     let model = ONE_DEGREE.model(3e-6, 160.0);
@@ -226,7 +224,7 @@ fn mirror_images_are_two_attractors() {
 
 #[test]
 fn one_attractor_is_not_split() {
-    // Chaos: every probe has other numbers within their errors.
+    // Chaos: probes have different numbers within their errors.
     let chaos = common::model(&common::one_degree());
     for seed in 0..SEEDS {
         let found = probe(&chaos, seed, question());
@@ -249,7 +247,7 @@ fn plane(extent: f64, count: u32) -> SliceConfig {
     }
 }
 
-/// A cell that is seen to approach a known orbit ends where it ends when it is integrated to the end.
+/// A cell that is decided by its approach to a known orbit ends where full integration ends.
 #[test]
 fn cells_are_decided_as_they_are_when_integrated_to_the_end() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
@@ -292,8 +290,7 @@ fn cells_are_decided_as_they_are_when_integrated_to_the_end() {
     }
 }
 
-/// Attractors that no probe found are found by the slice, once, and cells of later rounds are
-/// decided by their orbits.
+/// The slice finds attractors that no probe found, once, and their orbits decide cells of later rounds.
 #[test]
 fn a_slice_finds_what_no_probe_found() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
@@ -327,8 +324,8 @@ fn a_slice_finds_what_no_probe_found() {
     assert!((1..=16).contains(&in_full), "{in_full}");
 }
 
-/// An oscillator in its gap that nothing shakes or damps: rest and every free vibration are
-/// points of one continuum, not an attractor each.
+/// An undamped oscillator in its gap without excitation: rest and every free vibration are points of one continuum, not
+/// separate attractors.
 #[test]
 fn a_continuum_is_one() {
     let mut structure = common::structure(&[4000.0], 0.0, &[1.0], &[0.0]);
@@ -390,13 +387,13 @@ fn all_may_storm() {
     }
 }
 
-/// Probes that end in trouble are endings of their own and keep their share.
+/// Probes that fail are separate endings and keep their share.
 #[test]
 fn troubled_probes_are_counted() {
     let model = ONE_DEGREE.model(10e-6, 300.0);
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
-    // The motion between the stops has four events a cycle.
+    // The motion between the stops has four events per cycle.
     let kernel = Volterra::new(&model, f64::EPSILON, 3);
     let found = probe_with(&kernel, &model, 1, question());
     assert_eq!(found.attractors.len(), 1);

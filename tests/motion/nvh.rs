@@ -1,4 +1,4 @@
-//! NVH statistics against closed forms and against brute-force counting along a trajectory.
+//! NVH statistics compared with closed forms and with brute-force counting along a trajectory.
 
 #![allow(clippy::unwrap_used)]
 
@@ -26,9 +26,9 @@ use std::time::Duration;
 /// A mean \[m\] and cosines: (order of the mesh frequency, amplitude \[m\], phase \[rad\]).
 struct Signal(f64, Vec<(f64, f64, f64)>);
 
-/// Shows a signal as deflection over some mesh cycles, its force a thousand N/m of it.
+/// Passes a signal as deflection over some mesh cycles, with a force of a thousand N/m times it.
 fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u64>) {
-    // Uneven on purpose: cuts and the window that comes again and again.
+    // Uneven on purpose: cut windows and regular ones.
     let places = [0.0, 0.1, 0.2, 0.3, 0.37, 0.5, 0.6, 0.7, 0.81, 0.9, 1.0];
     let period = model.period();
     for cycle in cycles {
@@ -82,8 +82,7 @@ fn a_sine_has_its_crest_and_kurtosis() {
     assert_eq!(found.stderr, None);
 }
 
-/// Drawn loads and speeds: both exact kernels show windows of their own, and the statistics of the
-/// rattle that they pass are the same.
+/// Random loads and speeds: both exact kernels have different windows, but the statistics of the rattle are the same.
 #[test]
 fn statistics_do_not_depend_on_the_kernel() {
     let mut stream = Stream::new(43, 0, 3);
@@ -127,8 +126,8 @@ fn statistics_do_not_depend_on_the_kernel() {
     assert!(rattling > 9, "{rattling} of 18 rattle");
 }
 
-/// A wave that rises and falls over many cycles: the quantiles of its peaks are those of the cycles of
-/// one period, by a count.
+/// A wave that rises and falls over many cycles: the quantiles of its peaks are those of the cycles of one period, by a
+/// count.
 #[test]
 fn peaks_of_a_motion_that_repeats_are_those_of_its_period() {
     let model = model(&one_degree());
@@ -257,7 +256,7 @@ fn impacts_and_stays_are_those_of_the_events() {
     }
 }
 
-/// Two flights of different length a cycle: the one that the record's ends cut in two counts.
+/// Two flights of different length per cycle: the one that the record's ends cut in two counts.
 #[test]
 fn stays_of_a_motion_that_repeats_are_whole() {
     let model = model(&one_degree());
@@ -294,8 +293,8 @@ fn stays_of_a_motion_that_repeats_are_whole() {
     assert_eq!(found.impact_velocity_max, Some(0.4));
 }
 
-/// Sines whose amplitude is drawn anew every ten cycles: means over stretches are independent
-/// draws, so that standard errors have closed forms.
+/// Sines with a new random amplitude every ten cycles: means over ten cycles are independent samples, so that standard
+/// errors have closed forms.
 #[test]
 fn standard_errors_are_those_of_independent_draws() {
     let model = model(&one_degree());
@@ -327,7 +326,7 @@ fn standard_errors_are_those_of_independent_draws() {
     assert!(errors.flight_mean.is_infinite() && errors.flight_median.is_infinite());
 }
 
-/// What is asked of a model, spectra among it.
+/// Requests for a model, including spectra.
 fn questions(harmonics: usize) -> PointConfig {
     PointConfig {
         point: PointSeed {
@@ -365,7 +364,7 @@ fn questions(harmonics: usize) -> PointConfig {
     }
 }
 
-/// A model's answers, spectra among them.
+/// Results of a model, including spectra.
 fn ask(model: &Model, harmonics: usize) -> PointOutcome {
     let questions = questions(harmonics);
     let start = model.start(&InitialState::Static);
@@ -373,7 +372,7 @@ fn ask(model: &Model, harmonics: usize) -> PointOutcome {
     investigate(model, &volterra(model), start, &questions, &never).unwrap()
 }
 
-/// The amplitude of the line at an order, which has to be there.
+/// The amplitude of the line at an order, which must exist.
 #[track_caller]
 fn line(spectrum: &Spectrum, order: f64) -> f64 {
     let mut lines = spectrum.lines.iter();
@@ -381,8 +380,8 @@ fn line(spectrum: &Spectrum, order: f64) -> f64 {
     found.expect("a line at the order").amplitude
 }
 
-/// Torque ripple of the second shaft order on 23 teeth, in lasting contact: the response of the
-/// closed oscillator is known, and its order 2/23 is no multiple of 1/64.
+/// Torque ripple of the second shaft order on 23 teeth, in permanent contact: the response of the closed oscillator is
+/// known, and its order 2/23 is not a multiple of 1/64.
 #[test]
 fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     let (mut structure, mut drive, _) = one_degree();
@@ -413,7 +412,7 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     let order = 2.0 / 23.0;
     close(line(&found.spectra[0], order), deflection, 1e-11);
     close(line(&found.spectra[1], order), force, 1e-11);
-    // Its neighbours hold nothing, and mesh order 1 is the error's.
+    // Its neighbours are zero, and mesh order 1 is that of the error.
     for (spectrum, largest) in found.spectra.iter().zip([deflection, force]) {
         assert_eq!(spectrum.lines.len(), 32 * 23);
         for other in [1.0, 3.0, 4.0, 22.0, 24.0] {
@@ -427,7 +426,7 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     close(found.nvh.unwrap().harmonics[0], response, 1e-9);
 }
 
-/// Of rattle that repeats the lines are those that the statistics have, and all of its variance.
+/// For periodic rattle the lines are those of the statistics, and contain all of its variance.
 #[test]
 fn lines_of_rattle_are_its_harmonics_and_suborders() {
     for (load, speed, period) in [(0.3, 600.0, 1), (0.2, 1800.0, 2), (2.0, 1500.0, 3)] {
@@ -465,9 +464,8 @@ fn lines_of_rattle_are_its_harmonics_and_suborders() {
     }
 }
 
-/// A thousand orders of rattle, whose windows are cut at events: the first are what they are where
-/// no more are asked for. A rule with enough nodes for the last one in every window would take
-/// hours here.
+/// A thousand orders of rattle, whose windows are cut at events: the first are the same as with fewer orders. A rule
+/// with enough nodes for the last one in every window would take hours here.
 #[test]
 fn a_thousand_harmonics_take_no_quadrature() {
     let (done, waiting) = channel();
@@ -526,7 +524,7 @@ fn ask_orders(model: &Model, cycles: u64) -> PointOutcome {
     investigate(model, &volterra(model), start, &questions, &never).unwrap()
 }
 
-/// A signal's amplitude and phase as a complex number, by what it is an order of.
+/// A signal's amplitude and phase as a complex number, for an order of a reference.
 fn order(found: &PointOutcome, signal: &str, reference: &str, multiple: u32) -> Complex64 {
     let own = found.orders.iter().find(|own| own.signal == signal);
     let mut lines = own.expect(signal).lines.iter();
@@ -535,9 +533,9 @@ fn order(found: &PointOutcome, signal: &str, reference: &str, multiple: u32) -> 
     Complex64::from_polar(line.amplitude, line.phase.unwrap_or(0.0))
 }
 
-/// The oscillator of the test of lines in closed form, `q̂ = T/(k w² − Ω² + iΩc w²)` under the torque
-/// and `q̂ = w (k + iΩc) ê/(…)` under the error: a bearing force of it, a torque, an acceleration, at
-/// amplitude and phase.
+/// The oscillator of the test of lines in closed form, `q̂ = T/(k w² − Ω² + iΩc w²)` under the torque and
+/// `q̂ = w (k + iΩc) ê/(…)` under the error: a bearing force of it, a torque, an acceleration, with amplitude and
+/// phase.
 #[test]
 fn orders_of_a_linear_oscillator_are_its_response() {
     let (mut structure, mut drive, _) = one_degree();
@@ -615,7 +613,7 @@ fn orders_of_a_linear_oscillator_are_its_response() {
             );
         }
     }
-    // Nothing else moves: neither the wheel's orders nor further ones of the pinion.
+    // All other orders are zero: the wheel's and further ones of the pinion.
     for own in &found.orders {
         let largest = own
             .lines
@@ -643,9 +641,9 @@ fn orders_of_a_linear_oscillator_are_its_response() {
     close(nvh.torque_mean[0], -4e5 / w * nvh.deflection_mean, 1e-9);
 }
 
-/// Rattle of the default drive with forty modes that repeats every cycle, against steps of the fourth
-/// order on the vector field alone, thirty thousand a cycle, and a discrete Fourier transform of
-/// what they pass through. Events fall between steps, an error of the second order.
+/// Rattle of the default drive with forty modes that repeats every cycle, compared with steps of fourth order on the
+/// vector field alone, thirty thousand per cycle, and a discrete Fourier transform of the steps. Events fall between
+/// steps, an error of second order.
 #[test]
 fn orders_of_rattle_are_those_of_fine_steps() {
     let manifest = include_str!("../../manifests/flex80.toml");
@@ -664,7 +662,7 @@ fn orders_of_rattle_are_those_of_fine_steps() {
         found.reason
     );
 
-    // 5 N m go in and 7.5 N m come out, but for the share of the modes left out.
+    // 5 N m go in and 7.5 N m come out, except for the share of the omitted modes.
     let torques = &found.nvh.as_ref().unwrap().torque_mean;
     assert_eq!(torques.len(), 2);
     for (found, exact) in torques.iter().zip([5.0, 7.5]) {
@@ -682,7 +680,7 @@ fn orders_of_rattle_are_those_of_fine_steps() {
         model.derivative(&segments, active, 0, time, state, &mut out);
         out
     };
-    // Nothing is left out of the forty modes but on bearings, whose forces other tests hold.
+    // All forty modes are retained; only bearing forces have a share of omitted ones, which other tests check.
     let outputs: Vec<_> = model.outputs.iter().collect();
     let mut sums = vec![[Complex64::ZERO; 5]; outputs.len()];
     let mut state = start.state.clone();
@@ -739,8 +737,8 @@ fn orders_of_rattle_are_those_of_fine_steps() {
     );
 }
 
-/// Of chaos the mesh orders of the deflection are the statistics' own, with their error bars; orders of
-/// a shaft that nothing drives are nothing within theirs.
+/// In chaos the mesh orders of the deflection are those of the statistics, with their error bars; orders of a shaft
+/// without excitation are zero within theirs.
 #[test]
 fn orders_of_chaos_have_error_bars() {
     let (mut structure, drive, point) = forty_modes();

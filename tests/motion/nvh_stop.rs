@@ -1,5 +1,5 @@
-//! NVH statistics that are gathered until they are known well enough: where they end, what they
-//! are then, and what goes on without them.
+//! NVH statistics that end at a requested accuracy: when they end, their values then, and the work that continues
+//! without them.
 
 #![allow(clippy::unwrap_used)]
 
@@ -77,7 +77,7 @@ fn impact_power_error(outcome: &PointOutcome) -> f64 {
     nvh.stderr.as_ref().unwrap().impact_power / nvh.impact_power
 }
 
-/// Everything of NVH is as in a run of just so many cycles; everything else as if nothing had ended.
+/// All NVH statistics are as in a run with exactly these cycles; all other results are as if nothing had ended.
 #[test]
 fn statistics_end_by_themselves_and_nothing_else_does() {
     let model = chaotic();
@@ -93,7 +93,7 @@ fn statistics_end_by_themselves_and_nothing_else_does() {
     assert_eq!(found.spectra, short.spectra);
     assert_eq!(found.orders, short.orders);
     assert!(!found.orders.is_empty() && !found.spectra.is_empty());
-    // At the first look something was not known yet.
+    // At the first look some accuracy was not reached yet.
     let first = ask(&model, &questions(FIRST_LOOK, Some(target)));
     assert_eq!(first.status, Status::NotConverged);
     assert!(first.reason.contains("analyses.nvh.stop_at_stderr is 0.03"));
@@ -105,7 +105,7 @@ fn statistics_end_by_themselves_and_nothing_else_does() {
     assert_eq!(found.events_per_cycle, long.events_per_cycle);
     assert_eq!((found.measured_cycles, found.cycles), (cycles, long.cycles));
     assert_eq!((&found.status, &found.reason), (&Status::Ok, &long.reason));
-    // What the long run knows better lies within some of the error bars.
+    // The more accurate values of the long run are within some of the error bars.
     let [own, better] = [&found, &long].map(|outcome| outcome.nvh.as_ref().unwrap());
     let bars = own.stderr.as_ref().unwrap();
     for (value, wanted, bar) in [
@@ -127,7 +127,7 @@ fn statistics_end_by_themselves_and_nothing_else_does() {
 fn a_point_is_done_when_every_rule_says_so() {
     let model = chaotic();
     let budget = 160_000;
-    // Nothing but NVH: the point ends with it.
+    // Only NVH: the point ends with it.
     let mut alone = questions(budget, Some(0.05));
     alone.lyapunov = None;
     let found = ask(&model, &alone);
@@ -152,7 +152,7 @@ fn a_point_is_done_when_every_rule_says_so() {
     assert!(impact_power_error(&nvh_last) <= 0.03);
 }
 
-/// A motion that repeats is measured over one period, whatever is asked.
+/// A periodic motion is measured over one period, for any request.
 #[test]
 fn a_motion_that_repeats_is_exact_all_the_same() {
     let model = common::model_at(&common::one_degree(), 0.2, 1800.0);

@@ -1,4 +1,4 @@
-//! Are periodic orbits, stable or not, found and described rightly?
+//! Are periodic orbits, stable or not, found and described correctly?
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ fn one_degree(load: f64, speed: f64) -> Model {
     common::model_at(&common::one_degree(), load, speed)
 }
 
-/// A survey from where the equilibrium of the mean stiffness has got to after some cycles, and where it started.
+/// A survey from the state some cycles after the equilibrium of the mean stiffness, and that state.
 fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, TrajectoryState) {
     let kernel = volterra(model);
     let mut trajectory = mean_equilibrium(model);
@@ -44,7 +44,7 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
     (found, trajectory)
 }
 
-/// A settled motion has its own orbit, and the flip that bore it left the shorter one unstable.
+/// A settled motion has an orbit, and the flip that created it left the shorter one unstable.
 #[test]
 fn a_doubled_period_has_an_unstable_parent() {
     let model = one_degree(0.5, 590.0);
@@ -56,7 +56,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     assert_eq!(parent.character.bifurcation, Some(Bifurcation::Flip));
     assert!(parent.multipliers[0].re < -1.0 && parent.lambda > 0.0);
     assert!(doubled.lambda < 0.0);
-    // The stable one is where the motion has settled.
+    // The stable one is that of the settled motion.
     let norm = EnergyNorm::new(&model);
     let kernel = volterra(&model);
     let mut next = settled.clone();
@@ -77,7 +77,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     assert!((doubled.deflection - smallest).abs() < 1e-9 * model.half_gap);
 }
 
-/// Unstable orbits within a chaotic set: closed by the reference, and no two the same.
+/// Unstable orbits within a chaotic set: the reference confirms that they close, and no two are equal.
 #[test]
 fn a_chaotic_set_is_threaded_by_unstable_orbits() {
     let model = one_degree(0.05, 1200.0);
@@ -94,7 +94,7 @@ fn a_chaotic_set_is_threaded_by_unstable_orbits() {
             .unwrap()
             .end;
         let open = relative_difference(&end.state, &start.state);
-        // A start that is known to round-off ends as far off as the orbit stretches it.
+        // A start with round-off error ends with an error that the orbit has amplified.
         let amplified = 1e-12 * orbit.character.kick_growth_linear.max(1.0);
         assert!(open < amplified, "open by {open:e}: {orbit:?}");
         let product: f64 = orbit.multipliers.iter().map(|m| m.norm()).product();
@@ -108,7 +108,7 @@ fn a_chaotic_set_is_threaded_by_unstable_orbits() {
     }
 }
 
-/// The state of one degree of freedom whose mesh deflection and rate are given.
+/// The state of one degree of freedom with given mesh deflection and rate.
 fn at_strobe(model: &Model, deflection: f64, velocity: f64) -> TrajectoryState {
     let zero = model.deflection(&[0.0, 0.0], 0.0);
     let gain = model.deflection(&[1.0, 0.0], 0.0).0 - zero.0;
@@ -116,7 +116,7 @@ fn at_strobe(model: &Model, deflection: f64, velocity: f64) -> TrajectoryState {
     TrajectoryState::new(model, state, 0)
 }
 
-/// A kick within the margin of the event sequence grows as the monodromy matrix says.
+/// A kick within the margin of the event sequence grows according to the monodromy matrix.
 #[test]
 fn a_kick_grows_as_predicted_away_from_grazing() {
     let forty = common::model_at(&common::forty_modes(), 0.1, 700.0);
@@ -135,8 +135,8 @@ fn a_kick_grows_as_predicted_away_from_grazing() {
     }
 }
 
-/// From return to return: in the linear regime as powers of the monodromy matrix say, which
-/// in the long run are those of the leading multiplier.
+/// In the linear regime, the kick changes between returns by the monodromy matrix, and in the long run by the leading
+/// multiplier.
 #[test]
 fn a_kick_is_followed_over_returns() {
     let (settled, _) = survey(&one_degree(0.3, 600.0), 300, &[1]);
@@ -164,7 +164,7 @@ fn a_kick_is_followed_over_returns() {
     }
 }
 
-/// A state on an orbit leads back to it; one that leads nowhere is reported with the reason.
+/// A state on an orbit leads back to it; one that leads to none is reported with the reason.
 #[test]
 fn given_states_are_searched_from() {
     let model = one_degree(0.05, 1200.0);
@@ -206,7 +206,7 @@ fn given_states_are_searched_from() {
     assert!(again.missed.iter().all(|missed| !missed.reason.is_empty()));
 }
 
-/// Motion without events: nothing grazes but what the margin says.
+/// Motion without events: the margin contains all grazes.
 #[test]
 fn steady_contact_keeps_its_distance() {
     let model = one_degree(1.0, 400.0);
@@ -223,7 +223,7 @@ fn steady_contact_keeps_its_distance() {
     assert!((reported - margin).abs() < 1e-6, "{reported} {margin}");
 }
 
-/// δ at a mesh phase, read off the kernel's windows.
+/// δ at a mesh phase, from the kernel's windows.
 fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f64 {
     struct At {
         time: f64,
@@ -317,7 +317,7 @@ states = [{ displacement = [0, 0, 1e9], velocity = [0, 0, 0] }]
 "#
 );
 
-/// What users see of orbits: `show`, its JSON, and pictures.
+/// Output about orbits for users: `show`, its JSON, and pictures.
 #[test]
 fn orbits_are_shown_and_drawn() {
     let folder = tempfile::tempdir().unwrap();
@@ -397,7 +397,7 @@ fn orbits_are_shown_and_drawn() {
             assert!(picture.contains(wanted), "{name}: {wanted}");
         }
     }
-    // All pictures without a word about orbits where none were asked for.
+    // Pictures do not mention orbits if none were requested.
     let manifest = OSCILLATOR.split("[analyses.orbits]").next().unwrap();
     std::fs::write(folder.path().join("m.toml"), manifest).unwrap();
     atlas(&["run", "m.toml", "--quiet", "--out", "plain"]);
@@ -406,7 +406,7 @@ fn orbits_are_shown_and_drawn() {
     assert!(!atlas(&["show", "plain"]).contains("orbit"));
 }
 
-/// The orbits that the shipped manifests say they have, multipliers to the digits they give.
+/// The orbits that the shipped manifests state, with multipliers to the given digits.
 #[test]
 fn shipped_manifests_have_their_orbits() {
     let folder = tempfile::tempdir().unwrap();

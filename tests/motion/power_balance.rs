@@ -1,4 +1,4 @@
-//! Power of the vibration: closed forms, every term by an independent integrator, and sums that close.
+//! Power of the vibration: closed forms, every term compared with an independent integrator, and sums that balance.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Powers in the order of their columns, and what they miss the balance by.
+/// Powers in the order of their columns, and the residual of the balance.
 fn terms(power: &PowerOutcome) -> ([f64; 7], f64) {
     let p = power;
     let all = [
@@ -39,7 +39,7 @@ fn terms(power: &PowerOutcome) -> ([f64; 7], f64) {
     )
 }
 
-/// What comes in, at least.
+/// A lower bound of the input power.
 fn throughput(power: &PowerOutcome) -> f64 {
     terms(power).0[..6].iter().map(|p| p.abs()).sum::<f64>() / 2.0
 }
@@ -99,9 +99,9 @@ fn questions(power: bool, cycles: u64) -> PointConfig {
     }
 }
 
-/// One mode in steady contact under a transmission error and a torque at the mesh frequency:
-/// `s Q = f − g F`, `s = Ω² − ω² + 2iζΩω`, `F = (k + iωc)(w Q − E)`. What the error and the torque feed in is what
-/// damper, mode and friction take, each by its complex amplitudes.
+/// One mode in steady contact under a transmission error and a torque at the mesh frequency: `s Q = f − g F`,
+/// `s = Ω² − ω² + 2iζΩω`, `F = (k + iωc)(w Q − E)`. The input of the error and the torque equals the loss in damper,
+/// mode and friction, each from its complex amplitudes.
 #[test]
 fn one_mode_in_steady_contact_has_its_closed_form() {
     let (natural, ratio, w, k, c) = (6000.0, 0.03, 1.3, 4e8, 1483.0);
@@ -134,7 +134,7 @@ fn one_mode_in_steady_contact_has_its_closed_form() {
         let z = c64(k, omega * c);
         let q = (f + g * z * e) / (s + g * w * z);
         let [deflection, force] = [w * q - e, z * (w * q - e)];
-        // Mean product of what has the amplitude a and the rate of what has b.
+        // Mean product of a quantity with amplitude a and the rate of one with amplitude b.
         let times_rate = |a: Complex64, b: Complex64| 0.5 * (a * (c64(0.0, omega) * b).conj()).re;
         let exact = PowerOutcome {
             loads: times_rate(f, q),
@@ -171,8 +171,8 @@ fn one_mode_in_steady_contact_has_its_closed_form() {
     }
 }
 
-/// A pair with both flanks on lines of their own, error, stiffness that steps and bends, flanks that lack
-/// something, friction, ripple, contact and modal damping.
+/// A pair with both flanks on separate lines, error, stiffness that jumps and varies, flanks with an error under load,
+/// friction, ripple, contact and modal damping.
 fn pair(release: Release) -> Model {
     let (mut structure, mut drive, point) = common::six_modes();
     structure.coast = Some(common::coast_line(&structure));
@@ -194,7 +194,7 @@ fn pair(release: Release) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// The same pair whose modes are coupled by dampers, gyroscopic terms and skew springs.
+/// The same pair with modes coupled by dampers, gyroscopic terms and skew springs.
 fn coupled() -> Model {
     let (mut structure, drive, point) = common::six_modes();
     let matrix = |entries: &[(usize, usize, f64)]| {
@@ -229,7 +229,7 @@ fn train() -> Model {
     of_manifest("trains/two-stage.toml", &[("modes = 30", "modes = 10")], 3)
 }
 
-/// Where a model rattles: of a train, a few half gaps from its static state.
+/// A state in rattle; for a train, a few half gaps from its static state.
 fn rattling(model: &Model) -> TrajectoryState {
     if model.contacts.len() == 2 {
         return settled(model, 60);
@@ -244,7 +244,7 @@ fn rattling(model: &Model) -> TrajectoryState {
     TrajectoryState::new(model, state, 0)
 }
 
-/// Cases with what must not vanish of their terms.
+/// Cases with the terms that must not vanish.
 fn cases() -> Vec<(&'static str, Model, [bool; 6])> {
     let all = [true; 6];
     vec![
@@ -255,7 +255,7 @@ fn cases() -> Vec<(&'static str, Model, [bool; 6])> {
     ]
 }
 
-/// What comes in is what goes out and what is stored, whatever the motion; and every term is there.
+/// Input equals output plus stored energy for any motion, and every term is present.
 #[test]
 fn the_balance_closes_to_round_off() {
     for (name, model, present) in cases() {
@@ -278,20 +278,20 @@ fn the_balance_closes_to_round_off() {
     }
 }
 
-/// Stiffness and stretch of each contact that is closed.
+/// Stiffness and stretch of each closed contact.
 type Springs = Vec<Option<[f64; 2]>>;
 
-/// The powers of a model's terms, by its own parts alone, summed over the moments of another integrator.
+/// The powers of a model's terms, from its parts alone, summed over the moments of another integrator.
 struct Sampled<'m> {
     model: &'m Model,
-    /// Work of each cause in the order of columns \[J\], the gain of stored energy last; and the time \[s\].
+    /// Work of each cause in the order of columns \[J\], with the increase of stored energy last; and the time \[s\].
     work: [f64; 7],
     time: f64,
-    /// Energy stored at first \[J\].
+    /// Stored energy at the start \[J\].
     start: Option<f64>,
-    /// Whether a smooth piece has started and not ended.
+    /// Whether the present moment is inside a smooth piece.
     inside: bool,
-    /// Segments and springs where the last smooth piece ended.
+    /// Segments and springs at the end of the last smooth piece.
     last: Option<(Vec<Segment>, Springs)>,
 }
 
@@ -396,7 +396,7 @@ impl<'m> Sampled<'m> {
             for (number, (&before, &after)) in pairs {
                 let gained = energy(after) - energy(before);
                 match (before, after) {
-                    // First the stiffness, then the length; the other way round; the mean of both.
+                    // First the stiffness, then the length; the reverse; the mean of both.
                     (Some([k, s]), Some([stepped, stretched])) => {
                         let one = 0.5 * (stepped - k) * s * s;
                         let other = 0.5 * (stepped - k) * stretched * stretched;
@@ -409,7 +409,7 @@ impl<'m> Sampled<'m> {
                         self.work[3] -= gained;
                     }
                     _ if segments[number] != at.segments[number] => self.work[1] += gained,
-                    // At an event the spring has no length.
+                    // At an event the spring has no stretch.
                     _ => assert!(gained.abs() < 1e-12 * stored, "{gained:e} J"),
                 }
             }
@@ -417,8 +417,8 @@ impl<'m> Sampled<'m> {
     }
 }
 
-/// Every term is that of the independent integrator, moment by moment from the model's own parts, steps of
-/// stiffness and length between them included; it knows no windows and no series.
+/// Every term is that of the independent integrator, moment by moment from the model's parts, including steps of
+/// stiffness and length between them; it uses no windows and no series.
 #[test]
 fn every_term_is_that_of_the_reference() {
     let table = of_manifest(
@@ -460,7 +460,7 @@ fn every_term_is_that_of_the_reference() {
     }
 }
 
-/// A motion that repeats stores nothing over its period, steps where it begins included.
+/// A periodic motion stores nothing over its period, including jumps at its start.
 #[test]
 fn a_motion_that_repeats_stores_nothing() {
     let model = common::model_at(&common::one_degree(), 1.0, 700.0);
@@ -478,7 +478,8 @@ fn a_motion_that_repeats_stores_nothing() {
     assert!(miss.abs() < 1e-12 * scale, "{miss:e}");
 }
 
-/// Chaos has error bars, and closes as well; what is not asked for is not computed, and changes nothing.
+/// Chaos has error bars, and its balance closes as well; powers that are not requested are not computed, and change
+/// nothing.
 #[test]
 fn chaos_has_error_bars() {
     let (structure, drive, point) = common::six_modes();
@@ -509,7 +510,7 @@ fn chaos_has_error_bars() {
     assert_eq!(with, without);
 }
 
-/// Records of two trajectories are one of both, and what is cut off is as if it had never been.
+/// Records of two trajectories can be joined, and truncation removes all traces of the rest.
 #[test]
 fn records_are_joined_and_cut() {
     let model = pair(Release::Deflection);

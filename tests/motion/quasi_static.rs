@@ -1,5 +1,6 @@
-//! At 0.5 rad/s gears without further excitation rest at every phase: under each law of the mesh their deflection is
-//! that of the law's static equilibrium, of meshes computed from the gears the loaded static transmission error.
+//! At 0.5 rad/s gears without further excitation are in equilibrium at every phase. Under each mesh law their
+//! deflection is that of the law's static equilibrium; for meshes from the drawing this is the loaded static
+//! transmission error.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -15,17 +16,16 @@ use gearatlas::propagate::{Event, Observer, Window};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Everything but the mesh is rigid; load and half gap of the manifest.
+/// Only the mesh is elastic; load and half gap of the manifest.
 const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
 const LOAD: f64 = 0.3;
 const HALF_GAP: f64 = 10e-6;
 
-/// Part of a mesh cycle behind a step or an event by which its oscillation has died out, and before which the
-/// middle of a window has to be.
+/// Length of the decay after a jump or an event, in mesh cycles. A window with its middle in it does not count.
 const DIED_OUT: f64 = 0.03;
 
-/// The manifest with this law of the mesh and this line in `[gear]`, without error or friction. The damper is such
-/// that oscillations die out within a segment.
+/// The manifest with this mesh law and this line in `[gear]`, without error or friction. With its damper, oscillations
+/// decay within a segment.
 fn manifest(law: &str, gear: &str, excitation: &str) -> String {
     let left_out = [
         "stiffness",
@@ -62,7 +62,7 @@ fn model(text: &str) -> Model {
     common::parts().model(&point).unwrap()
 }
 
-/// The mesh of a manifest that is computed from its gears.
+/// The mesh of a manifest, computed from its gears.
 fn spec(text: &str) -> MeshTableSpec {
     let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
     match &job.points.at(0).mesh.stiffness {
@@ -115,10 +115,10 @@ impl Observer for Middles {
     }
 }
 
-/// Largest relative difference of the approach of the gears, over a cycle at 0.5 rad/s, from what a law says of a mesh
-/// phase and a force; the damper bears its share of the load, which goes with the rate of the deflection beyond the
-/// error of the law. Windows within [`DIED_OUT`] behind the end of a segment
-/// of the drive flanks or an event do not count.
+/// Largest relative difference of the approach of the gears, over a cycle at 0.5 rad/s, from the value of a law at a
+/// mesh phase and a force. The damper carries a share of the load in proportion to the rate of the deflection beyond
+/// the error of the law. Windows within [`DIED_OUT`] after the end of a segment of the drive flanks or an event do not
+/// count.
 fn off(name: &str, text: &str, law: impl Fn(f64, f64) -> f64, error: impl Fn(f64) -> f64) -> f64 {
     let model = model(text);
     let kernel = volterra(&model);
@@ -155,7 +155,7 @@ fn off(name: &str, text: &str, law: impl Fn(f64, f64) -> f64, error: impl Fn(f64
 /// Stiffness over the mesh phase.
 type Law<'a> = &'a dyn Fn(f64) -> f64;
 
-/// Stiffness that is written down: F/k.
+/// Given stiffness: F/k.
 #[test]
 fn given_stiffness() {
     let level = |phase: f64| if phase < 0.6 { 4e8 / 0.9 } else { 3e8 / 0.9 };
@@ -220,7 +220,7 @@ const FACE: Face = Face {
     slices: 1,
 };
 
-/// The loaded transmission error of gears, with the flattening of their flanks at a line load where it is given.
+/// The loaded transmission error of gears, with the flattening of their flanks at a line load if it is given.
 fn approach(flanks: &Flanks, line_load: Option<f64>, phase: f64, force: f64) -> f64 {
     let pairs = match line_load {
         None => pairs_at(flanks, phase, FACE),
@@ -237,8 +237,8 @@ fn approach(flanks: &Flanks, line_load: Option<f64>, phase: f64, force: f64) -> 
     sharing.bear(force).deflection
 }
 
-/// The mesh as it is between its kinks: the tangent at the mean load and pairs as springs. With the load-dependent
-/// contact the tangent is that of flanks flattened by all of the load on one pair.
+/// The mesh between its kinks: the tangent at the mean load and pairs as springs. With the load-dependent contact the
+/// tangent is that of flanks flattened by the whole load on one pair.
 #[test]
 fn courses_have_the_loaded_transmission_error() {
     let line_load = LOAD * 50.0 / (0.04 * 20f64.to_radians().cos()) / FACE.width;
@@ -270,7 +270,7 @@ fn courses_have_the_loaded_transmission_error() {
         };
         let text = manifest(&law, CORES, "");
         let flanks = Flanks::new(&spec(&text).gears).unwrap();
-        // The damper of pairs is that of the first spring, which lacks nothing.
+        // The damper of pairs is that of the first spring, which has no error.
         let table = cycle(&text);
         let error = table.tangent_error();
         let tangent = !name.starts_with("pairs");
@@ -282,7 +282,7 @@ fn courses_have_the_loaded_transmission_error() {
                 if tangent { table.value(&error, phase.rem_euclid(1.0)) } else { 0.0 }
             },
         );
-        // Courses are as close to their table as the pieces that they are joined of: 1e-5 times their length.
+        // Courses are as close to their table as their joined pieces: 1e-5 times their length.
         assert!(worst < 1e-5, "{name}: {worst:e}");
     }
 }
@@ -300,9 +300,9 @@ fn cycle(text: &str) -> MeshTableCycle {
         .cycle(0, 0)
 }
 
-/// Equal segments have the mean of the stiffness and the error as it is: b + e + F/k. What that is beside the loaded
-/// transmission error is the staircase of means, printed. The harmonics of the error instead of itself are
-/// cut off, and belong to the transmission error that is imposed.
+/// Equal segments have the mean of the stiffness and the full error: b + e + F/k. The difference from the loaded
+/// transmission error is the staircase of means; the test prints it. The harmonics of the error instead of the error
+/// are truncated, and belong to the imposed transmission error.
 #[test]
 fn segments_and_harmonics_of_a_table() {
     let segments =

@@ -1,4 +1,4 @@
-//! Is the reference integrator right? Closed forms, conservation, a third opinion.
+//! Is the reference integrator right? Comparison with closed forms, conservation laws, and a third integrator.
 
 #![allow(clippy::unwrap_used)]
 
@@ -54,7 +54,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
             (mean + turned.re, -omega * turned.im)
         };
 
-        // Free vibration of 1e-7 and 0.002 on top of it.
+        // Additional free vibration of 1e-7 and 0.002.
         let (p, v) = (1e-7, 2e-3);
         let (q0, v0) = forced(0.0);
         let start = TrajectoryState::new(&model, vec![q0 + p, v0 + v], 0);
@@ -106,8 +106,8 @@ fn free_flight_is_a_parabola_and_a_cosine() {
     }
 }
 
-/// A mass under constant force bounces on an elastic stop: a parabola in flight, a circle
-/// about the static deflection in contact, both of known duration.
+/// A mass under constant force bounces on an elastic stop: a parabola in flight, a circle about the static deflection
+/// in contact, both of known duration.
 #[test]
 fn bouncing_mass_hits_and_leaves_at_known_times() {
     let (w, k, b) = (1.3, 4e8, 10e-6);
@@ -115,7 +115,7 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
     let model = Model::new(&structure, &plain(k, 0.0, b), POINT).unwrap();
     let a = w * w * structure.rated_force * POINT.load;
     let natural = (k * w * w).sqrt();
-    // Dropped from 15 µm before the stop, that is from the other half of the gap.
+    // Dropped from 15 µm before the stop, in the other half of the gap.
     let drop = 15e-6;
     let fall = (2.0 * drop / a).sqrt();
     let impact = a * fall;
@@ -141,8 +141,8 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
     assert!(worst < 1e-13, "{worst:e}");
 }
 
-/// A tangency is not a crossing and a hair more is a pair of them: the static half gap is
-/// set just above and just below the top of a cosine.
+/// A tangency is not a crossing, and slightly more is a pair of them: the static half gap is just above and just below
+/// the top of a cosine.
 #[test]
 fn grazing_by_a_hair_is_seen() {
     let natural = 5000.0;
@@ -150,7 +150,7 @@ fn grazing_by_a_hair_is_seen() {
     let amplitude = 10e-6;
     for (gap, crossings) in [(1.0 + 1e-9, 0), (1.0 - 1e-9, 2)] {
         let model = Model::new(&structure, &plain(4e8, 0.0, amplitude * gap), POINT).unwrap();
-        // Starts a quarter turn before the top; a cycle holds a fifth of a turn.
+        // Starts a quarter period before the top; a cycle contains a fifth of a period.
         let start = TrajectoryState::new(&model, vec![0.0, natural * amplitude], 0);
         let cycles = (0.4 * TAU / natural / model.period()).ceil() as u64;
         let found = advance(&model, &start, cycles).crossings;
@@ -176,7 +176,7 @@ fn undamped_rattle_conserves_energy() {
         let squeeze = (deflection.abs() - model.half_gap).max(0.0);
         sum + 0.5 * k * squeeze * squeeze
     };
-    // Shaken: the kinetic energy of 0.1 m/s in every mode the mesh feels.
+    // In motion: the kinetic energy of 0.1 m/s in every mode with a mesh participation.
     let mut start = model.start(&InitialState::Static);
     for i in 1..n {
         start.state[n + i] = 0.1;
@@ -221,7 +221,7 @@ fn every_drive_rattles_and_a_finer_step_agrees() {
     }
 }
 
-/// Two cycles at once are one and one.
+/// Two cycles at once equal two single ones.
 #[test]
 fn an_integration_can_be_split() {
     let model = common::model(&common::six_modes());
@@ -237,8 +237,7 @@ fn an_integration_can_be_split() {
     assert_eq!(joined, whole.crossings.len());
 }
 
-/// A third opinion: Verner's 9(8) pair of the `differential-equations` crate between two
-/// crossings.
+/// A third integrator: Verner's 9(8) pair of the `differential-equations` crate between two crossings.
 mod general_purpose {
     use super::*;
     use differential_equations::methods::ExplicitRungeKutta;
@@ -278,7 +277,7 @@ mod general_purpose {
                 segment,
                 contact: ActiveSet::DRIVE,
             };
-            // At least seventeen steps a radian of the fastest mode, and no error control.
+            // At least seventeen steps per radian of the fastest mode, and no error control.
             let h = (right - left) / 400.0;
             let mut solver = ExplicitRungeKutta::rkv988e()
                 .h0(h)

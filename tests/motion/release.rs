@@ -1,5 +1,5 @@
-//! Contacts that let go where their force vanishes: a closed form, the limit without a damper, and
-//! that they never pull. What all kernels make of them is in `tests/motion/any_drive.rs`.
+//! Contacts that open where their force vanishes: a closed form, the limit without a damper, and the absence of pulling
+//! forces. Kernels with such contacts are in `tests/motion/any_drive.rs`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -27,10 +27,10 @@ fn bouncing(ratio: f64, release: Release) -> Model {
     Model::new(&one_mode(0.0), &drive, point).unwrap()
 }
 
-/// Times at which the mass strikes and is let go that leaves the middle at some speed.
+/// Times at which the mass strikes and is released, if it leaves the middle at some speed.
 ///
-/// From `x'' + 2ζx' + x = 0` the force, `−x''`, vanishes when the damped phase is π − 2 asin ζ, the
-/// speed being then that of the impact times `e^{−ζt}`.
+/// From `x'' + 2ζx' + x = 0` the force, `−x''`, vanishes when the damped phase is π − 2 asin ζ. The speed is then that
+/// of the impact times `e^{−ζt}`.
 fn strokes(ratio: f64, mut speed: f64, count: usize) -> Vec<f64> {
     let damped = (1.0 - ratio * ratio).sqrt();
     let phase = std::f64::consts::PI - 2.0 * ratio.asin();
@@ -95,7 +95,7 @@ fn without_a_damper_both_laws_are_one() {
     let [by_deflection, by_force] =
         [Release::Deflection, Release::Force].map(|release| bouncing(0.0, release));
     assert_eq!(by_deflection, by_force);
-    // A weak damper is near it, and lets go where hardly anything is left of the indentation.
+    // A weak damper is near it, and releases with hardly any indentation left.
     let ends = [0.0, 1e-9, 1e-15].map(|ratio| {
         let model = bouncing(ratio, Release::Force);
         let start = TrajectoryState::new(&model, vec![0.0, 1.5], 0);
@@ -135,7 +135,7 @@ impl Observer for Pushes<'_> {
     }
 }
 
-/// Nor does a strong damper hide what happens between letting go and coming free.
+/// Also with a strong damper, between opening and becoming free.
 #[test]
 fn a_contact_never_pulls() {
     let mut retaken = 0;
@@ -167,8 +167,8 @@ fn a_contact_never_pulls() {
     assert!(retaken > 0);
 }
 
-/// Dampers so strong that contacts take hold again before they have come free, cycle by cycle against
-/// the trajectory to 30 digits.
+/// Dampers so strong that contacts close again before they are free, cycle by cycle compared with the trajectory to 30
+/// digits.
 #[test]
 fn cycles_of_strong_dampers_to_thirty_digits() {
     let mut retaken = 0;

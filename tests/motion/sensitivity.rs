@@ -1,5 +1,5 @@
-//! Derivatives by parameters: against differences of trajectories in thirty digits, for every kind of key,
-//! and the order of those that go through differences of tables.
+//! Derivatives by parameters: compared with differences of trajectories in thirty digits, for every kind of key, and
+//! the order of those from differences of tables.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -22,7 +22,7 @@ fn job(text: &str) -> Job {
     manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// The rattling tier of six degrees of freedom with something of everything.
+/// The rattling tier of six degrees of freedom with all kinds of parts.
 fn rattling() -> String {
     text("tiers/translational.toml")
         .replace("\"piecewise\"", "\"continuous\"")
@@ -32,7 +32,7 @@ fn rattling() -> String {
         .replace("torque_ripple = []", "torque_ripple = [{ shaft = \"pinion\", order = 20, amplitude = \"3 N*m\", phase = 0.4 }]")
 }
 
-/// The same with teeth computed, tips relieved and axes askew.
+/// The same with teeth from the drawing, relieved tips and misaligned axes.
 fn toothed() -> String {
     rattling()
         .replace(
@@ -44,7 +44,7 @@ fn toothed() -> String {
         .replace("single_pair_drop", "#")
 }
 
-/// Where a trajectory that rattles has come to.
+/// The state of a rattling trajectory after some cycles.
 fn start(model: &Model, cycles: u64) -> TrajectoryState {
     let kernel = Volterra::new(model, f64::EPSILON, 1000);
     let mut state = model.start(&InitialState::Static);
@@ -176,11 +176,11 @@ fn derivatives_by_every_kind_of_key_are_those_of_thirty_digits() {
 fn derivatives_through_tables_of_teeth_are_those_of_thirty_digits() {
     let keys = ["mesh.misalignment", "gear.face_width", "mesh.friction"];
     every_key(&toothed(), &keys, 1e-8);
-    // A table follows its law to 1e-6, and under another load its pieces are others.
+    // A table follows its law to 1e-6, and under another load its pieces are different.
     every_key(&toothed(), &["load"], 1e-5);
 }
 
-/// Central differences of a table, segment by segment, put through the cycle exactly: the error falls with
+/// Central differences of a table, segment by segment, propagated exactly through the cycle: the error decreases with
 /// the square of the step.
 #[test]
 fn differences_of_tables_are_of_the_second_order() {

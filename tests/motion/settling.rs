@@ -1,4 +1,4 @@
-//! Orbits found by Newton's method are the ones that integrating settles on.
+//! Orbits from Newton's method are those on which integration settles.
 
 #![allow(clippy::unwrap_used)]
 
@@ -69,7 +69,7 @@ fn forty_modes(load: f64, speed: f64) -> Model {
     common::model_at(&common::forty_modes(), load, speed)
 }
 
-/// One degree under ripple of half a pinion turn: period 20 in mesh cycles of 40 teeth.
+/// One degree under ripple of half a revolution of the pinion: period 20 in mesh cycles of 40 teeth.
 fn rippled() -> Model {
     let (mut structure, mut drive, mut point) = common::one_degree();
     structure.teeth = 40;
@@ -197,7 +197,7 @@ fn an_orbit_is_closed_by_the_reference_too() {
         let open = relative_difference(&end.state, &orbit.start.state);
         assert!(open < 1e-12, "{name}: {open:e}");
 
-        // Found with four times its period, it is given its own.
+        // Searched with four times its period, it gets its own period.
         let long = shoot(&model, &kernel, &norm, &guess, 4 * period, &mut workspace)
             .unwrap()
             .unwrap();
@@ -258,9 +258,8 @@ fn a_trajectory_elsewhere_is_not_taken_for_one_that_approaches() {
     }
 }
 
-/// Two orbits attract. The trajectory goes to that of three cycles; after 200 cycles it passes that
-/// of two at half a gap and leaves its neighbourhood much as the monodromy matrix predicts by chance,
-/// but not with its events.
+/// Two orbits attract. The trajectory goes to that of three cycles. After 200 cycles it passes that of two at half a
+/// gap and leaves its neighbourhood by chance nearly as the monodromy matrix predicts, but not with its events.
 #[test]
 fn the_orbit_does_not_depend_on_when_it_is_sought() {
     let (mut structure, mut drive, mut point) = common::one_degree();
@@ -291,8 +290,8 @@ fn the_orbit_does_not_depend_on_when_it_is_sought() {
     );
 }
 
-/// Twins know nothing of saltations: they find the multiplier of a rattling orbit, and do not
-/// agree with a monodromy matrix that is off.
+/// Twins do not use saltations: they find the multiplier of a rattling orbit, and disagree with a wrong monodromy
+/// matrix.
 #[test]
 fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
     for (name, model, period) in [
@@ -335,8 +334,8 @@ fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
     }
 }
 
-/// Orbits that contract to round-off within a period: its twins are drawn apart again, and where a
-/// single cycle leaves nothing of their distance none is told. Neither is a false alarm.
+/// Orbits that contract to round-off within a period: their twins are separated again. If a single cycle leaves nothing
+/// of their distance, no multiplier is reported. Neither is a false alarm.
 #[test]
 fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
     // A hundred cycles of ripple with a multiplier of e^-34.

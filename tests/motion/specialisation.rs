@@ -1,5 +1,5 @@
-//! Does the kernel leave out what a scene does not need? Its counters say what it did; and what
-//! it did, on windows of any length, is what the reference does.
+//! Does the kernel skip unnecessary work? Its counters show its work; and its results with windows of any length agree
+//! with the reference.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use gearatlas::model::{ActiveSet, Division, Drive, InitialState, Model, Trajecto
 use gearatlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use gearatlas::reference::Reference;
 
-/// The work of some cycles with so many tangents.
+/// The work of some cycles with `tangents` tangents.
 fn work(model: &Model, start: &TrajectoryState, cycles: u64, tangents: usize) -> Counters {
     let kernel = volterra(model);
     let mut workspace = kernel.workspace();
@@ -31,7 +31,7 @@ fn work(model: &Model, start: &TrajectoryState, cycles: u64, tangents: usize) ->
     counters
 }
 
-/// Every tangent is moved once a window, and changes nothing of the trajectory's work.
+/// Every tangent is moved once per window, and does not change the work for the trajectory.
 #[test]
 fn tangents_cost_windows_of_their_own_and_nothing_else() {
     for (name, case) in drives() {
@@ -42,7 +42,7 @@ fn tangents_cost_windows_of_their_own_and_nothing_else() {
         assert_eq!(alone.tangent_windows, 0, "{name}");
         for count in [1, 8] {
             let with = work(&model, &start, 6, count);
-            // Less than the windows solved by those that an event at their start ended.
+            // Fewer than the windows solved, because an event at their start ended some.
             let moved = with.tangent_windows / count as u64;
             assert_eq!(with.tangent_windows, moved * count as u64);
             assert!(alone.partial_windows < moved && moved <= alone.windows);
@@ -55,7 +55,7 @@ fn tangents_cost_windows_of_their_own_and_nothing_else() {
     }
 }
 
-/// Contact that holds needs the windows of its cells, whole and settled at first sight.
+/// Permanent contact needs the windows of its cells, whole and certified at once.
 #[test]
 fn constant_contact_is_not_cut_or_searched() {
     for (name, mut case) in drives() {
@@ -83,8 +83,8 @@ fn constant_contact_is_not_cut_or_searched() {
     }
 }
 
-/// Free flight passes the segments of the mesh uncut: of sixty levels it makes as many windows
-/// as of one, and the same trajectory.
+/// Free flight crosses the segments of the mesh uncut: it has as many windows with sixty levels as with one, and the
+/// same trajectory.
 #[test]
 fn free_flight_does_not_see_the_mesh() {
     let (structure, drive, point) = common::one_degree();
@@ -122,7 +122,7 @@ fn free_flight_does_not_see_the_mesh() {
     }
 }
 
-/// Windows of many lengths are all those of the reference, within their tolerance.
+/// Windows of many lengths agree with the reference, within their tolerance.
 #[test]
 fn every_choice_of_windows_is_the_reference() {
     for (name, case) in drives() {
@@ -145,7 +145,7 @@ fn every_choice_of_windows_is_the_reference() {
                     "{name}, {tolerance:e}: {} windows, {difference:.1e}",
                     counts.last().unwrap()
                 );
-                // Hundreds of windows round hundreds of times.
+                // Hundreds of windows have hundreds of roundings.
                 let round_off = 1e-13 * (1.0 + counts.last().map_or(0.0, |c| *c as f64) / 50.0);
                 assert!(
                     difference < round_off.max(tolerance),

@@ -1,6 +1,6 @@
-//! Static equilibrium of drives whose load takes several paths: against every combination of closed contacts, solved in
+//! Static equilibrium of drives with several load paths: compared with every combination of closed contacts, solved in
 //! full modal coordinates; a power split and a planetary stage, whose loads follow from symmetry.
-// Helpers outside the test functions may unwrap, too.
+// Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -24,7 +24,7 @@ impl Draw {
         (z ^ (z >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0
     }
 
-    /// Between two positive numbers, evenly in the logarithm.
+    /// Between two positive numbers, uniformly in the logarithm.
     fn from(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(0.5 * (self.any() + 1.0))
     }
@@ -34,7 +34,7 @@ impl Draw {
     }
 }
 
-/// One side of a mesh, or a stop: it pushes where `Σ w q` exceeds its gap.
+/// One side of a mesh, or a stop: it pushes if `Σ w q` exceeds its gap.
 #[derive(Clone)]
 struct Side {
     deflection: Vec<f64>,
@@ -83,7 +83,7 @@ fn mesh(deflection: &[f64], force: &[f64], gap: f64, stiffness: f64) -> [Side; 2
     ]
 }
 
-/// A drive of which each mesh is a path, and what it is made of.
+/// A drive with one load path per mesh, and its parts.
 struct Paths {
     structure: ModalStructure,
     drive: Drive,
@@ -97,8 +97,8 @@ const POINT: OperatingPoint = OperatingPoint {
 };
 
 impl Paths {
-    /// Some meshes, then a stop, over one to three rigid motions and some elastic ones; `rubbing` is the part of
-    /// forces that do not act along the deflections.
+    /// Some meshes, then a stop, over one to three rigid motions and some elastic ones; `rubbing` is the fraction of
+    /// forces across the deflections.
     fn drawn(paths: usize, rubbing: f64, draw: &mut Draw) -> Self {
         let rigid = 1 + (1.5 * (draw.any() + 1.0)) as usize;
         let elastic = 3 + (1.9 * (draw.any() + 1.0)) as usize;
@@ -184,7 +184,7 @@ impl Paths {
     }
 }
 
-/// Gauss elimination with row pivots; `None` of a singular matrix.
+/// Gauss elimination with row pivots; `None` for a singular matrix.
 fn solved(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let n = rows.len();
     let size = |row: &[f64]| row[..n].iter().fold(0.0_f64, |most, a| most.max(a.abs()));
@@ -211,8 +211,8 @@ fn solved(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     Some(x)
 }
 
-/// Forces of the contacts at the start, pushes positive, once nothing pulls, nothing moves on its contacts, and every
-/// mode is in balance: to 1e-8 of the largest term of forces and of the stretches that they come from.
+/// Forces of the contacts at the start, pushes positive. Asserts that nothing pulls, nothing moves on its contacts, and
+/// every mode is in balance: to 1e-8 of the largest term of forces and of the underlying stretches.
 fn forces_at_rest(model: &Model) -> Vec<f64> {
     let start = model.start(&InitialState::Static);
     let segments = model.segments_at(0, 0.0);
@@ -245,7 +245,7 @@ fn forces_at_rest(model: &Model) -> Vec<f64> {
     forces
 }
 
-/// The set and the forces of contacts are those of one equilibrium.
+/// Whether the set and the forces of contacts are those of one equilibrium.
 fn agrees(model: &Model, equilibria: &[Vec<f64>]) -> bool {
     let forces = forces_at_rest(model);
     let bearing: Vec<usize> = model.bearing_contacts().iter().collect();
@@ -275,7 +275,7 @@ fn parallel_paths_share_the_load_as_no_other_combination_does() {
     assert!(bearing[1..5].iter().all(|cases| *cases > 10), "{bearing:?}");
 }
 
-/// With friction an equilibrium is found wherever there is one, and where there is none that is said.
+/// With friction an equilibrium is found if there is one; otherwise an error is reported.
 #[test]
 fn friction_is_in_balance_or_refused() {
     let mut draw = Draw(2);
@@ -286,7 +286,8 @@ fn friction_is_in_balance_or_refused() {
             let exact = drawn.equilibria();
             match drawn.model() {
                 Ok(model) => {
-                    // Under strong friction others may lie within rounding of these: balance and signs are held all the same.
+                    // Under strong friction others may be within rounding of these; balance and signs are checked
+                    // nevertheless.
                     let same = agrees(&model, &exact);
                     assert!(same || rubbing > 1.0, "{paths} {number}: {exact:?}");
                     found += 1;
@@ -304,7 +305,7 @@ fn friction_is_in_balance_or_refused() {
     assert!(found > 300 && refused > 5);
 }
 
-/// A sun, three planets and a ring that turn, by symmetry six flanks of 250 N; the modes of that by hand.
+/// A rotating sun, three planets and a ring, by symmetry with six flanks of 250 N; its modes by hand.
 #[test]
 fn planets_share_the_load_of_sun_and_ring() {
     let (sun, planet, ring) = (0.6, 0.4, 2.5);
@@ -330,7 +331,7 @@ fn planets_share_the_load_of_sun_and_ring() {
                 );
             }
         }
-        // Two modes of planets against each other, and those of three masses in a row.
+        // Two modes of planets against each other, and those of a chain of three masses.
         let apart = ((of_sun + of_ring) / planet).sqrt();
         let [a, b] = [3.0 * of_sun, 3.0 * of_ring];
         let planets = 3.0 * planet;
@@ -424,7 +425,7 @@ fn split(load: f64) -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-/// Each of three equal paths bears a third: on each gear's two flanks the forces are in the ratio of its base radii.
+/// Each of three equal paths carries a third: the forces on each gear's two flanks have the ratio of its base radii.
 #[test]
 fn a_power_split_is_even_at_every_load() {
     let base_radius = 0.5 * 20.0 * 2.5e-3 * 20.0_f64.to_radians().cos();

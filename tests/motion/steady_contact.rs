@@ -1,4 +1,4 @@
-//! Motions that end in steady contact: the orbit from one map of a period, as integrating finds it.
+//! Motions that end in steady contact: the orbit from one map of a period agrees with integration.
 
 #![allow(clippy::unwrap_used)]
 
@@ -20,7 +20,7 @@ const PERIOD: u64 = 20;
 struct Counted {
     kernel: Volterra<'static>,
     cycles: Cell<u64>,
-    /// Cycles by tangents.
+    /// Cycles times tangents.
     tangents: Cell<u64>,
 }
 
@@ -79,7 +79,7 @@ fn questions(settle: bool) -> PointConfig {
     }
 }
 
-/// What a point is, and where its trajectory ends.
+/// The result of a point, and the end of its trajectory.
 fn ask<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -98,7 +98,7 @@ fn ask<K: Kernel>(
     (outcome, trajectory)
 }
 
-/// Where a trajectory is some cycles later, and its events on the way.
+/// The state of a trajectory some cycles later, and its events until then.
 fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> (TrajectoryState, u64) {
     let (mut end, mut counters) = (start.clone(), Counters::default());
     kernel
@@ -113,7 +113,7 @@ fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> (Traj
     (end, counters.events)
 }
 
-/// Forty modes under ripple of half a pinion turn, under a load that keeps teeth in contact.
+/// Forty modes under ripple of half a revolution of the pinion, under a load that keeps teeth in contact.
 fn rippled(load: f64, speed: f64) -> Model {
     let (mut structure, mut drive, mut point) = common::forty_modes();
     structure.teeth = 2 * PERIOD as u32;
@@ -142,7 +142,7 @@ fn one_map_of_a_period_answers_a_point() {
     );
     let dimension = EnergyNorm::new(&model).dimension() as u64;
     assert_eq!(kernel.tangents.get(), PERIOD * dimension);
-    // Its end is on the orbit that integrating comes to.
+    // Its end is on the orbit that integration reaches.
     let (slow, end) = ask(&model, &kernel, &InitialState::Static, false);
     assert_eq!(slow.class, quick.class, "{}", slow.reason);
     let norm = EnergyNorm::new(&model);
@@ -170,7 +170,7 @@ fn found_after(outcome: &PointOutcome) -> u64 {
     rest.split_once(' ').unwrap().0.parse().unwrap()
 }
 
-/// Teeth that start apart bounce until they stay together.
+/// Teeth that start apart bounce until they stay in contact.
 #[test]
 fn contact_that_comes_to_last_is_found_when_it_does() {
     let model = one_degree(3.0, 400.0, 1.0);
@@ -195,8 +195,8 @@ fn contact_that_comes_to_last_is_found_when_it_does() {
     assert!(norm.distance(&at.state, &end.state) < 1e-9 * norm.unit());
 }
 
-/// Around the load from which on contact lasts, with damping so small that watching takes long: what is said to
-/// stay in contact does, and every answer is that of integrating.
+/// Near the load above which contact is permanent, with damping so small that observation takes long: motions certified
+/// as permanent contact are, and every result agrees with integration.
 #[test]
 fn contact_is_certain_only_where_it_lasts() {
     let (mut certain, mut seen) = (0, 0);

@@ -1,5 +1,5 @@
-//! Is the small-step kernel what it claims to be? Its order against the reference
-//! integrator, its tangents against finite differences.
+//! Does the small-step kernel have its claimed properties? Its order compared with the reference integrator, its
+//! tangents with finite differences.
 
 #![allow(clippy::unwrap_used)]
 
@@ -42,7 +42,7 @@ fn advance_with<O: Observer>(
     trajectory
 }
 
-/// The case with its transmission error shrunk until contact never opens, at full load.
+/// The case at full load, with its transmission error reduced until contact never opens.
 fn constant_contact(mut case: common::Case) -> Model {
     for harmonic in &mut case.1.transmission_error {
         harmonic.amplitude *= 0.01;
@@ -91,8 +91,8 @@ fn order_is_two_while_contact_lasts() {
     }
 }
 
-/// A single error is luck: it depends on where the crossings fall between two kicks. The
-/// geometric mean over several cycles and neighbouring step counts shows the order.
+/// A single error is random: it depends on where the crossings fall between two kicks. The geometric mean over several
+/// cycles and neighbouring step counts shows the order.
 #[test]
 fn order_is_one_through_rattle() {
     const CYCLES: usize = 8;
@@ -111,7 +111,7 @@ fn order_is_one_through_rattle() {
         for _ in 0..CYCLES {
             let exact = reference.advance(&start, 1).unwrap();
             if exact.crossings.is_empty() {
-                // Without a crossing the order is higher, in free flight there is no error.
+                // Without a crossing the order is higher, and in free flight there is no error.
                 start = exact.end;
                 continue;
             }
@@ -196,8 +196,7 @@ fn tangents_are_the_differences_in_constant_contact() {
             let mut moved = start.clone();
             moved.state[i] += scale[i / n];
             let end = advance(&model, &moved, 600, 2);
-            // Round-off of displacements of 1e-4 and velocities of 1e-2 bounds what a
-            // difference can show.
+            // Round-off of displacements of 1e-4 and velocities of 1e-2 limits the accuracy of a difference.
             let error = (0..2 * n)
                 .map(|j| {
                     let difference = end.state[j] - base.state[j];
@@ -209,8 +208,8 @@ fn tangents_are_the_differences_in_constant_contact() {
     }
 }
 
-/// Through impacts, against central differences of the reference: without the saltation the
-/// tangents would converge to something else.
+/// Through impacts, compared with central differences of the reference: without the saltation the tangents would
+/// converge to another limit.
 #[test]
 fn tangents_converge_to_those_of_the_flow_through_impacts() {
     for (name, case) in [

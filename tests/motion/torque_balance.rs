@@ -1,9 +1,8 @@
-//! What the mesh bears on average is what the drive is loaded with: of every shipped manifest, beside the share that
-//! friction takes of it.
+//! Does the mean mesh force balance the load? For every shipped manifest, including the share of friction.
 //!
-//! Along the relative rotation the mean of `w F + μ (Λ₀ w_f + Λ₁ w_fl) F` balances the load, whatever the motion. Friction
-//! of one direction on mirrored flanks takes `μ tan α_w` of the mean modulus of the force, kilonewtons of
-//! rattle under a load of 66 N; friction that turns takes what approach and recess differ by.
+//! Along the relative rotation the mean of `w F + μ (Λ₀ w_f + Λ₁ w_fl) F` balances the load, for any motion. Friction
+//! of constant direction on mirrored flanks takes `μ tan α_w` of the mean modulus of the force, kilonewtons of rattle
+//! under a load of 66 N; friction that changes its direction takes the difference of approach and recess.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -14,7 +13,7 @@ use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{Event, Observer, Window};
 use std::path::{Path, PathBuf};
 
-/// Forces of all flanks over time, and what friction makes of them along the relative rotation.
+/// Forces of all flanks over time, and their friction along the relative rotation.
 struct Rubbed<'m> {
     model: &'m Model,
     /// The block of the relative rotation.
@@ -44,10 +43,10 @@ impl Observer for Rubbed<'_> {
     fn event(&mut self, _: &Event) {}
 }
 
-/// What was met over so many mesh cycles \[N\].
+/// Results over some mesh cycles \[N\].
 struct Balance {
     applied: f64,
-    /// Of the first mesh; of a sun with planets, of all its meshes.
+    /// Force of the first mesh; for a sun with planets, of all its meshes.
     mesh: f64,
     friction: f64,
     modulus: f64,
@@ -55,8 +54,8 @@ struct Balance {
 }
 
 impl Balance {
-    /// How far force and friction are from the load, and how far they may be: four standard errors, and what motion that
-    /// settles slowly changes in the record.
+    /// Difference of force and friction from the load, and its bound: four standard errors, and the change of slowly
+    /// settling motion in the record.
     fn residual(&self) -> [f64; 2] {
         let error = self.nvh.stderr.as_ref().map_or(0.0, |e| e.force_mean);
         let scale = self.applied.abs() + self.modulus;
@@ -66,7 +65,7 @@ impl Balance {
 }
 
 /// The force that the load alone requires of the mesh \[N\]: the rated torque over the pinion's base radius. If another
-/// shaft drives the first gear, the power of the driver gives the torque, and the coast flanks bear it.
+/// shaft drives the first gear, the power of the driver gives the torque, and the coast flanks carry it.
 fn asked_for(point: &PointSpec) -> f64 {
     let gears = point.model.source.gears().unwrap();
     let asked = point.load * gears.rated_torque / gears.base_radii()[0];
@@ -81,14 +80,14 @@ fn asked_for(point: &PointSpec) -> f64 {
     }
 }
 
-/// The drive of a point on flanks that do not rub.
+/// The drive of a point without friction on its flanks.
 fn without_friction(point: &PointSpec) -> Model {
     let mut smooth = point.clone();
     smooth.mesh.friction = FrictionSpec::Constant(0.0);
     common::parts().model(&smooth).unwrap()
 }
 
-/// The force of the first mesh at rest \[N\], of drives without friction.
+/// The force of the first mesh at rest \[N\], for drives without friction.
 fn at_rest(model: &Model) -> f64 {
     let start = model.start(&InitialState::Static);
     let segment = &model.first_cycle().segments[0];
@@ -131,7 +130,7 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         "{force} {} of {modulus}",
         nvh.force_mean
     );
-    // Further meshes that the first gear drives: all paths together bear its torque.
+    // Further meshes that the first gear drives: all paths together carry its torque.
     let shared: Vec<usize> = match &point.model.source {
         StructureSource::Train(train) => {
             let meshes = (1..).zip(&train.meshes);
@@ -181,7 +180,7 @@ fn shipped() -> Vec<PathBuf> {
     found
 }
 
-/// The first point of each, and the one in the middle.
+/// The first point of each, and the middle one.
 #[test]
 fn every_shipped_mesh_bears_its_load() {
     for path in shipped() {
@@ -208,8 +207,8 @@ fn every_shipped_mesh_bears_its_load() {
     }
 }
 
-/// At 5 % load, 2.5 N m on the base radius of 37.588 mm, the mesh bears 66.51 N over the whole range of speeds, but for what
-/// friction bears; of one direction it bore up to three times the load.
+/// At 5 % load, 2.5 N m on the base radius of 37.588 mm, the mesh carries 66.51 N over the whole range of speeds,
+/// except for the share of friction. With friction of constant direction it carried up to three times the load.
 #[test]
 fn the_default_drive_bears_its_load_through_rattle() {
     let manifests = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");

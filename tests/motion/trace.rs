@@ -1,5 +1,5 @@
-//! `atlas trace` through the real program: what the files hold, against the kernel, the
-//! contact law and the reference integrator; and what is said of a bad `--point`.
+//! `atlas trace` through the real program: the contents of the files compared with the kernel, the contact law and the
+//! reference integrator; and messages about a bad `--point`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// Both flanks on one line, along which the trace is; the structured kernel.
+/// Both flanks on one line, which the trace uses; the structured kernel.
 static QUICKSTART: LazyLock<String> = LazyLock::new(|| {
     let text = include_str!("../../manifests/quickstart.toml");
     text.replacen("[mesh]", "[mesh]\ncoast_flank = \"same_line\"\n#", 1)
@@ -100,7 +100,7 @@ fn modal(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     rows.into_iter().map(whole).collect()
 }
 
-/// Events as a kernel shows them.
+/// Events from a kernel.
 #[derive(Default)]
 struct Events(Vec<Event>);
 
@@ -229,7 +229,7 @@ fn events_are_those_of_the_kernel() {
     }
 }
 
-/// Holds every sample to `F = k (δ − s b) + c δ'`; counts those in drive, free and coast.
+/// Asserts `F = k (δ − s b) + c δ'` for every sample; counts those in drive, free and coast.
 fn assert_contact_law(s: &Samples, model: &Model) -> [u64; 3] {
     let b = model.half_gap;
     let largest_force = largest(&s.force);
@@ -276,8 +276,8 @@ fn deflection_velocity_and_force_fit_together() {
     let fastest = largest(&s.velocity);
     let largest_force = largest(&s.force);
     for row in 0..s.time.len() {
-        // Between samples the deflection moves by what the velocity says, over window
-        // joints and events alike: acceleration may jump, by c w² δ' at an entry.
+        // Between samples the deflection changes according to the velocity, across borders of windows and events:
+        // acceleration may jump, by c w² δ' at an entry.
         if row > 0 {
             let mean = 0.5 * (s.velocity[row - 1] + s.velocity[row]);
             let moved = (s.deflection[row] - s.deflection[row - 1]) / step;
@@ -289,7 +289,7 @@ fn deflection_velocity_and_force_fit_together() {
     }
     let seen = assert_contact_law(&s, &model);
     assert!(seen.iter().all(|n| *n > 100), "{seen:?}");
-    // The summary's fractions come from the windows; samples can only come near.
+    // The summary's fractions come from the windows; samples only approximate them.
     for (name, count) in ["fraction_drive", "fraction_free", "fraction_coast"]
         .iter()
         .zip(seen)
@@ -310,7 +310,7 @@ fn deflection_velocity_and_force_fit_together() {
 fn a_sample_on_a_stiffness_step_shows_the_new_stiffness() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--point", POINT, "--cycles", "200", "--skip", "20"];
-    // Every step of the quickstart's mesh lies on a fifth of the cycle.
+    // Every step of the quickstart's mesh is at a multiple of a fifth of the cycle.
     let coarse = ["--samples-per-cycle", "5"];
     traced(
         folder.path(),
@@ -344,7 +344,7 @@ fn modal_rows_are_the_trajectory() {
         assert!((d - s.deflection[row]).abs() < 1e-12 * far, "row {row}");
         assert!((v - s.velocity[row]).abs() < 1e-9 * fast, "row {row}");
     }
-    // Bearings are pressed as the modes move: nothing is left out of the first twelve but at rest.
+    // Bearing forces follow the modes: the omitted modes beyond the first twelve add only their static share.
     let table = ResultTable::read(&folder.path().join("out"), TableKind::Trace).unwrap();
     let sum = |gain: &[f64], of: &[f64]| gain.iter().zip(of).map(|(g, x)| g * x).sum::<f64>();
     for bearing in &structure.bearings {
@@ -353,7 +353,7 @@ fn modal_rows_are_the_trajectory() {
         let of_modes = |row: usize| {
             sum(&bearing.gain, &displacement[row]) + sum(&bearing.rate_gain, &velocity[row])
         };
-        // What modes that are left out add goes with the force of the mesh.
+        // The contribution of omitted modes is proportional to the force of the mesh.
         let [mut slope, mut square] = [0.0; 2];
         let first = column[0] - of_modes(0);
         for row in 0..s.time.len() {
@@ -373,7 +373,7 @@ fn modal_rows_are_the_trajectory() {
         }
     }
     assert_eq!(structure.bearings.len(), 8 + 2);
-    // At mesh phase 0 it is the state that an independent integrator finds.
+    // At mesh phase 0 it is the state of an independent integrator.
     let start = model.start(&gearatlas::model::InitialState::Static);
     let reference = Reference::new(&model);
     for cycle in 1..4 {
@@ -440,7 +440,7 @@ fn values_take_units_and_other_axes_the_grids_values() {
         .filter(|(c, _)| *c == "free");
     let widest = free.fold(0.0, |m, (_, d)| f64::max(m, d.abs()));
     assert!((3e-6..=6e-6).contains(&widest), "{widest}");
-    // What is not said has its only value.
+    // An omitted axis has its only value.
     let one_point = QUICKSTART
         .replacen("{ from = \"10 %\", to = \"30 %\", count = 3 }", "0.05", 1)
         .replacen(
@@ -575,7 +575,8 @@ fn a_point_is_named_by_number_or_by_axes() {
     );
 }
 
-/// On rigid mounts gears only turn: `δ + e = r_b1 θ₁ − r_b2 θ₂`, both in the sense of running, and the neutral rotation rests.
+/// On rigid mounts gears only rotate: `δ + e = r_b1 θ₁ − r_b2 θ₂`, both in the direction of running, and the neutral
+/// rotation is at rest.
 #[test]
 fn rotations_of_gears_make_the_deflection() {
     let folder = tempfile::tempdir().unwrap();
@@ -609,7 +610,7 @@ fn rotations_of_gears_make_the_deflection() {
         let off = approach - error - deflection[i];
         assert!(off.abs() < 1e-9 * largest, "{i}: {off:e}, {largest:e}");
     }
-    // Angles and accelerations of one gear have one sense: its acceleration is the second difference of its angle.
+    // Angles and accelerations of one gear have the same sign: its acceleration is the second difference of its angle.
     let step = column("time")[1] - column("time")[0];
     let second: Vec<f64> = (1..pinion.len() - 1)
         .map(|i| (pinion[i + 1] - 2.0 * pinion[i] + pinion[i - 1]) / (step * step))

@@ -1,4 +1,5 @@
-//! A drive whose speed grows, against the integrator in extended precision, and slow growth against fixed speeds.
+//! A drive with growing speed, compared with the integrator in extended precision, and slow growth compared with fixed
+//! speeds.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +12,7 @@ use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Wa
 use gearatlas::propagate::{Counters, InstructionSet};
 use gearatlas::reference::Extended;
 
-/// Events: phase, closed contacts behind.
+/// Events: phase, closed contacts after it.
 #[derive(Default)]
 struct Events(Vec<(f64, ActiveSet)>);
 
@@ -21,7 +22,7 @@ impl Watch for Events {
     }
 }
 
-/// One mesh cycle of a growing speed after another, each from the state of the last: events and ends. The growth of 5 % a
+/// Consecutive mesh cycles of a growing speed, each from the state of the last: events and ends. The growth of 5 % per
 /// cycle is far beyond that of test benches.
 #[test]
 fn growing_speed_is_exact_to_round_off() {
@@ -69,7 +70,7 @@ fn growing_speed_is_exact_to_round_off() {
     }
 }
 
-/// In lasting contact, a run-up that passes a speed differs from the motion at this speed in proportion to its rate.
+/// In permanent contact, a run-up through a speed differs from the motion at this speed in proportion to its rate.
 #[test]
 fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
     let drive = common::six_modes();
@@ -85,7 +86,7 @@ fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
     let varying = VaryingSpeed::new(&drive.0, &model, 1000, InstructionSet::best()).unwrap();
     let norm = EnergyNorm::new(&model);
     let off = |cycles: f64| -> f64 {
-        // As many whole cycles pass from one speed to the other.
+        // A whole number of cycles between the two speeds.
         let duration = cycles / (0.5 * (from + to) * teeth);
         let mut stretch = Stretch::steady(duration, from, load);
         stretch.turned[2] = 0.5 * (to - from) / duration;
@@ -101,7 +102,7 @@ fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
         assert_eq!(counters.events, 0);
         let passed = (motion.phase + 0.5).fract() - 0.5;
         assert!(passed.abs() < 1e-9, "{passed:e}");
-        // Rotations that the mesh does not feel go their own way.
+        // Rotations without mesh participation are not compared.
         let mut difference: Vec<f64> = motion
             .state
             .iter()

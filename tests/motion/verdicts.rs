@@ -1,19 +1,19 @@
-//! Is regular motion ever called chaotic, and chaotic motion anything else? Random drives whose
-//! motion is known to be regular without an exponent ([`common::motions`]), at budgets from a
-//! hundred cycles up, and drives shown to be chaotic by another integrator in `planted.rs`.
+//! Is regular motion ever classified as chaotic, or chaotic motion as anything else? Random drives whose motion is
+//! known to be regular without an exponent ([`common::motions`]), with budgets from a hundred cycles up, and drives
+//! that another integrator proves to be chaotic in `planted.rs`.
 //!
-//! Of every motion it is required that
+//! Requirements for every motion:
 //!
-//! 1. it is not called chaotic, not even for a time;
+//! 1. it is not classified as chaotic, not even for a time;
 //! 2. its twin does not contradict its tangents;
-//! 3. from 320 measured cycles on, where an exponent has an error bar, one that ripple without a
-//!    period drives has a verdict once neighbours have come together by e⁻²⁵: `quasi_periodic` where
-//!    it rattles, `steady_contact` where it does not;
+//! 3. from 320 measured cycles on, an exponent has an error bar. From there on, motion under ripple without a
+//!    period has a verdict once neighbours have approached by e⁻²⁵: `quasi_periodic` if
+//!    it rattles, else `steady_contact`;
 //! 4. of the others, at least nine of ten have a verdict from 800 cycles on.
 //!
-//! Drives meant to be linear that leave their contact state are left out, and so are those meant to be
-//! tori of which two motions from far apart do not become one within the transient: those may be
-//! chaotic for a time, and nothing is known of the others.
+//! Drives planned as linear that leave their contact state do not count. Neither do drives planned as tori whose
+//! motions from two distant states do not become one within the transient: those may be chaotic for a time, and nothing
+//! is known about the others.
 
 #![allow(clippy::unwrap_used)]
 
@@ -29,7 +29,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
 
-/// Cycles passed over before a motion is measured.
+/// Cycles skipped before a motion is measured.
 const TRANSIENT: u64 = 200;
 
 /// Measured cycles.
@@ -61,7 +61,7 @@ fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointO
     .unwrap()
 }
 
-/// Whether what is known of a kind holds of a drive, as far as the longest integration showed.
+/// Whether the known property of a kind holds for a drive, according to the longest integration.
 fn known(kind: Kind, planted: &Planted, longest: &PointOutcome) -> bool {
     match kind {
         Kind::Integrable | Kind::Beside => true,
@@ -70,7 +70,7 @@ fn known(kind: Kind, planted: &Planted, longest: &PointOutcome) -> bool {
     }
 }
 
-/// What was found of a kind at a budget: counts of classes, and what broke a rule.
+/// Results for a kind at a budget: counts of classes, and violated rules.
 #[derive(Debug, Default)]
 struct Tally {
     classes: BTreeMap<&'static str, usize>,
@@ -119,7 +119,7 @@ impl Tally {
     }
 }
 
-/// Tallies of all kinds and budgets for some seeds, over the two cores that every machine has.
+/// Tallies of all kinds and budgets for some seeds, on two cores, which every machine has.
 fn tallies(seeds: std::ops::Range<u64>) -> Vec<(Kind, u64, Tally)> {
     let tally = |kind: Kind| -> Vec<(Kind, u64, Tally)> {
         let cases: Vec<(u64, Planted, bool)> = seeds
@@ -174,8 +174,7 @@ fn regular_motion_is_never_called_chaotic() {
     hold(&found);
 }
 
-/// The same for as many seeds as `ATLAS_FUZZ_SEEDS` says, from `ATLAS_FUZZ_FIRST` on:
-/// `scripts/record fuzz-verdicts`.
+/// The same for `ATLAS_FUZZ_SEEDS` seeds, from `ATLAS_FUZZ_FIRST` on: `scripts/record fuzz-verdicts`.
 #[test]
 #[ignore = "takes minutes; scripts/record fuzz-verdicts runs it"]
 fn much_regular_motion_is_never_called_chaotic() {
@@ -193,8 +192,8 @@ fn much_regular_motion_is_never_called_chaotic() {
     hold(&found);
 }
 
-/// One degree next to the end of a cascade and in a chaotic band, and forty modes of strong
-/// rattle: `planted.rs` and `exponents.rs` show by other means that they are chaotic.
+/// One degree near the end of a cascade and in a chaotic band, and forty modes in strong rattle: `planted.rs` and
+/// `exponents.rs` prove independently that they are chaotic.
 #[test]
 fn chaotic_motion_is_found_at_any_budget_with_an_error_bar() {
     let band = |load, speed| {

@@ -1,5 +1,5 @@
-//! Is the structured kernel exact? Against the reference integrator, against the small-step
-//! kernel, against itself on other windows and other instruction sets.
+//! Is the structured kernel exact? Comparison with the reference integrator, with the small-step kernel, and with
+//! itself on other windows and other instruction sets.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,14 +14,14 @@ use gearatlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
 use gearatlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use gearatlas::reference::{Passage, Reference};
 
-/// How two integrations over the same time differ.
+/// Differences of two integrations over the same time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Difference {
     /// Of the final states, relative.
     state: f64,
     /// Of event times, in mesh cycles.
     time: f64,
-    /// Events met.
+    /// Number of events.
     events: usize,
 }
 
@@ -35,7 +35,7 @@ impl Difference {
     }
 }
 
-/// Advances the kernel beside the reference; none where the sequences of events differ.
+/// Compares the kernel with the reference; `None` if the sequences of events differ.
 fn compare<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -102,7 +102,7 @@ fn constant_contact_is_exact_over_many_cycles() {
         for harmonic in &mut case.1.transmission_error {
             harmonic.amplitude *= 0.002;
         }
-        // The full step of stiffness alone shakes one degree out of contact.
+        // The full step of stiffness alone moves one degree out of contact.
         case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
         for ripple in &mut case.1.torque_ripple {
             ripple.amplitude *= 0.1;
@@ -118,7 +118,7 @@ fn constant_contact_is_exact_over_many_cycles() {
     }
 }
 
-/// Any mesh: every division its own stiffness, or one for all.
+/// Any mesh: different stiffness in every division, or one for all.
 #[test]
 fn mesh_may_have_sixty_levels_or_one() {
     let (structure, mut drive, point) = common::six_modes();
@@ -139,8 +139,8 @@ fn mesh_may_have_sixty_levels_or_one() {
     }
 }
 
-/// Windows many times shorter leave nothing but round-off, and so does the coarsest
-/// setting, whose windows are as long as the exponential series allow.
+/// Windows that are many times shorter change only round-off, and so does the coarsest setting, whose windows are as
+/// long as the exponential series allow.
 #[test]
 fn windows_of_any_length_give_the_same() {
     for (name, case) in drives() {
@@ -193,7 +193,7 @@ fn instruction_sets_agree_within_rounding() {
     }
 }
 
-/// One instruction set gives the same bits whatever was integrated before on its workspace.
+/// One instruction set gives the same bits after any earlier use of the workspace.
 #[test]
 fn integrating_is_repeatable_to_the_bit() {
     let model = common::model(&common::six_modes());
@@ -204,8 +204,8 @@ fn integrating_is_repeatable_to_the_bit() {
     assert_eq!(advance(&kernel, &half, 15), whole);
 }
 
-/// Work of a fixed case on the portable path. A change here is a change of the algorithm;
-/// `cargo insta review` accepts it.
+/// Work of a fixed case on the portable path. Any difference comes from a change of the algorithm; `cargo insta review`
+/// accepts it.
 #[test]
 fn work_of_a_fixed_case_is_known() {
     let model = common::model(&common::six_modes());
@@ -230,8 +230,7 @@ fn work_of_a_fixed_case_is_known() {
     ");
 }
 
-/// The neutral pair moves freely: after 10⁵ cycles it is where its start says, and all the
-/// rest has taken nothing from it.
+/// The neutral pair moves freely: after 10⁵ cycles it agrees with its start, and the other modes have not affected it.
 #[test]
 fn neutral_pair_does_not_drift() {
     let cycles = 100_000;
@@ -252,7 +251,7 @@ fn neutral_pair_does_not_drift() {
             place + time * (speed + 0.5 * time * pull),
             speed + time * pull,
         ];
-        // Round-off of one rounding a window, as it adds up at random or all one way.
+        // One rounding per window, which accumulates randomly or in one direction.
         let growth = 1e5 * f64::EPSILON;
         let found = [end.state[neutral], end.state[n + neutral]];
         for (found, exact) in found.into_iter().zip(exact) {
@@ -309,7 +308,7 @@ fn small_steps_converge_to_it() {
             let mut events = Events::default();
             let (end, _) = advance_with(&kernel, &start, 1, &mut events);
             if !events.0.is_empty() {
-                // One error is luck; its geometric mean over neighbouring steps is not.
+                // A single error is random; its geometric mean over neighbouring steps is not.
                 samples += 6.0;
                 for (steps, log) in &mut ladder {
                     for neighbour in 0..6 {

@@ -1,5 +1,5 @@
-//! `atlas export` through the real program: which files it writes, what it refuses. What other programs
-//! read of its files is tested in tests/python/test_export.py, which exports the folder left here.
+//! `atlas export` through the real program: files and refusals. tests/python/test_export.py tests how other programs
+//! read its files; it exports the folder stored here.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::LazyLock;
 
-/// Where the folders are left.
+/// Folder of the stored results.
 const WRITTEN: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/exported");
 
 /// A trace of the quickstart drive with modal states, made once.
@@ -41,7 +41,7 @@ fn export(arguments: &[&str]) -> Output {
     atlas(WRITTEN, &[&["export", folder], arguments].concat())
 }
 
-/// What a call that is refused with status 2 says, in one line.
+/// The one-line message of a call that fails with status 2.
 fn refusal(arguments: &[&str]) -> String {
     let output = export(arguments);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
@@ -51,7 +51,7 @@ fn refusal(arguments: &[&str]) -> String {
     said
 }
 
-/// Files that were written, by name.
+/// Written files, by name.
 fn files(out: &Path) -> Vec<String> {
     let entries = fs::read_dir(out).unwrap();
     let mut names: Vec<String> = entries
@@ -154,7 +154,7 @@ fn what_is_not_there_is_said() {
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(said.contains("no result tables in"), "{said}");
     }
-    // A folder that cannot be made is no bad input.
+    // A folder that cannot be created is not bad input.
     let output = export(&["--out", "/proc/none/here"]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
 }

@@ -1,5 +1,5 @@
-//! `atlas plot` through the real program: what is written for jobs over one, two and three
-//! axes, traces and torn folders, and what is said where nothing can be drawn.
+//! `atlas plot` through the real program: files for jobs over one, two and three axes, traces and damaged folders, and
+//! messages if nothing can be drawn.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A one-degree oscillator against a gap: a point takes milliseconds.
+/// A one-degree oscillator in a gap: a point takes milliseconds.
 const STRUCTURE: &str = include_str!("../manifests/oscillator.modal.toml");
 
 const HEAD: &str = concat!(
@@ -27,7 +27,7 @@ nvh = { harmonics = 3, spectrum = {} }
 const ONE_AXIS: &str = "speed = { from = 600, to = 1500, count = 4 }\nload = 0.1";
 const TWO_AXES: &str = "speed = { from = 600, to = 1500, count = 3 }\nload = [0.05, 0.1]";
 
-/// A job's manifest in a fresh folder.
+/// A job's manifest in a new folder.
 fn job(grid: &str, analyses: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let grid = grid.replace("[0.05, 0.1]", "{ values = [0.05, 0.1] }");
@@ -37,7 +37,7 @@ fn job(grid: &str, analyses: &str) -> tempfile::TempDir {
     folder
 }
 
-/// A job that was run into `results/case`.
+/// A finished job in `results/case`.
 fn finished(grid: &str, analyses: &str) -> tempfile::TempDir {
     let folder = job(grid, analyses);
     said(folder.path(), &["run", "m.toml", "--quiet"]);
@@ -67,7 +67,7 @@ fn plotted(folder: &Path, source: &str, arguments: &[&str]) -> (Vec<String>, Vec
     (files.collect(), strings("notes"))
 }
 
-/// The error line of a plot that must not succeed.
+/// The error line of a plot that must fail.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = atlas(folder, &[&["plot"], arguments].concat());
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
@@ -159,7 +159,7 @@ fn maps_show_every_point_of_two_axes() {
     assert_eq!(files, ["lambda.svg", "classes.svg"]);
     let classes = labels(folder.path(), "classes.svg");
     holds(&classes, &["speed [rad/s]", "load [–]", "6 points", "1050"]);
-    // A key entry `chaotic (2)` for each kind of motion; together they count all points.
+    // A key entry `chaotic (2)` for each kind of motion; the sum of counts is the number of points.
     let counted: usize = classes
         .iter()
         .filter_map(|label| label.strip_suffix(')')?.rsplit_once(" (")?.1.parse().ok())
@@ -247,19 +247,19 @@ fn an_incomplete_run_is_drawn_and_called_so() {
         &said,
         &["3 points", "incomplete: 1 of 2 shards", "not computed (3)"],
     );
-    // The record that an interruption leaves.
+    // The record after an interruption.
     let record = path.join("results/case/run.json");
     seal::reseal(&record, |run| {
         run["state"] = "interrupted".into();
         run["totals"]["points"] = 10.into();
     });
     holds(&classes("results/case"), &["interrupted: 6 of 10 points"]);
-    // Without the record nobody knows whether points are missing.
+    // Without the record it is unknown whether points are missing.
     fs::remove_file(&record).unwrap();
     holds(&classes("results/case"), &["without run.json"]);
 }
 
-/// The values of its axes name a point as well as its number does; values between those of the grid name none.
+/// A point can be named by its number or by the values of its axes; values between those of the grid name none.
 #[test]
 fn a_point_to_draw_is_named_by_number_or_by_axes() {
     let folder = finished(ONE_AXIS, ANALYSES);
@@ -423,7 +423,7 @@ fn columns_of_one_unit_are_curves_of_one_picture() {
     );
 }
 
-/// Places of the legend's words and of the marks of measured points: discs of ink behind the curves' own.
+/// Number of discs of ink, behind the curves' marks: those of measured points and of the legend.
 fn discs(folder: &Path, name: &str) -> usize {
     let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
     let document = roxmltree::Document::parse(&source).unwrap();
@@ -475,7 +475,7 @@ fn measured_points_lie_over_the_curves_of_their_column() {
         // A disc has two circles; the legend shows a computed and a measured one.
         assert_eq!(discs(path, name), before + 10, "{name}");
     }
-    // With a curve by value there is a legend anyway.
+    // With curves by value there is always a legend.
     let by = [
         "--measured",
         "points.csv",
@@ -573,7 +573,7 @@ fn a_column_over_two_axes_is_a_map_or_a_curve_by_value() {
         &labels(path, &files[0]),
         &["over load and speed", "deflection_rms [µm]", "6 points"],
     );
-    // The white ground, six cells, and the bar's 64 steps.
+    // The white background, six cells, and the bar's 64 steps.
     assert_eq!(marks(path, &files[0])[2], 1 + 6 + 64);
     let (files, _) = draw(&["--by", "load"]);
     assert_eq!(files, ["deflection_rms-over-speed-by-load.svg"]);
@@ -604,7 +604,7 @@ fn several_folders_are_curves_of_one_picture() {
     let both = ["results/heavy", "--what", "force_mean", "--format", "svg"];
     let (files, _) = plotted(path, "results/case", &both);
     assert_eq!(files, ["force_mean-with-heavy.svg"]);
-    // What tells the runs apart is said, and the job that they share is not.
+    // The legend shows the differences of the runs, not the common job.
     holds(
         &labels(path, &files[0]),
         &["case, load 0.1", "heavy, load 0.2", "8 points"],
@@ -636,7 +636,7 @@ fn spectra_are_waterfalls_and_order_cuts() {
             "white: no spectrum",
         ],
     );
-    // The ground, a strip a point, the bar's steps, and cells in every strip.
+    // The background, one strip per point, the bar's steps, and cells in every strip.
     assert!(marks(path, "waterfall.svg")[2] >= 1 + 4 + 64 + 4);
     draw(&[
         "--what",
@@ -695,7 +695,7 @@ fn a_campbell_diagram_comes_from_the_manifest() {
     holds(&said, &["1 × pinion", "dashed: mode, contacts open"]);
 }
 
-/// What a run was given by `--set` is as if its manifest said so, in whatever is read from its record.
+/// Keys from `--set` count as part of the manifest for all users of a run's record.
 #[test]
 fn pictures_of_a_run_are_of_its_drive_with_what_was_set() {
     let folder = job(ONE_AXIS, ANALYSES);
@@ -744,7 +744,7 @@ fn pictures_of_a_run_are_of_its_drive_with_what_was_set() {
     holds(&labels(path, "deflection_rms.svg"), &["speed [rpm]"]);
 }
 
-/// Bearing forces by the names of the bearings: spur gears load the axial ones by round-off only.
+/// Bearing forces by the names of the bearings: spur gears load the axial ones only by round-off.
 #[test]
 fn elements_of_lists_are_called_by_their_names() {
     let folder = tempfile::tempdir().unwrap();
@@ -780,7 +780,7 @@ fn elements_of_lists_are_called_by_their_names() {
         labels(path, &files[0])
     };
     let all = drawn(&["--what", "bearing_rms"]);
-    // Thirty curves: colours tell bearings, dashes loads.
+    // Thirty curves: colours distinguish bearings, dashes loads.
     for entry in ["pinion 1 x", "wheel 2 y", "pinion 1 axial", "load 0.2"] {
         assert!(all.iter().any(|label| label == entry), "{entry}: {all:?}");
     }
@@ -796,7 +796,7 @@ fn elements_of_lists_are_called_by_their_names() {
         !some.iter().any(|label| label.contains("pinion")),
         "{some:?}"
     );
-    // Round-off has a level, too, which must not stretch the axis.
+    // Round-off also has a level, which must not stretch the axis.
     let levels = drawn(&["--what", "bearing_rms", "--db", "1 N"]);
     holds(&levels, &["24 values of round-off below the axis"]);
     let ticks = levels
@@ -872,7 +872,7 @@ fn columns_that_cannot_be_drawn_are_refused() {
     assert!(list.contains("deflection_rms               m "), "{list}");
 }
 
-/// One rigid rotation that rattles chaotically.
+/// One rigid rotation in chaotic rattle.
 const RATTLE: &str = r#"
 [job]
 name = "case"
@@ -949,7 +949,7 @@ fn a_job_without_twins_has_no_horizon() {
     assert!(said.contains("add `horizon"), "{said}");
 }
 
-/// Values that no motion has, but a file may.
+/// Values that no motion has, but that a file may contain.
 const EXTREMES: [f64; 14] = [
     f64::NAN,
     f64::INFINITY,
@@ -967,7 +967,7 @@ const EXTREMES: [f64; 14] = [
     1.0 + f64::EPSILON,
 ];
 
-/// Pseudo-random numbers that are the same everywhere. (SplitMix64)
+/// Reproducible pseudo-random numbers (SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -984,8 +984,8 @@ impl Dice {
     }
 }
 
-/// Writes a table anew with some of its columns made extreme: all of one value, of two, or of any;
-/// or with some, or all, values missing.
+/// Rewrites a table with extreme values in some columns: all equal, two different ones, or any; or with some, or all,
+/// values missing.
 fn distort(path: &Path, dice: &mut Dice) {
     use arrow_array::cast::AsArray;
     use arrow_array::types::Float64Type;
@@ -1059,8 +1059,8 @@ fn distort(path: &Path, dice: &mut Dice) {
     writer.close().unwrap();
 }
 
-/// Whatever the columns hold, there are pictures or an error: no panic, no end by a signal, no
-/// hang. ATLAS_PLOT_TRIALS sets how many folders are tried of each job.
+/// For any contents of the columns there are pictures or an error: no panic, no end by a signal, no hang.
+/// ATLAS_PLOT_TRIALS sets the number of folders per job.
 #[test]
 fn extreme_columns_are_drawn_or_refused() {
     let trials = std::env::var("ATLAS_PLOT_TRIALS").map_or(12, |text| text.parse().unwrap());
@@ -1072,7 +1072,7 @@ fn extreme_columns_are_drawn_or_refused() {
     for (job, grid) in [ONE_AXIS, TWO_AXES, &swept].into_iter().enumerate() {
         let folder = finished(grid, all);
         let results = folder.path().join("results/case");
-        // What is held against the record of a run is refused as soon as a bit of it is changed.
+        // With a record, every changed bit would be refused.
         fs::remove_file(results.join("run.json")).unwrap();
         let tables: Vec<_> = fs::read_dir(&results)
             .unwrap()
@@ -1111,7 +1111,7 @@ fn extreme_columns_are_drawn_or_refused() {
     assert!(drawn > 0, "everything was refused");
 }
 
-/// The answer of the program; one that takes a minute hangs.
+/// The output of the program; a minute counts as a hang.
 fn patient(folder: &Path, arguments: &[&str], what: &str) -> Output {
     let mut child = Command::new("timeout");
     let output = child
@@ -1125,8 +1125,8 @@ fn patient(folder: &Path, arguments: &[&str], what: &str) -> Output {
     output
 }
 
-/// How many places each line of a picture joins, from left to right; lines that are straight across or up (axes, ticks,
-/// bars) and outlines are passed over.
+/// Number of points that each line of a picture joins, from left to right, without horizontal and vertical lines (axes,
+/// ticks, bars) and outlines.
 fn slanted(folder: &Path, name: &str) -> Vec<usize> {
     let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
     let document = roxmltree::Document::parse(&source).unwrap();
@@ -1152,7 +1152,7 @@ fn slanted(folder: &Path, name: &str) -> Vec<usize> {
     counts.collect()
 }
 
-/// Points in no order: three of one half gap, two of another, one alone.
+/// Points in no order: three with one half gap, two with another, one alone.
 const LIST: &str = "speed = 900\npoints = [
     { load = 0.3, \"mesh.half_gap\" = \"15 um\" },
     { load = 0.05, \"mesh.half_gap\" = \"15 um\" },
@@ -1162,7 +1162,7 @@ const LIST: &str = "speed = 900\npoints = [
     { load = 0.15, \"mesh.half_gap\" = \"25 um\" },
 ]";
 
-/// As in the page of `atlas report`: a line joins points that differ in nothing but the axis that it goes over.
+/// As in the page of `atlas report`: a line joins points that differ only on its axis.
 #[test]
 fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
     let folder = finished(LIST, ANALYSES);
@@ -1181,7 +1181,7 @@ fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
     let (lines, words) = draw(&["--what", "deflection_pp", "--over", "mesh.half_gap"]);
     assert_eq!(lines, [2]);
     holds(&words, &["lines join points with the same load"]);
-    // Curves of one value of the other axis each need no such words.
+    // Curves with one value of the other axis each need no such words.
     let by = [
         "--what",
         "deflection_pp",
@@ -1199,7 +1199,7 @@ fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
     );
 }
 
-/// Where the state is carried along a list its points are a course, whatever else changes along it.
+/// If the state is carried along a list, its points form a course, for any other changes along it.
 #[test]
 fn a_chain_over_a_list_is_one_line() {
     let grid = format!("{LIST}\norder = \"sweep-up\"\nalong = \"load\"")

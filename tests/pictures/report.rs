@@ -1,5 +1,5 @@
-//! `atlas report` through the real program: what its page holds, what it leaves out, what it refuses. How the page works
-//! in a browser is tested in tests/python/test_report.py, on the folders left here in `target/tmp/reported/`.
+//! `atlas report` through the real program: contents of its page, omissions, refusals. tests/python/test_report.py
+//! tests the page in a browser, on the folders stored here in `target/tmp/reported/`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -25,13 +25,13 @@ use gearatlas::store::{
 };
 use serde_json::Value;
 
-/// Where the folders are left.
+/// Folder of the stored results.
 const WRITTEN: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/reported");
 
-/// What would run if any text of a folder were taken for markup.
+/// Markup that would run if any text of a folder were interpreted.
 const MARKUP: &str = "</script><img src=x onerror=alert(1)>";
 
-/// A one-degree oscillator against a gap.
+/// A one-degree oscillator in a gap.
 const STRUCTURE: &str = include_str!("../manifests/oscillator.modal.toml");
 
 const HEAD: &str = concat!(
@@ -77,7 +77,7 @@ order = "both"
 along = "speed"
 "#;
 
-/// Two points that differ in their load alone, one that differs in its gap alone, and one in both.
+/// Two points that differ only in their load, one that differs only in its gap, and one in both.
 const LIST: &str = r#"
 [grid]
 speed = 900
@@ -89,12 +89,12 @@ points = [
 ]
 "#;
 
-/// What a command says in the folder of all folders.
+/// Output of a command in the folder of all folders.
 fn said(arguments: &[&str]) -> String {
     program::said(WRITTEN, arguments)
 }
 
-/// What a call that is refused says, in one line.
+/// The one-line message of a refused call.
 fn refusal(arguments: &[&str]) -> String {
     let output = atlas(WRITTEN, arguments);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
@@ -104,8 +104,8 @@ fn refusal(arguments: &[&str]) -> String {
     text
 }
 
-/// The folders: `grid` of 80 points, `<img …>` of one, `followed` orbits beside their run, a `sweep` up and
-/// down, a `list` of points, a `trace`, `chaos` that lasts, passes and is over.
+/// The folders: `grid` of 80 points, `<img …>` of one, `followed` orbits with their run, a `sweep` up and down, a
+/// `list` of points, a `trace`, and `chaos` that lasts, is transient, or has ended.
 static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
     _ = fs::remove_dir_all(WRITTEN);
     fs::create_dir_all(WRITTEN).unwrap();
@@ -134,9 +134,9 @@ static FOLDERS: LazyLock<PathBuf> = LazyLock::new(|| {
     root.to_path_buf()
 });
 
-/// A plane of four by six points. By the remainder of their number over four: chaos that lasts, chaos that three of eight
-/// trajectories left, an orbit that all of them left chaos for, and an orbit without chaos before it. Errors of the
-/// second half of the points are not verified.
+/// A plane of four by six points. By the remainder of their number over four: lasting chaos, chaos that three of eight
+/// trajectories left, an orbit after chaos that all trajectories left, and an orbit without chaos before it. Errors of
+/// the second half of the points are not verified.
 fn write_chaos(folder: &Path) {
     let axis = |name: &str, unit: &str| AxisColumn {
         name: name.to_owned(),
@@ -204,7 +204,7 @@ fn write_chaos(folder: &Path) {
     writer.finish().unwrap();
 }
 
-/// A page taken apart.
+/// The parts of a page.
 struct Page {
     html: String,
     head: Value,
@@ -218,7 +218,7 @@ impl Page {
         Self { html, head }
     }
 
-    /// The page that the program writes of a folder.
+    /// The page of a folder, written by the program.
     fn written(name: &str, options: &[&str]) -> Self {
         // Tests at the same time write pages of the same folder with different options.
         static WRITTEN_PAGES: AtomicUsize = AtomicUsize::new(0);
@@ -297,7 +297,7 @@ impl Page {
             .collect()
     }
 
-    /// Holds every column of a table against the file.
+    /// Compares every column of a table with the file.
     fn agrees_with(&self, folder: &Path, kind: TableKind) {
         let own = self.table(kind.name()).unwrap();
         let table = ResultTable::read(folder, kind).unwrap();
@@ -449,7 +449,7 @@ fn the_page_says_where_the_results_come_from() {
     }
 }
 
-/// What `atlas show` and the page say of chaos that lasts, passes and is over.
+/// `atlas show` and the page report chaos that lasts, is transient, or has ended.
 #[test]
 fn the_page_and_the_summary_tell_how_long_chaos_lasts() {
     let page = Page::written("chaos", &[]);
@@ -476,7 +476,7 @@ fn the_page_and_the_summary_tell_how_long_chaos_lasts() {
     assert_eq!(json["unverified_points"], 9);
 }
 
-/// No text of a folder ends a script, starts a comment or becomes an element; and the page asks for nothing.
+/// No text of a folder ends a script, starts a comment or becomes an element; and the page loads nothing.
 #[test]
 fn texts_are_no_markup_and_nothing_is_loaded() {
     for name in ["grid", "<img src=x>"] {
@@ -510,14 +510,14 @@ fn texts_are_no_markup_and_nothing_is_loaded() {
 fn the_same_folder_gives_the_same_bytes() {
     let (first, second) = (Page::written("grid", &[]), Page::written("grid", &[]));
     assert!(first.html == second.html);
-    // However the folder is named. The program says of which commit it is.
+    // For any path of the folder. The program states its commit.
     gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
     let whole = FOLDERS.join("grid");
     let third = results_page(&whole, PageRequest::default()).unwrap();
     assert!(first.html == third.html);
 }
 
-/// What has no room is left out point by point, from the end of the points' columns, and named.
+/// Columns and points without room are left out from the end, and named.
 #[test]
 fn what_has_no_room_is_left_out_and_named() {
     let whole = Page::written("grid", &[]);
@@ -539,7 +539,7 @@ fn what_has_no_room_is_left_out_and_named() {
     for table in ["orders", "spectra"] {
         assert!(kept(&page, table) < kept(&whole, table));
     }
-    // What is there of a point is whole.
+    // The data of a kept point are complete.
     let ids = |page: &Page| {
         let columns = page.table("spectra").unwrap()["columns"]
             .as_array()
@@ -558,7 +558,7 @@ fn what_has_no_room_is_left_out_and_named() {
         let of = |ids: &[Option<f64>]| ids.iter().filter(|other| *other == id).count();
         assert_eq!(of(&some), of(&all));
     }
-    // Of no room at all the columns that tell points apart are left.
+    // Without any room only the columns that identify points remain.
     let page = Page::written("grid", &["--most-bytes", "0"]);
     let columns = page.table("points").unwrap()["columns"]
         .as_array()
@@ -598,7 +598,7 @@ fn files_are_not_replaced_unasked_and_other_folders_are_refused() {
         String::from_utf8(output.stderr).unwrap()
     };
     assert!(text.contains("a size such as"), "{text}");
-    // A table that is not what was written.
+    // A changed table.
     let damaged = root.join("damaged");
     fs::create_dir_all(&damaged).unwrap();
     for entry in fs::read_dir(root.join("grid")).unwrap() {
@@ -622,7 +622,7 @@ fn its_options_are_explained() {
     insta::assert_snapshot!("help", said(&["report", "--help"]));
 }
 
-/// A folder of 100 000 points with every statistic and Poincaré samples, left in `target/tmp/reported/large/` for
+/// A folder of 100 000 points with every statistic and Poincaré samples, stored in `target/tmp/reported/large/` for
 /// `tests/python/test_report.py`, which measures how fast its page opens: run it with `--ignored`.
 #[test]
 #[ignore = "writes 100 000 points"]

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::made::{inputs, keep, mesh};
 use crate::program::{printed, refused};
 
-/// Flips a bit in place, as a failing disk would.
+/// Flips a bit in place, like a failing disk.
 fn damage(path: &Path) {
     let mut bytes = fs::read(path).unwrap();
     *bytes.last_mut().unwrap() ^= 4;
@@ -108,7 +108,7 @@ fn the_gears_of_a_manifest_have_a_table() {
     let file = text.split_whitespace().nth(1).unwrap();
     let shown = json_of(folder, &["show", file, "--json"]);
     assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
-    // What a manifest has that says nothing of it.
+    // A key of the manifest without an effect on it.
     assert_eq!(shown["inputs"]["table"]["contact"], "Secant");
     assert_eq!(shown["quantities"][0]["name"], "stiffness");
     // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).
@@ -117,7 +117,7 @@ fn the_gears_of_a_manifest_have_a_table() {
     assert!((1e10..2.5e10).contains(&most), "{most:e}");
     let pictures = printed(folder, &["plot", file, "--format", "svg"]);
     assert_eq!(pictures.lines().count(), 3, "{pictures}");
-    // Three torques are another table.
+    // Three torques give another table.
     let other = [&build[..], &["--torque", "20 N*m,50 N*m,100 N*m", "--json"]].concat();
     assert_eq!(json_of(folder, &other)[0]["origin"], "computed");
     let tables = || {

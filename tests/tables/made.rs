@@ -1,4 +1,4 @@
-//! A made-up mesh table: shapes as of a real one, values from closed forms.
+//! A made-up mesh table: shapes like those of a real one, values from closed forms.
 
 use std::convert::Infallible;
 use std::path::Path;
@@ -32,7 +32,7 @@ pub fn inputs() -> Value {
     })
 }
 
-/// Share of the face that bears load.
+/// Share of the face that carries load.
 fn contact(misalignment: f64, torque: f64) -> f64 {
     (torque / (torque + 4e4 * misalignment)).sqrt()
 }
@@ -51,7 +51,7 @@ fn stiffness(phase: f64) -> f64 {
     }
 }
 
-/// A mesh table of these, with a contact pattern or without.
+/// A mesh table with these values, with a contact pattern or without.
 pub fn mesh(with_pattern: bool) -> MeshTable {
     let over = |value: &dyn Fn(f64, f64, f64) -> Vec<f64>| -> Vec<f64> {
         let mut values = Vec::new();
@@ -102,7 +102,7 @@ fn grid() -> impl Iterator<Item = (f64, f64)> {
     MISALIGNMENT.into_iter().flat_map(over)
 }
 
-/// Keeps a table in `folder/tables` and gives its file, relative to the folder.
+/// Stores a table in `folder/tables` and returns its file, relative to the folder.
 pub fn keep(folder: &Path, table: impl CacheContent) -> String {
     let store = TableStore::open(folder.join("tables"));
     let fetched = store

@@ -1,5 +1,5 @@
-//! Tables on disk through the library and the real program: processes that build one at once,
-//! folders and disks that refuse, `atlas table`, `atlas show` of a table, and pictures.
+//! Tables on disk through the library and the real program: concurrent builds by several processes, folders and disks
+//! that refuse, `atlas table`, `atlas show` of a table, and pictures.
 
 #![allow(clippy::unwrap_used)]
 

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::made::{keep, mesh};
 use crate::program::{printed, refused};
 
-/// Texts of a picture in tables/pictures, with its places: x, y.
+/// Texts of a picture in tables/pictures, with their positions: x, y.
 fn texts(folder: &Path, name: &str) -> Vec<(String, f64, f64)> {
     let source = fs::read_to_string(folder.join("tables/pictures").join(name)).unwrap();
     let document = roxmltree::Document::parse(&source).unwrap();
@@ -63,7 +63,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
         &over_torque,
         &["20 N·m", "50 N·m", "200 N·m", "misalignment 0 mrad"],
     );
-    // Without misalignment the torque changes nothing but the transmission error.
+    // Without misalignment the torque changes only the transmission error.
     let together = over_torque.iter().filter(|t| t.0 == "20 … 200 N·m");
     assert_eq!(together.count(), 2);
     let over_angle = shown("mesh-misalignment");
@@ -77,7 +77,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
             "torque 50 N·m",
         ],
     );
-    // Names of lines in one panel keep apart.
+    // Names of lines in one panel do not overlap.
     let heights: Vec<f64> = (over_angle.iter())
         .filter(|(text, x, _)| text.ends_with("rad") && *x > 8000.0)
         .map(|(.., y)| *y)
@@ -112,7 +112,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
             "torque 200 N·m, misalignment 1 mrad",
         ],
     );
-    // Same file, same bytes.
+    // The same file gives the same bytes.
     let svg = folder
         .path()
         .join(format!("tables/pictures/{name}-contact.svg"));
@@ -153,7 +153,7 @@ fn files_that_are_no_mesh_tables_are_named() {
         text.contains("contains a systems table, but a mesh table is expected"),
         "{text}"
     );
-    // As another hand might write it.
+    // As from another program.
     let mut table = mesh(false);
     table.misalignment.clear();
     let file = keep(folder.path(), table);

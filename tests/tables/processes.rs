@@ -1,5 +1,5 @@
-//! Several processes and one table. The others are this test program again, with one test and
-//! what it is to do in its environment.
+//! Several processes and one table. The other processes run this test program again, with one test and their task in
+//! the environment.
 
 use std::convert::Infallible;
 use std::fs;
@@ -15,7 +15,7 @@ use serde_json::json;
 
 /// Numbers of a table: 8 MiB.
 const NUMBERS: usize = 1 << 20;
-/// What a process may wait for another.
+/// Time limit of a process that waits for another.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn numbers() -> Vec<f64> {
@@ -41,7 +41,7 @@ fn whole(table: &KernelArrays) -> bool {
     table.numbers("roots").unwrap() == numbers()
 }
 
-/// Starts this test program again: `shell` goes before it.
+/// Starts this test program again, after the `shell` commands.
 fn start(shell: &str, role: &str, folder: &Path) -> Child {
     let program = std::env::current_exe().unwrap();
     Command::new("sh")
@@ -56,9 +56,9 @@ fn start(shell: &str, role: &str, folder: &Path) -> Child {
         .unwrap()
 }
 
-/// What another process prints after `child: `.
+/// The text of another process after `child: `.
 fn heard(child: &mut Child) -> String {
-    // Each process says one line of its own: what is buffered beyond it is not missed.
+    // Each process prints one line; further buffered lines are not needed.
     let lines = BufReader::new(child.stdout.as_mut().unwrap()).lines();
     for line in lines.map_while(Result::ok) {
         if let Some((_, said)) = line.split_once("child: ") {
@@ -68,7 +68,7 @@ fn heard(child: &mut Child) -> String {
     panic!("the other process ended without a word");
 }
 
-/// What the other processes do.
+/// The tasks of the other processes.
 #[test]
 #[ignore = "started by the other tests of this file"]
 fn child() {
@@ -80,7 +80,7 @@ fn child() {
     let fetched = match role.strip_prefix("race ") {
         None => fetch(&tables, || {}),
         Some(place) => fetch(&tables, || {
-            // Nobody writes before everybody has found that there is no table.
+            // No process writes before all have found that there is no table.
             let (own, count) = place.split_once(" of ").unwrap();
             fs::write(folder.join(format!("ready-{own}")), "").unwrap();
             let all = || {
@@ -96,7 +96,7 @@ fn child() {
     let (origin, whole) = (fetched.origin, whole(&fetched.table));
     let warnings: Vec<String> = fetched.warnings.iter().map(ToString::to_string).collect();
     println!("\nchild: {origin:?}, whole {whole}, {warnings:?}");
-    // Holds the table until its starter has seen enough.
+    // Holds the table until its parent has seen enough.
     _ = BufReader::new(std::io::stdin()).read_line(&mut String::new());
 }
 
@@ -123,8 +123,8 @@ fn processes_that_build_one_table_at_once_leave_one_good_file() {
 #[test]
 fn a_file_that_outgrows_a_limit_leaves_the_table_in_memory() {
     let folder = tempfile::tempdir().unwrap();
-    // 8 blocks of 512 bytes (1024 in some shells). The signal is ignored as `atlas run` does
-    // it, so that writing fails instead.
+    // 8 blocks of 512 bytes (1024 in some shells). The signal is ignored as in `atlas run`, so that writing fails
+    // instead.
     let mut child = start("trap '' XFSZ; ulimit -f 8;", "fetch", folder.path());
     let said = heard(&mut child);
     assert!(said.starts_with("BuiltInMemory, whole true, "), "{said}");

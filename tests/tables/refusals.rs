@@ -1,4 +1,4 @@
-//! Folders and disks that cannot be written: the work goes on with the table in memory.
+//! Folders and disks that cannot be written: the work continues with the table in memory.
 
 use std::convert::Infallible;
 use std::fs::{self, Permissions};
@@ -10,7 +10,7 @@ use gearatlas::store::{CacheFault, CacheKind, CacheWarning, Fetched, IoFault, Or
 use crate::made::{inputs, mesh};
 use crate::skipped::skipped;
 
-/// Fetches from a folder that cannot keep anything; gives the warnings.
+/// Fetches from a folder that cannot store anything; returns the warnings.
 fn unkept(folder: &Path) -> Vec<CacheWarning> {
     let build = || Ok::<_, Infallible>(mesh(false));
     let Fetched {

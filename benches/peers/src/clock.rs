@@ -1,4 +1,4 @@
-//! Processor time of this thread: what a computation costs, whoever else is on the machine.
+//! Processor time of this thread: the cost of a computation, independent of other processes.
 
 use std::ffi::{c_int, c_long};
 

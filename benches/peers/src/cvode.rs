@@ -8,7 +8,7 @@ use gearatlas::model::{COAST_FLANK, DRIVE_FLANK};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
 
-/// Which multistep method, and how its implicit equations are solved.
+/// Multistep method, and solution of its implicit equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// Adams–Moulton, fixed-point iteration: no matrix.
@@ -17,12 +17,12 @@ pub enum Method {
     Bdf,
 }
 
-/// Whose vector operations CVODE uses.
+/// Source of CVODE's vector operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Vectors {
-    /// Those of the package, compiled for any processor.
+    /// The package, compiled for any processor.
     Packaged,
-    /// Those of `vectors`, compiled for this one.
+    /// The module `vectors`, compiled for this processor.
     Compiled,
 }
 
@@ -118,7 +118,7 @@ impl SmoothSolver for Cvode {
         end: f64,
         state: &mut [f64],
     ) -> Result<Option<(f64, usize)>, Failure> {
-        // Of δ − b and δ + b: which way they pass zero when this contact state ends.
+        // Directions in which δ − b and δ + b pass zero when this contact state ends.
         let mut directions: [c_int; 2] = if field.contact.touching() { [-1, 1] } else { [1, -1] };
         let data = std::ptr::from_ref(field).cast_mut().cast();
         // SAFETY: the handles live as long as `self`; `field` outlives the calls that see it
@@ -167,7 +167,7 @@ impl Drop for Cvode {
     }
 }
 
-/// Ends on a setting that the library refuses: a mistake of this program.
+/// Panics on a setting that the library refuses: a mistake of this program.
 fn check(what: &str, flag: c_int) {
     assert!(flag >= 0, "CVODE refuses its {what}: {flag}");
 }

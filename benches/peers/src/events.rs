@@ -1,16 +1,16 @@
-//! How a solver of smooth equations is led over breakpoints and events: it restarts at each.
+//! Control of a solver of smooth equations across breakpoints and events: it restarts at each.
 
 use crate::field::Field;
 use gearatlas::model::{Model, TrajectoryState};
 
-/// A solver that cannot go on.
+/// A failed solver.
 #[derive(Debug)]
 pub struct Failure(pub String);
 
 /// A solver of smooth initial-value problems that stops at an event.
 pub trait SmoothSolver {
-    /// Advances `state` from `start` to `end`, or to the first event, whose time and contact
-    /// are given. The equations changed since the last call.
+    /// Advances `state` from `start` to `end`, or to the first event, whose time and contact it returns. The equations
+    /// changed since the last call.
     fn piece(
         &mut self,
         field: &Field,
@@ -20,9 +20,9 @@ pub trait SmoothSolver {
     ) -> Result<Option<(f64, usize)>, Failure>;
 }
 
-/// Advances whole mesh cycles; gives the state and how many derivatives it took.
+/// Advances whole mesh cycles; returns the state and the number of derivative evaluations.
 ///
-/// In flight the mesh stiffness does not matter, so breakpoints are passed without a restart.
+/// In flight the mesh stiffness does not matter, so that breakpoints need no restart.
 pub fn advance(
     solver: &mut impl SmoothSolver,
     model: &Model,

@@ -1,16 +1,15 @@
-//! The right-hand side that the general-purpose solvers get: the model's equations in the form
-//! that costs least, with O(N) work and no loop that cannot be vectorised.
+//! The right-hand side for the general-purpose solvers: the cheapest form of the model's equations, with O(N) work and
+//! only loops that can be vectorised.
 
 use gearatlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use std::cell::Cell;
 
 /// The equations of a model, in one contact state at a time.
 ///
-/// Time runs on from the start of the stretch, so that nothing has to restart where a mesh
-/// cycle ends.
+/// Time continues from the start of the stretch, so that the end of a mesh cycle needs no restart.
 pub struct Field {
     modes: usize,
-    /// `v' = position q + velocity v − input F + load + …`, one entry a mode.
+    /// `v' = position q + velocity v − input F + load + …`, one entry per mode.
     position: Vec<f64>,
     velocity: Vec<f64>,
     input: Vec<f64>,
@@ -25,7 +24,7 @@ pub struct Field {
     pub contact: ActiveSet,
     stiffness: f64,
     damping: f64,
-    /// Derivatives asked for.
+    /// Number of derivative evaluations.
     evaluations: Cell<u64>,
 }
 
@@ -73,14 +72,14 @@ impl Field {
         2 * self.modes
     }
 
-    /// Switches to a contact state, with stiffness and damping in force.
+    /// Switches to a contact state, with its stiffness and damping.
     pub fn switch(&mut self, contact: ActiveSet, stiffness: f64, damping: f64) {
         self.contact = contact;
         self.stiffness = stiffness;
         self.damping = damping;
     }
 
-    /// Derivatives asked for so far.
+    /// Number of derivative evaluations so far.
     pub fn evaluations(&self) -> u64 {
         self.evaluations.get()
     }
@@ -128,7 +127,7 @@ impl Field {
                 + self.damping * rate;
         }
         dq.copy_from_slice(v);
-        // Equal lengths, said once, so that the loop needs no checks.
+        // Equal lengths, stated once, so that the loop needs no checks.
         let (a, b, g, s) = (
             &self.position[..n],
             &self.velocity[..n],
@@ -147,7 +146,7 @@ impl Field {
         }
     }
 
-    /// Writes the Jacobian's columns, `column(j)` being the place for the j-th.
+    /// Writes the Jacobian's columns; `column(j)` is the memory for the j-th.
     pub fn jacobian<'a>(&self, mut column: impl FnMut(usize) -> &'a mut [f64]) {
         let n = self.modes;
         let (k, c) = if self.contact.touching() {
@@ -171,7 +170,7 @@ impl Field {
     }
 }
 
-/// Inner product in eight running sums, so that the additions need not wait for one another.
+/// Inner product with eight partial sums, so that the additions need not wait for one another.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_chunks, a_rest) = a.as_chunks::<8>();

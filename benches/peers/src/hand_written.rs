@@ -1,4 +1,4 @@
-//! The program of by_hand/peer.c, called.
+//! Calls the program of by_hand/peer.c.
 
 use crate::clock;
 use gearatlas::model::{Model, Release, TrajectoryState};
@@ -24,19 +24,20 @@ unsafe extern "C" {
 /// Folder of descriptions and tables, from the root of the repository.
 const FOLDER: &str = "target/by-hand";
 
-/// Participations in deflections, of the largest one, below which a mode is not felt.
+/// Participation, relative to the largest one, below which a mode is left out.
 const UNFELT: f64 = 1e-9;
 
-/// A drive of two flanks, as its author sees it: of the modes that a flank feels.
+/// A drive of two flanks in the form of the C program, with the modes that participate in a flank.
 pub struct HandWritten {
     drive: *mut c_void,
-    /// Places of its modes among those of the model.
+    /// Indices of its modes in the model.
     felt: Vec<usize>,
     all: usize,
 }
 
 impl HandWritten {
-    /// Describes a model to `by_hand/tables.py` and loads what that computes, both in files of this name.
+    /// Writes a description of a model for `by_hand/tables.py` and loads the computed tables; both files have this
+    /// name.
     pub fn new(model: &Model, name: &str) -> Self {
         let felt = felt(model);
         let [case, tables] =
@@ -62,18 +63,18 @@ impl HandWritten {
         }
     }
 
-    /// How many modes it has.
+    /// Number of its modes.
     pub fn modes(&self) -> usize {
         self.felt.len()
     }
 
-    /// Of a vector over all components of a state those of its modes.
+    /// Selects the components of its modes from a vector over all components of a state.
     fn of_felt(&self, all: &[f64]) -> Vec<f64> {
         let part = |offset: usize| self.felt.iter().map(move |i| all[offset + i]);
         part(0).chain(part(self.all)).collect()
     }
 
-    /// Advances by whole cycles from the start of one, with a tangent or, where that is empty, without: gives the seconds.
+    /// Advances by whole cycles from the start of one, with a tangent unless it is empty; returns the seconds.
     pub fn advance(&mut self, start: &TrajectoryState, tangent: &[f64], cycles: u64) -> f64 {
         let motion = self.of_felt(&start.state);
         let count = c_int::from(!tangent.is_empty());
@@ -97,7 +98,7 @@ impl HandWritten {
         clock::now() - begin
     }
 
-    /// Its motion (0) or tangent (1) less another one, over all components; nothing in modes that it leaves out.
+    /// Its motion (0) or tangent (1) minus another one, over all components; zero in modes that it leaves out.
     pub fn difference(&self, column: usize, other: &[f64]) -> Vec<f64> {
         let mut own = vec![0.0; 2 * self.modes()];
         // SAFETY: there is room for two numbers for each of the drive's modes.
@@ -119,7 +120,7 @@ impl Drop for HandWritten {
     }
 }
 
-/// Participations (w, g) of a model's flanks in deflection and force, one entry a mode.
+/// Participations (w, g) of a model's flanks in deflection and force, one entry per mode.
 fn participations(model: &Model) -> Vec<[Vec<f64>; 2]> {
     let direction = |flank: usize| model.contacts[flank].cycles[0].segments[0].direction;
     (0..2)
@@ -127,7 +128,7 @@ fn participations(model: &Model) -> Vec<[Vec<f64>; 2]> {
         .collect()
 }
 
-/// The modes that a flank feels.
+/// The modes that participate in a flank.
 fn felt(model: &Model) -> Vec<usize> {
     let w: Vec<_> = participations(model).into_iter().map(|[w, _]| w).collect();
     let largest = w
@@ -138,7 +139,7 @@ fn felt(model: &Model) -> Vec<usize> {
     (0..model.modes()).filter(is_felt).collect()
 }
 
-/// What `by_hand/tables.py` reads. The drive must be one that the program was written for.
+/// The input of `by_hand/tables.py`. The program must support the drive.
 fn description(model: &Model, felt: &[usize]) -> Value {
     assert!(
         model.contacts.len() == 2 && model.ripple.is_empty(),

@@ -1,14 +1,13 @@
-//! What does the same accuracy cost a general-purpose solver?
+//! How fast is a general-purpose solver at the same accuracy?
 //!
 //! ```text
 //! scripts/record peers        builds this, runs it and records table and picture under benches/runs/
 //! ```
 //!
-//! Every solver advances the same stretches of five rattling cycles from the same settled
-//! states; errors are those of the final states against the extended-precision integrator, in
-//! the energy norm and half gaps. Set-up (tables, solver objects) is outside the clock for all.
-//! The clock is the thread's processor time. All run in one process on one thread, so ratios
-//! between them hold.
+//! Every solver advances the same stretches of five rattling cycles from the same settled states. Errors are those of
+//! the final states against the extended-precision integrator, in the energy norm and half gaps. Set-up (tables, solver
+//! objects) is not timed. The clock is the thread's processor time. All run in one process on one thread, so that their
+//! ratios are comparable.
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
@@ -33,7 +32,7 @@ use packaged::Packaged;
 use runge_kutta::RungeKutta;
 use serde_json::{Value, json};
 
-/// Sweeps over all solvers. Processors change their speed; what is run in turn shares it.
+/// Sweeps over all solvers. Processors change their speed, which affects alternating codes equally.
 const ROUNDS: usize = 3;
 
 /// Tolerances of the adaptive solvers: 10⁻⁴ … 10⁻¹⁴.
@@ -99,7 +98,7 @@ fn adaptive(problem: &Problem) -> Vec<Sample> {
     samples
 }
 
-/// The program's own kernels and its reference integrator, over their settings.
+/// The program's kernels and its reference integrator, over their settings.
 fn kernels(problem: &Problem) -> Vec<Sample> {
     let model = &problem.model;
     let mut samples = Vec::new();

@@ -1,4 +1,4 @@
-//! Problems, their exact answers, and how a solver is timed on them.
+//! Problems, their exact solutions, and the timing of solvers on them.
 
 use crate::clock;
 use crate::common;
@@ -13,33 +13,33 @@ use std::cell::Cell;
 /// Mesh cycles of a stretch.
 pub const CYCLES: u64 = 5;
 
-/// Stretches, one after the other on one trajectory.
+/// Consecutive stretches of one trajectory.
 const STRETCHES: usize = 4;
 
 /// Cycles integrated before the first one.
 const TRANSIENT: u64 = 200;
 
-/// In one sweep a solver is run again until this time \[s\] is spent,
+/// In one sweep a solver is repeated until this time \[s\] has passed,
 const PATIENCE: f64 = 0.07;
 
-/// at least once and at most so often.
+/// at least once and at most this often.
 const MOST: usize = 100;
 
-/// A rattling drive, where its stretches start and where they truly end.
+/// A rattling drive, with the starts and the exact ends of its stretches.
 pub struct Problem {
     pub name: &'static str,
     pub model: Model,
     pub starts: Vec<TrajectoryState>,
     exact: Vec<ExtendedPassage>,
     norm: EnergyNorm,
-    /// Derivatives that the adaptive solvers asked for.
+    /// Derivative evaluations of the adaptive solvers.
     evaluations: Cell<u64>,
     pub events_per_cycle: f64,
-    /// How far halved steps move the exact answers, half gaps.
+    /// Change of the exact solutions with half the step, half gaps.
     pub uncertainty: f64,
 }
 
-/// What one solver did at one setting.
+/// Results of one solver at one setting.
 pub struct Sample {
     solver: String,
     /// Tolerance, or step \[s\].
@@ -51,9 +51,9 @@ struct Outcome {
     /// Largest and geometric mean of the stretches' errors, half gaps.
     largest: f64,
     mean: f64,
-    /// Derivatives a cycle; zero for solvers that work without.
+    /// Derivative evaluations per cycle; zero for solvers without.
     evaluations: f64,
-    /// Seconds a cycle of each repetition, ascending.
+    /// Seconds per cycle of each repetition, ascending.
     times: Vec<f64>,
 }
 
@@ -99,7 +99,7 @@ impl Problem {
         }
     }
 
-    /// What the record says of the problem.
+    /// The problem in the record.
     pub fn json(&self) -> Value {
         json!({
             "name": self.name,
@@ -110,8 +110,8 @@ impl Problem {
         })
     }
 
-    /// The size of each component that has the energy of a displacement by half a gap: the
-    /// unit of the absolute tolerances. What the norm leaves out is not controlled.
+    /// The magnitude of each component with the energy of a displacement by half a gap: the unit of the absolute
+    /// tolerances. Components outside the norm are not controlled.
     pub fn scale(&self) -> Vec<f64> {
         let scale = |weight: &f64| {
             if *weight > 0.0 { self.norm.unit() / weight } else { 1e30 }
@@ -154,7 +154,7 @@ impl Problem {
         }
     }
 
-    /// Runs a solver over all stretches, once for its errors and then for its time.
+    /// Runs a solver over all stretches, first for its errors and then for its time.
     pub fn measure(
         &self,
         name: &str,
@@ -183,14 +183,14 @@ impl Problem {
             if !error.is_finite() {
                 return Err(Failure("the state is not finite".into()));
             }
-            // A state may be the exact one in doubles.
+            // A state can be exact in doubles.
             errors.push(error.max(f64::EPSILON));
         }
         let logarithms: f64 = errors.iter().map(|e| e.ln()).sum();
         let cycles = STRETCHES as f64 * CYCLES as f64;
         let evaluations = self.evaluations.get() as f64 / cycles;
         let begin = clock::now();
-        // What takes so long needs no warming up.
+        // A long run needs no warm-up.
         let mut times =
             if integrating > PATIENCE { vec![integrating / cycles] } else { Vec::new() };
         while times.is_empty()
@@ -228,7 +228,7 @@ impl Sample {
         }
     }
 
-    /// One line for a person who waits.
+    /// One line of progress for the user.
     pub fn line(&self) -> String {
         let what = format!("{:<16} {:>8.0e}", self.solver, self.setting);
         match &self.outcome {
@@ -243,7 +243,7 @@ impl Sample {
         }
     }
 
-    /// The record of it; times in seconds a cycle.
+    /// Its record; times in seconds per cycle.
     pub fn json(&self, problem: &Problem) -> Value {
         let mut record = json!({
             "problem": problem.name,

@@ -1,7 +1,7 @@
-//! DOP853 as the `differential-equations` crate ships it, with its own steps and step control.
+//! DOP853 from the `differential-equations` crate, with its steps and step control.
 //!
-//! Its interpolant is right up to the cubic part only (version 0.7.0 swaps s and 1 − s in the terms
-//! of higher degree), so events are located by Newton's method on steps of the crate, as in `runge_kutta`.
+//! Its interpolant is right only up to the cubic part (version 0.7.0 exchanges s and 1 − s in the terms of higher
+//! degree). Therefore Newton's method locates events with steps of the crate, as in `runge_kutta`.
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
@@ -13,7 +13,7 @@ use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 pub struct Packaged {
     tolerance: f64,
     absolute: Vec<f64>,
-    /// Step to start the next piece with \[s\].
+    /// First step of the next piece \[s\].
     step: f64,
 }
 
@@ -29,7 +29,7 @@ impl Packaged {
 }
 
 impl Packaged {
-    /// Leaves the state at the event of a step in `state`; gives its time from the step's start.
+    /// Writes the state at the event of a step to `state`; returns its time from the step's start.
     fn locate(
         &self,
         field: &Field,
@@ -42,7 +42,7 @@ impl Packaged {
         let mut tau = h * hermite_zero(field.margin(time, previous), after, h);
         let precise = field.half_gap * (1e-3 * self.tolerance).max(4e-16);
         for _ in 0..10 {
-            // One step whatever its error: the step it shortens was accepted.
+            // One step with any error, because the longer step was accepted.
             let mut single = ExplicitRungeKutta::dop853().rtol(1e30).atol(1e30).h0(tau);
             let there = (single.init(&Equations(field), time, time + 2.0 * tau, previous))
                 .and_then(|_| single.step(&Equations(field)));

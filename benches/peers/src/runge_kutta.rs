@@ -1,18 +1,17 @@
-//! Explicit Runge–Kutta pairs of high order, written for speed: DOP853 (Hairer, Nørsett & Wanner
-//! 1993) and Verner's (2010) 9(8). Coefficients from the `differential-equations` crate.
+//! Explicit Runge–Kutta pairs of high order, written for speed: DOP853 (Hairer, Nørsett & Wanner 1993) and Verner's
+//! (2010) 9(8). Coefficients from the `differential-equations` crate.
 //!
-//! Nothing is allocated while integrating, coefficients that are zero cost nothing, and the step
-//! size survives events. An event is located by Newton's method, each evaluation being a step
-//! of its own, so that no interpolant limits the accuracy.
+//! Integration allocates nothing, zero coefficients cost nothing, and events keep the step size. Newton's method
+//! locates an event. Each of its evaluations is a separate step, so that no interpolant limits the accuracy.
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use differential_equations::tableau::ButcherTableau;
 
-/// A coefficient with the stage it belongs to; zeros are left out.
+/// Coefficients with their stages, without zeros.
 type Row = Vec<(usize, f64)>;
 
-/// How the local error is estimated.
+/// Estimate of the local error.
 enum Estimate {
     /// Difference of the two weights of a pair.
     Pair(Row),
@@ -29,7 +28,7 @@ pub struct RungeKutta {
     order: f64,
     tolerance: f64,
     scale: Vec<f64>,
-    /// Step to try next \[s\].
+    /// Next trial step \[s\].
     step: f64,
     slopes: Vec<Vec<f64>>,
     stage: Vec<f64>,
@@ -85,7 +84,7 @@ impl RungeKutta {
         }
     }
 
-    /// Sets `next` to the state after `h`, the first slope being known.
+    /// Sets `next` to the state after `h`, with a known first slope.
     fn advance(&mut self, field: &Field, time: f64, h: f64, state: &[f64]) {
         for i in 1..self.nodes.len() {
             self.stage.copy_from_slice(state);
@@ -129,8 +128,8 @@ impl RungeKutta {
         }
     }
 
-    /// Shortens the step just made to the event in it and leaves the state there in `next`;
-    /// gives the time from the step's start.
+    /// Shortens the last step to its event and writes the state there to `next`; returns the time from the step's
+    /// start.
     fn locate(
         &mut self,
         field: &Field,
@@ -194,7 +193,7 @@ impl SmoothSolver for RungeKutta {
             }
             let growth = if rejected { growth.min(1.0) } else { growth };
             rejected = false;
-            // A step cut by a breakpoint says nothing against the one before it.
+            // A step cut by a breakpoint is no reason to shorten the next.
             self.step = if cut { self.step.max(h * growth) } else { h * growth };
             state.copy_from_slice(&self.next);
             time = reached;
@@ -207,8 +206,8 @@ impl SmoothSolver for RungeKutta {
     }
 }
 
-/// Place in (0, 1) where the cubic through values and rates at both ends turns negative; it
-/// counts as positive at 0.
+/// Position in (0, 1) where the cubic through values and rates at both ends becomes negative; it counts as positive at
+/// 0.
 pub fn hermite_zero(before: (f64, f64), after: (f64, f64), h: f64) -> f64 {
     let value = |x: f64| {
         let y = 1.0 - x;

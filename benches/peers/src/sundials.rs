@@ -1,4 +1,4 @@
-//! The part of SUNDIALS 6 that is called, as declared in its headers.
+//! The used part of SUNDIALS 6, as declared in its headers.
 
 #![allow(non_snake_case)]
 

@@ -1,9 +1,8 @@
 //! Vector operations for CVODE, compiled for this processor.
 //!
-//! Debian's library is built for any processor, and with forty modes CVODE spends most of its
-//! time on sums of short vectors (its predictor alone makes about q²/2 of them a step at order q).
-//! The three operations that matter are replaced, so that the comparison is with the method
-//! rather than with the package.
+//! Debian's library is built for any processor, and with forty modes CVODE spends most of its time on sums of short
+//! vectors (its predictor alone makes about q²/2 of them per step at order q). This module replaces the three relevant
+//! operations, so that the comparison concerns the method rather than the package.
 
 use crate::sundials::{self as c, Opaque};
 use std::ffi::c_void;
@@ -16,7 +15,7 @@ struct Vector {
     context: Opaque,
 }
 
-/// The head of `struct _generic_N_Vector_Ops`, up to the last entry replaced.
+/// The head of `struct _generic_N_Vector_Ops`, up to the last replaced entry.
 #[repr(C)]
 struct Operations {
     constructors: [*const c_void; 10],

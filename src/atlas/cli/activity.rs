@@ -1,4 +1,4 @@
-//! What the workers of each NUMA node have done.
+//! Work done by the workers of each NUMA node.
 
 use crate::store::PointRow;
 use serde::Serialize;
@@ -21,14 +21,13 @@ struct Node {
 /// Work done on one node.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NodeActivity {
-    /// As the system numbers it; absent where it does not tell.
+    /// Number of the node in the system; absent if unknown.
     pub numa_node: Option<u32>,
     /// Workers that have finished a point there.
     pub workers: usize,
     /// Points finished there.
     pub points: u64,
-    /// Workers that were in these points, averaged over the run so far. Points that are not
-    /// finished do not count yet.
+    /// Busy workers, averaged over the run so far. Unfinished points do not count yet.
     pub busy: f64,
 }
 
@@ -42,7 +41,7 @@ impl Activity {
         node.seconds += placement.wall_time;
     }
 
-    /// What was done in the first `elapsed` \[s\] of the run, by node.
+    /// Work done in the first `elapsed` \[s\] of the run, by node.
     pub fn over(&self, elapsed: f64) -> Vec<NodeActivity> {
         let of = |(numa_node, node): (&Option<u32>, &Node)| NodeActivity {
             numa_node: *numa_node,
@@ -53,7 +52,7 @@ impl Activity {
         self.nodes.iter().map(of).collect()
     }
 
-    /// The same in words, where there are several nodes: `node 0: 3.9 of 4 workers busy, …`.
+    /// The same in words, if there are several nodes: `node 0: 3.9 of 4 workers busy, …`.
     pub fn words(&self, elapsed: f64) -> String {
         if self.nodes.len() < 2 {
             return String::new();
@@ -62,7 +61,7 @@ impl Activity {
         for node in self.over(elapsed) {
             let name = node.numa_node.map_or("?".to_owned(), |n| n.to_string());
             let separator = if text.is_empty() { "" } else { ", " };
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             _ = write!(
                 text,
                 "{separator}node {name}: {:.1} of {} workers busy",

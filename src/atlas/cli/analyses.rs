@@ -1,9 +1,9 @@
-//! Which analyses are asked of a point, in words.
+//! The requested analyses of a point, in words.
 
 use crate::analysis::{GrowthNorm, NvhConfig, Section, SliceOf};
 use crate::manifest::PointSpec;
 
-/// All of them with their settings, separated by commas.
+/// All analyses with their settings, separated by commas.
 pub(super) fn analyses(point: &PointSpec) -> String {
     let analyses = &point.analyses;
     let lyapunov = analyses.lyapunov.map(|lyapunov| {

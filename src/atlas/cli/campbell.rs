@@ -1,5 +1,5 @@
-//! What a Campbell diagram shows, computed from a manifest: natural frequencies over the speed, with
-//! contacts open and closed, and the orders of mesh, shafts and torque ripple.
+//! The data of a Campbell diagram, computed from a manifest: natural frequencies over the speed, with contacts open and
+//! closed, and the orders of mesh, shafts and torque ripple.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -14,19 +14,19 @@ use crate::structure::ModalStructure;
 use crate::sweep::{MeshTables, Prepared, build};
 use crate::units;
 
-/// Speeds at which modes are computed: between them frequencies are nearly linear.
+/// Number of speeds at which modes are computed; in between, frequencies are nearly linear.
 const SPEEDS: usize = 9;
 
-/// Lowest of them, as part of the highest.
+/// Lowest of them, relative to the highest.
 const LOWEST: f64 = 0.05;
 
-/// How far the diagram goes beyond the only speed of a grid.
+/// Upper end of the diagram, relative to the only speed of a grid.
 const BEYOND_ONE: f64 = 1.5;
 
-/// The diagram of a job's first structure, with the orders of the mesh that are asked for, or the usual ones.
+/// The diagram of a job's first structure, with the requested orders of the mesh, or the default ones.
 ///
 /// # Errors
-/// Why there is none, in a sentence.
+/// The reason why there is no diagram, as a sentence.
 pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, String> {
     let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
     let first = job
@@ -43,7 +43,7 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         .collect();
     let at_speed = at_speeds(&structure, &first, &speeds, parts.meshes());
     let at_speed = at_speed.map_err(|error| with_causes(&error))?;
-    // Modes are told by their place in ascending frequency; rigid motions are no line.
+    // Modes are identified by their position in ascending frequency; rigid motions have no line.
     let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
     let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
         let all = (0..count).map(|mode| {
@@ -128,8 +128,8 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
     })
 }
 
-/// Meshes of other frequencies than the first, one of each frequency, such as that of each planetary set: their names, and
-/// their cycles in a cycle of the first mesh.
+/// Meshes with other frequencies than the first mesh, one per frequency, such as one per planetary set: their names,
+/// and their cycles per cycle of the first mesh.
 fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
     let mut known = vec![[1, 1]];
     let names = structure.mesh_names().into_iter().skip(1);
@@ -144,7 +144,7 @@ fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// Modes at every speed. Without gyroscopic terms, which alone go with the speed, all are those of one.
+/// Modes at every speed. Only gyroscopic terms depend on the speed; without them, one speed is enough.
 fn at_speeds(
     structure: &ModalStructure,
     first: &PointSpec,
@@ -161,7 +161,7 @@ fn at_speeds(
     Ok(found)
 }
 
-/// Orders of a shaft that excite: once a turn, and those of torque ripple; ascending.
+/// Orders of a shaft with an excitation: once per revolution, and those of torque ripple; ascending.
 fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
     let ripples = first.excitation.torque_ripple.iter();
     let motions = first.excitation.imposed_motion.iter();
@@ -177,7 +177,7 @@ fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
 /// The job of a manifest, or of the record of a results folder.
 ///
 /// # Errors
-/// Why there is none, in a sentence that ends with `remedy`; `None` if the errors of the manifest were already shown.
+/// The reason, as a sentence that ends with `remedy`; `None` if the errors of the manifest were already shown.
 pub fn job(source: &Path, remedy: &str) -> Result<Job, Option<String>> {
     if source.is_file() {
         return match manifest::load(source) {

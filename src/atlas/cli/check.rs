@@ -1,4 +1,4 @@
-//! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
+//! `atlas check m.toml`: lists all errors of a manifest, or its points and settings. Writes no file.
 
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
@@ -31,13 +31,13 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Characters of a line of the summary.
+/// Most characters of a line of the summary.
 const MOST_CHARACTERS: usize = 2000;
 
-/// Values of an axis that programs are given.
+/// Most values of an axis in the output for programs.
 const MOST_VALUES: usize = 10_000;
 
-/// Checks a manifest: status 0 when it is valid, 2 when it is not.
+/// Checks a manifest: status 0 if it is valid, 2 if it is not.
 pub fn run(args: &CheckArgs) -> ExitCode {
     match args.manifest.load() {
         Ok(job) => {
@@ -77,13 +77,13 @@ fn summary(name: &str, job: &Job) -> String {
     text
 }
 
-/// Why a point cannot be computed; `None` also for structures that are too large to try.
+/// Why a point cannot be computed; `None` also for structures that are too large to check.
 fn fault(point: &PointSpec, parts: &Prepared) -> Option<String> {
     structure::check_size(point).ok()?;
     parts.model(point).err().map(|error| error.to_string())
 }
 
-/// Head and text of every line of the summary.
+/// Label and text of every line of the summary.
 fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, String)> {
     let mut lines = vec![
         ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
@@ -157,7 +157,7 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
     lines
 }
 
-/// How fast the bodies of a train turn.
+/// Speeds of the bodies of a train.
 fn speeds(first: &PointSpec) -> Option<(String, String)> {
     let StructureSource::Train(train) = &first.model.source else {
         return None;
@@ -238,7 +238,7 @@ fn coast(job: &Job) -> String {
     )
 }
 
-/// `60 segments, 3.333e8 ... 4.444e8 N/m`, or where a table comes from.
+/// `60 segments, 3.333e8 ... 4.444e8 N/m`, or the source of a table.
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut counts = (f64::INFINITY, f64::NEG_INFINITY);
@@ -256,7 +256,7 @@ fn stiffness(job: &Job) -> String {
                 series = true;
                 harmonics.len()
             }
-            // The law is no axis of a grid: all points have it.
+            // The law cannot be an axis of a grid: all points have the same.
             StiffnessSpec::Table(table) => return tabled(job, table),
         };
         let (low, high) = range(law.extremes().into_iter().flatten());
@@ -303,7 +303,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 /// `5e-6 … 5e-5`, or one number.
 fn span(low: f64, high: f64) -> String {
     let number = |value: f64| {
-        // Four digits tell values apart; the manifest has the others.
+        // Four digits distinguish the values; the manifest has the others.
         let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
         if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
             format!("{rounded}")

@@ -1,4 +1,4 @@
-//! What a run says while it goes and when it ends: to people, and to programs.
+//! The messages of a run during its work and at its end, for users or for programs.
 
 use super::answer;
 use super::events::Events;
@@ -10,7 +10,7 @@ use crate::sweep::{Begun, Progress, Watcher};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Says what it is told, as the user asked for it.
+/// Prints messages in the requested form.
 pub struct Console<'a> {
     quiet: bool,
     display: Display,
@@ -18,7 +18,7 @@ pub struct Console<'a> {
 }
 
 impl<'a> Console<'a> {
-    /// The voice of a run whose results go to `folder`.
+    /// The console of a run with results in `folder`.
     pub fn new(args: &RunArgs, job: &'a Job, folder: &'a Path) -> Self {
         Self {
             quiet: args.quiet,
@@ -27,7 +27,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Says how the run ended, `text` to people, and gives the exit status.
+    /// Reports the end of the run, for users as `text`, and returns the exit status.
     pub fn close(self, record: &RunRecord, exit_status: u8, text: &str) -> ExitCode {
         drop(self.display);
         match self.events {

@@ -1,5 +1,5 @@
-//! `atlas run --json`: how a run goes, on standard output, for programs. One JSON object a
-//! line, each with its kind in `event`; described in docs/events.md.
+//! `atlas run --json`: the progress of a run on standard output, for programs. Each line is one JSON object with its
+//! kind in `event`; docs/events.md describes them.
 
 use super::activity::{Activity, NodeActivity};
 use super::fail;
@@ -17,7 +17,7 @@ use std::time::Duration;
 /// Time between two events of progress.
 const INTERVAL: Duration = Duration::from_secs(1);
 
-/// Something that happens in a run.
+/// An event of a run.
 #[derive(Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 enum Event<'a> {
@@ -85,12 +85,12 @@ pub struct Events<'a> {
     activity: Activity,
     last_progress: Duration,
     warned: BTreeSet<String>,
-    /// Why nothing more can be written.
+    /// Why no more events can be written.
     fault: Option<io::Error>,
 }
 
 impl<'a> Events<'a> {
-    /// Events of a run whose results go to `folder`.
+    /// Events of a run with results in `folder`.
     pub fn new(job: &'a Job, folder: &'a Path, shard: Option<Shard>) -> Self {
         Self {
             job,
@@ -107,7 +107,7 @@ impl<'a> Events<'a> {
         if self.fault.is_some() {
             return;
         }
-        // Plain data; it always has a JSON form, and numbers that are not finite are null.
+        // Plain data always have a JSON form; numbers that are not finite become null.
         let mut line = serde_json::to_vec(event).unwrap_or_default();
         line.push(b'\n');
         let mut stdout = io::stdout().lock();
@@ -133,8 +133,8 @@ impl<'a> Events<'a> {
         });
     }
 
-    /// The last event; gives the exit status, which is another where standard output could not
-    /// be written. A reader that has gone is no fault: it has what it wanted.
+    /// Writes the last event. Returns the exit status, which differs if standard output could not be written. A closed
+    /// pipe is no error, because its reader no longer needs events.
     pub fn finished(mut self, record: &RunRecord, exit_status: u8) -> ExitCode {
         for warning in &record.warnings {
             self.warning(warning);

@@ -1,4 +1,4 @@
-//! What excites the drive of a manifest, for `atlas check`.
+//! The excitation of a drive, for `atlas check`.
 
 use super::gear_mesh::GearMesh;
 use super::point::number;
@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 /// One cause of vibration.
 pub struct Cause {
-    /// For people.
+    /// Text for users.
     pub text: String,
-    /// For programs.
+    /// Value for programs.
     pub value: Value,
 }
 
-/// What excites a point, in the order of the manifest's tables. What was left out on purpose is
-/// among it, and says so.
+/// Excitations of a point, in the order of the manifest's tables. Includes excitations that the manifest omits on
+/// purpose, with a note.
 pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
     let mut causes = Vec::new();
     if point.mesh.stiffness.varies() {
@@ -69,7 +69,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
 
 /// The error of flanks from the drawing under load.
 fn flank_error(point: &PointSpec, mesh: &GearMesh) -> Option<Cause> {
-    // Gears without a table are reported when they are asked for; here there is no figure.
+    // Missing tables of gears are reported on request; the error is unknown here.
     let range = (mesh.loaded.as_ref()?.as_ref()).map_or(f64::NAN, |loaded| loaded.flank_error);
     let size = format!("{:.3} µm peak to peak at load {}", 1e6 * range, point.load);
     let harmonics = point.excitation.table_harmonics;
@@ -92,7 +92,7 @@ fn flank_error(point: &PointSpec, mesh: &GearMesh) -> Option<Cause> {
     Some(Cause { text, value })
 }
 
-/// Imposed harmonics, where there are any.
+/// Imposed harmonics, if any.
 fn imposed(whose: &str, cause: &str, errors: Option<&Vec<MeshHarmonic>>) -> Option<Cause> {
     let errors = errors.filter(|errors| !errors.is_empty())?;
     let amplitudes: Vec<f64> = errors.iter().map(|term| term.amplitude).collect();
@@ -110,7 +110,7 @@ fn imposed(whose: &str, cause: &str, errors: Option<&Vec<MeshHarmonic>>) -> Opti
     })
 }
 
-/// The key of a shaft, and what to call it.
+/// The key of a shaft, and its name in texts.
 fn named(point: &PointSpec, shaft: DriveShaft) -> [String; 2] {
     let key = match shaft {
         DriveShaft::Pinion => "pinion",

@@ -42,7 +42,7 @@ pub struct ExportArgs {
     pub json: bool,
 }
 
-/// Writes the files: status 0 when done, 2 for bad input, 1 where a file cannot be written.
+/// Writes the files: status 0 if done, 2 for bad input, 1 if a file cannot be written.
 pub fn run(args: &ExportArgs) -> ExitCode {
     let request = ExportRequest {
         tables: args.tables.clone(),
@@ -82,7 +82,7 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-/// 1 where the system refuses, 2 where something else is to be asked for.
+/// 1 if the system refuses, 2 if the user has to change the request.
 fn status(error: &ExportError) -> u8 {
     match error {
         ExportError::Store(StoreError::Io(_)) | ExportError::Arrow { .. } => 1,

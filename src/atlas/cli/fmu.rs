@@ -67,10 +67,10 @@ impl Fmi {
 /// File name of the library.
 const LIBRARY: &str = "libatlas_fmu.so";
 
-/// Longest library \[bytes\].
+/// Largest size of the library \[bytes\].
 const LONGEST: u64 = 1 << 30;
 
-/// Writes the file: status 0, 2 for bad input, 1 where it cannot be written.
+/// Writes the file: status 0, 2 for bad input, 1 if it cannot be written.
 pub fn run(args: &FmuArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -96,7 +96,7 @@ pub fn run(args: &FmuArgs) -> ExitCode {
         Ok(found) => found,
         Err(message) => return fail(BAD_INPUT, &message),
     };
-    // Only the tables that this point needs go into the file.
+    // The file contains only the tables that this point needs.
     let tables = match tempfile::tempdir() {
         Ok(folder) => folder,
         Err(error) => return fail(1, &format!("cannot create a temporary folder: {error}")),
@@ -148,7 +148,7 @@ fn library(args: &FmuArgs) -> Result<(PathBuf, Vec<u8>), String> {
     }
 }
 
-/// What was written.
+/// Summary of the written file.
 struct Summary<'a> {
     out: PathBuf,
     fmi: Fmi,

@@ -39,7 +39,7 @@ pub struct FollowArgs {
     pub json: bool,
 }
 
-/// Follows orbits: status 0 when done, 2 for bad input, 130 when interrupted.
+/// Follows orbits: status 0 if done, 2 for bad input, 130 if interrupted.
 pub fn run(args: &FollowArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -70,7 +70,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     let talks = !args.quiet && !args.json && std::io::stderr().is_terminal();
     let passed = |text: &str| {
         if talks {
-            // A terminal that is gone is no reason to stop.
+            // A closed terminal is no reason to stop.
             _ = writeln!(std::io::stderr().lock(), "{}", printable(text));
         }
     };
@@ -95,7 +95,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-/// What was found, counted.
+/// Counts of the results.
 struct Census {
     branches: usize,
     orbits: usize,

@@ -1,4 +1,4 @@
-//! What the gears of a manifest mesh like, for `atlas check`: contact ratio, backlash, stiffness over the cycle.
+//! The meshes of a manifest's gears, for `atlas check`: contact ratio, backlash, stiffness over the cycle.
 
 use super::point::number;
 use crate::gear::Flanks;
@@ -10,14 +10,13 @@ use serde_json::{Value, json};
 
 /// The mesh of a grid's first point.
 pub struct GearMesh {
-    /// What the mean load makes of a mesh that is computed from the drawing; a sentence where nothing
-    /// can be made.
+    /// The mesh computed from the drawing, under the mean load. An error is a sentence with the reason.
     pub loaded: Option<Result<LoadedMesh, String>>,
-    /// Smallest, mean and largest stiffness \[N/m\], where it is known.
+    /// Smallest, mean and largest stiffness \[N/m\], if known.
     stiffness: Option<[f64; 3]>,
     /// Transverse contact ratio and overlap ratio of the drawing.
     ratios: Option<[f64; 2]>,
-    /// Backlash along the line of action that the drawing leaves \[m\].
+    /// Backlash along the line of action from the drawing \[m\].
     backlash: Option<f64>,
     half_gap: f64,
     load: f64,
@@ -26,7 +25,7 @@ pub struct GearMesh {
 }
 
 impl GearMesh {
-    /// That of a point.
+    /// The mesh of a point.
     pub fn of(point: &PointSpec, parts: &Prepared) -> Self {
         let gears = point.model.source.gears();
         let flanks = gears.as_ref().and_then(|gears| Flanks::new(gears).ok());
@@ -52,12 +51,12 @@ impl GearMesh {
             half_gap: point.mesh.half_gap,
             load: point.load,
             loaded,
-            // The point then fails as well, and `check` prints why.
+            // In this case the point fails as well, and `check` prints the reason.
             further: further.and_then(Result::ok).unwrap_or_default(),
         }
     }
 
-    /// Head and text of its lines.
+    /// Label and text of its lines.
     pub fn lines(&self) -> Vec<(String, String)> {
         let mut lines = Vec::new();
         let mut gears = Vec::new();
@@ -119,7 +118,7 @@ impl GearMesh {
         lines
     }
 
-    /// Half the backlash of the drawing \[m\], where that is more than round-off.
+    /// Half the backlash of the drawing \[m\], if it exceeds round-off.
     fn drawn_half_gap(&self) -> Option<f64> {
         self.backlash
             .filter(|backlash| *backlash > 1e-6 * self.half_gap)
@@ -175,7 +174,7 @@ fn further_json((gears, mesh): &([String; 2], LoadedMesh)) -> Value {
     })
 }
 
-/// Smallest, mean and largest of a stiffness that is given.
+/// Smallest, mean and largest value of a given stiffness.
 fn imposed(stiffness: &StiffnessSpec) -> Option<[f64; 3]> {
     let [least, most] = stiffness.extremes()?;
     Some([least, stiffness.mean()?, most])

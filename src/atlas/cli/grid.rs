@@ -1,11 +1,10 @@
-//! Which points does a job have, in words and for programs?
+//! Which points does a job have? In words and for programs.
 
 use crate::manifest::{Carried, Design, Job, Law};
 use crate::report::{Unit, to_digits};
 use serde_json::{Value, json};
 
-/// `80 = 8 load x 10 speed`; of a refined grid what is computed in any case, and the most that may
-/// be.
+/// `80 = 8 load x 10 speed`; for a refined grid the smallest and the largest number of computed points.
 pub fn points(job: &Job) -> String {
     let mut counts = counts(job, &[]);
     if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
@@ -27,7 +26,7 @@ pub fn points(job: &Job) -> String {
     )
 }
 
-/// `8 load`, `10 speed`, or `12 torque with speed` of tied axes; `varied` stands for the lengths of axes with several
+/// `8 load`, `10 speed`, or `12 torque with speed` for tied axes. `varied` replaces the lengths of axes with several
 /// values.
 fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
     let mut varied = varied.iter().copied();
@@ -69,7 +68,7 @@ pub fn order(job: &Job, carried: &Carried) -> String {
     )
 }
 
-/// How the state is carried; null where points are independent.
+/// How the state is carried; null if points are independent.
 pub fn carried_json(job: &Job) -> Value {
     json!(job.carried.as_ref().map(|carried| json!({
         "along": job.axes[carried.axis].name(),
@@ -79,7 +78,7 @@ pub fn carried_json(job: &Job) -> Value {
     })))
 }
 
-/// The axes that advance in step, group by group.
+/// The axes that advance in step, by group.
 pub fn tied_json(job: &Job) -> Value {
     let names =
         |axes: &[usize]| -> Vec<&str> { axes.iter().map(|&axis| job.axes[axis].name()).collect() };
@@ -87,7 +86,7 @@ pub fn tied_json(job: &Job) -> Value {
     json!(groups.map(|own| names(&own.axes)).collect::<Vec<_>>())
 }
 
-/// `1000 samples of 3 distributions; 5000 rows for Sobol' indices (saltelli)`; none where nothing is drawn.
+/// `1000 samples of 3 distributions; 5000 rows for Sobol' indices (saltelli)`; `None` if no axis is a distribution.
 pub fn samples(job: &Job) -> Option<String> {
     let samples = job.samples.as_ref()?;
     let (count, axes) = (samples.count, samples.axes.len());
@@ -109,7 +108,7 @@ pub fn samples(job: &Job) -> Option<String> {
     ))
 }
 
-/// `normal, mean 80, standard deviation 10, from 60 to 100 um` of a drawn axis, values times `unit`.
+/// `normal, mean 80, standard deviation 10, from 60 to 100 um` for a sampled axis, values times `unit`.
 pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
     let drawn = job.samples.as_ref()?.axes.iter();
     let (_, distribution) = drawn.into_iter().find(|(own, _)| *own == axis)?;
@@ -136,7 +135,7 @@ pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
     Some(format!("{} ({law}{limits})", distribution.law.name()))
 }
 
-/// How values are drawn; null where none are.
+/// How values are sampled; null if no axis is a distribution.
 pub fn samples_json(job: &Job) -> Value {
     json!(job.samples.as_ref().map(|samples| json!({
         "design": samples.design.name(),
@@ -152,7 +151,7 @@ pub fn samples_json(job: &Job) -> Value {
     })))
 }
 
-/// How the grid is refined; null where it is not. `points` is then the most there can be.
+/// How the grid is refined; null if it is not. `points` is then an upper limit.
 pub fn refine_json(job: &Job) -> Value {
     json!(job.refine.as_ref().map(|refine| json!({
         "coarse": refine.nested.coarse,
@@ -164,7 +163,7 @@ pub fn refine_json(job: &Job) -> Value {
     })))
 }
 
-/// Why the points of a refined grid cannot be dealt out, or some of them computed again.
+/// Why the points of a refined grid cannot be split into shards, or partly recomputed.
 pub fn refuses(job: &Job, option: &str) -> Option<String> {
     job.refine.as_ref().map(|_| {
         format!(

@@ -1,5 +1,5 @@
-//! `atlas help`: the subcommands, one of them, the keys of a manifest, one key, or the schema that
-//! editors check a manifest with.
+//! `atlas help`: lists the subcommands, or explains one of them, the keys of a manifest, one key, or the schema with
+//! which editors check a manifest.
 
 use super::{BAD_INPUT, Cli, answer, fail};
 use crate::manifest::manual;
@@ -18,7 +18,7 @@ pub struct HelpArgs {
     pub topic: Vec<String>,
 }
 
-/// Any text, with the topics that shells complete it to.
+/// Accepts any text; shells complete it to the topics.
 #[derive(Debug, Clone)]
 struct Topic;
 
@@ -40,7 +40,7 @@ impl TypedValueParser for Topic {
     }
 }
 
-/// Explains a topic: status 0, or 2 where there is none of that name.
+/// Explains a topic: status 0, or 2 if it does not exist.
 pub fn run(args: &HelpArgs) -> ExitCode {
     let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
     match topic.as_slice() {
@@ -63,7 +63,7 @@ fn is_subcommand(name: &str) -> bool {
     Cli::command().find_subcommand(name).is_some()
 }
 
-/// What `--help` says behind some subcommands.
+/// Prints the `--help` text of a subcommand.
 fn of_subcommand(names: &[&str]) -> ExitCode {
     let line = ["atlas"].iter().chain(names).chain(&["--help"]);
     let Err(text) = Cli::try_parse_from(line) else {
@@ -73,7 +73,7 @@ fn of_subcommand(names: &[&str]) -> ExitCode {
         ErrorKind::DisplayHelp => ExitCode::SUCCESS,
         _ => ExitCode::from(BAD_INPUT),
     };
-    // Nothing can be done when the output is closed.
+    // Ignore a closed output.
     _ = text.print();
     status
 }

@@ -1,4 +1,4 @@
-//! Which kernel the points of a manifest get, for `atlas check`.
+//! Which kernel do the points of a manifest get? For `atlas check`.
 
 use crate::manifest::{Job, PointSpec};
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, Why};
@@ -6,17 +6,17 @@ use crate::sweep::{PointKernel, Prepared};
 
 /// The kernel of a grid's first point.
 pub struct FirstKernel {
-    /// Name of the one that is taken; none where there is no drive.
+    /// Name of the chosen kernel; `None` if there is no drive.
     pub taken: Option<&'static str>,
-    /// Why, or why not, where that depends on the drive.
+    /// The reason, if it depends on the drive.
     pub why: Option<String>,
     asked: KernelSetting,
-    /// Whether other points may get another one.
+    /// Whether other points may get another kernel.
     alone: bool,
 }
 
 impl FirstKernel {
-    /// That of a job's first point.
+    /// The kernel of a job's first point.
     pub fn of(job: &Job, first: &PointSpec, parts: &Prepared) -> Self {
         let asked = first.run.kernel;
         let found = match asked {
@@ -48,7 +48,7 @@ impl FirstKernel {
         }
     }
 
-    /// `closed_modes (auto: 12 modes, …)`; nothing where it does not depend on the drive.
+    /// `closed_modes (auto: 12 modes, …)`; `None` if it does not depend on the drive.
     pub fn line(&self) -> Option<String> {
         let why = self.why.as_ref()?;
         let auto = match self.asked {
@@ -63,7 +63,7 @@ impl FirstKernel {
     }
 }
 
-/// What `[run]` says of the kernel, in words.
+/// The setting of the kernel in `[run]`, in words.
 pub fn setting(setting: &KernelSetting) -> String {
     let name = setting.name();
     match setting {

@@ -1,11 +1,11 @@
-//! How far is a piece of work, in one line that fits a terminal?
+//! How is progress shown in one line of a terminal?
 
 use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use terminal_size::{Width, terminal_size_of};
 
-/// Width of a terminal that does not tell \[columns\].
+/// Width of a terminal whose width is unknown \[columns\].
 const USUAL_WIDTH: usize = 80;
 
 /// Longest and shortest bar \[columns\].
@@ -14,15 +14,14 @@ const BAR: [usize; 2] = [30, 8];
 /// A part of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// What is said.
+    /// Its text.
     pub words: String,
-    /// Which parts stay where there is no room for all: those of small rank.
+    /// Priority: parts with small rank stay if there is no room for all.
     pub rank: u8,
 }
 
-/// A line that `indicatif` draws on standard error, in place and never wider than the terminal; nothing
-/// where that is none, or where nothing is wanted. `template` ends in `{wide_msg}`, which is cut to what
-/// is left of the width.
+/// A line that `indicatif` draws on standard error, in place and never wider than the terminal. Draws nothing if
+/// standard error is no terminal, or if `quiet`. `template` ends in `{wide_msg}`, which is cut to the remaining width.
 pub fn bar(length: Option<u64>, quiet: bool, template: &str) -> ProgressBar {
     let target = if quiet || !std::io::stderr().is_terminal() {
         ProgressDrawTarget::hidden()
@@ -42,10 +41,10 @@ pub fn width() -> usize {
     size.map_or(USUAL_WIDTH, |(Width(columns), _)| usize::from(columns))
 }
 
-/// A bar that is filled to `share`, then the parts with commas between them: as many as fit into `width`
-/// columns, the bar as long as they leave room for, or none.
+/// A bar that is filled to `share`, then the parts, separated by commas: as many as fit into `width` columns. The bar
+/// takes the remaining room, or is omitted.
 pub fn fitted(share: f64, parts: &[Part], width: usize) -> String {
-    // The last column stays free: some terminals begin a new line once it is written.
+    // The last column stays empty, because some terminals begin a new line after a character there.
     let room = width.saturating_sub(1);
     let mut ranks: Vec<u8> = parts.iter().map(|part| part.rank).collect();
     ranks.sort_unstable();
@@ -110,7 +109,7 @@ mod tests {
             wide.starts_with(&format!("{}{}  1", "█".repeat(15), "░".repeat(15))),
             "{wide}"
         );
-        // A share that is no number fills nothing.
+        // A NaN share fills nothing.
         assert!(fitted(f64::NAN, &parts(), 200).starts_with('░'));
     }
 }

@@ -1,21 +1,21 @@
-//! How the rolling bearings of a train are loaded in its static equilibrium, for `atlas check`.
+//! The loads of a train's rolling bearings in its static equilibrium, for `atlas check`.
 
 use crate::manifest::{PointSpec, StructureSource};
 use crate::report::to_digits;
 use crate::shaft::LoadedBearing;
 use serde_json::{Value, json};
 
-/// Part of the largest of some values below which one is round-off of 0.
+/// Round-off limit, relative to the largest value.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The rolling bearings of a point's drive, and the load at which they are; none without any.
+/// The rolling bearings of a point's drive, and the load of the drive; `None` if it has none.
 pub struct LoadedBearings {
     load: f64,
     bearings: Result<Vec<LoadedBearing>, String>,
 }
 
 impl LoadedBearings {
-    /// Those of a point.
+    /// The bearings of a point.
     pub fn of(point: &PointSpec) -> Option<Self> {
         let StructureSource::Train(train) = &point.model.source else {
             return None;
@@ -26,7 +26,7 @@ impl LoadedBearings {
         })
     }
 
-    /// Head and text of its lines.
+    /// Label and text of its lines.
     pub fn lines(&self) -> Vec<(String, String)> {
         let head = "bearings".to_owned();
         let bearings = match &self.bearings {

@@ -1,5 +1,4 @@
-//! `atlas machine`: what this machine is worth to a campaign; `compare` and `show` of such
-//! results.
+//! `atlas machine`: measures the performance of this machine for computations; `compare` and `show` use such results.
 
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
@@ -85,13 +84,12 @@ struct ShowArgs {
     json: bool,
 }
 
-/// Where the result of this machine lies by default.
+/// Default folder for the results of this machine.
 pub fn default_folder() -> PathBuf {
     PathBuf::from("results").join(format!("machine-{}", characterize::host()))
 }
 
-/// Measures, compares or shows: status 0, 1 where a file cannot be written, 2 for bad input, 130
-/// after Ctrl-C.
+/// Measures, compares or shows: status 0, 1 if a file cannot be written, 2 for bad input, 130 after Ctrl-C.
 pub fn run(args: &MachineArgs) -> ExitCode {
     match &args.command {
         None => measure(&args.measure),
@@ -121,7 +119,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
         return fail(1, &process.warnings.join("; "));
     };
     let folder = args.out.clone().unwrap_or_else(default_folder);
-    // Better said before the minutes than after them.
+    // Report this before the measurement, which takes minutes.
     if let Err(error) = fs::create_dir_all(&folder) {
         let shown = folder.display();
         return fail(
@@ -167,14 +165,14 @@ fn page(found: &Characteristics, folder: &Path, pictures: usize) -> String {
 }
 
 fn json<T: serde::Serialize>(value: &T) -> String {
-    // Plain data; it always has a JSON form.
+    // Plain data always have a JSON form.
     format!(
         "{}\n",
         serde_json::to_string_pretty(value).unwrap_or_default()
     )
 }
 
-/// Draws every picture in SVG and PNG; gives their number.
+/// Draws every picture in SVG and PNG; returns their number.
 fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
     let folder = folder.join("pictures");
     let refused = |path: &Path, error: std::io::Error| {
@@ -228,7 +226,7 @@ fn compared(args: &CompareArgs) -> ExitCode {
 }
 
 fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Comparison) -> String {
-    /// Disagreements shown.
+    /// Most disagreements shown.
     const MOST: usize = 10;
     let run = |name: &str, run: &Characteristics| {
         let noise = if run.noise.quiet { "quiet" } else { "not quiet" };
@@ -272,7 +270,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
     text
 }
 
-/// A bar on a terminal, nothing elsewhere.
+/// A bar on a terminal, otherwise nothing.
 fn bar(quiet: bool, budget: Duration) -> ProgressBar {
     let budget = budget.as_secs();
     let template = format!("{{bar:8}} {{elapsed}} of about {budget} s  {{wide_msg}}");
@@ -294,7 +292,7 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Memory to measure in: one MiB at least.
+/// Memory for measurements: at least one MiB.
 fn memory(text: &str) -> Result<u64, String> {
     match size(text)? {
         bytes if bytes < 1 << 20 => Err(format!(

@@ -1,4 +1,4 @@
-//! `atlas man`: manual pages, one for the program and one for every subcommand.
+//! `atlas man`: manual pages, one for the program and one per subcommand.
 
 use super::{Cli, answer, fail, with_causes};
 use crate::store::write_whole;
@@ -16,10 +16,10 @@ pub struct ManArgs {
     pub folder: PathBuf,
 }
 
-/// Writes the pages: status 0, or 1 where one cannot be written.
+/// Writes the pages: status 0, or 1 if one cannot be written.
 pub fn run(args: &ManArgs) -> ExitCode {
     let mut command = Cli::command();
-    // Gives every subcommand its whole name.
+    // Sets the full name of every subcommand.
     command.build();
     match write(&command, &args.folder) {
         Ok(pages) => answer(&pages, ExitCode::SUCCESS),
@@ -27,7 +27,7 @@ pub fn run(args: &ManArgs) -> ExitCode {
     }
 }
 
-/// Writes the pages of a command and of all below it; says which.
+/// Writes the pages of a command and of all its subcommands; returns a message with their names.
 fn write(command: &Command, folder: &Path) -> Result<String, String> {
     let refused = |error: &std::io::Error| format!("cannot write `{}`: {error}", folder.display());
     fs::create_dir_all(folder).map_err(|error| refused(&error))?;

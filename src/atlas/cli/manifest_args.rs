@@ -1,4 +1,4 @@
-//! The manifest that a command is given, and the keys of it that the command changes.
+//! The manifest of a command, and the keys of it that the command changes.
 
 use super::{BAD_INPUT, fail, portable};
 use crate::manifest::{self, Job, ManifestErrors, Warnings};
@@ -21,7 +21,7 @@ pub struct ManifestArgs {
 }
 
 impl ManifestArgs {
-    /// What messages call the manifest.
+    /// The name of the manifest in messages.
     pub fn name(&self) -> String {
         if self.is_stream() {
             "standard input".to_owned()
@@ -30,7 +30,7 @@ impl ManifestArgs {
         }
     }
 
-    /// The folder where relative paths in it start.
+    /// The base folder of relative paths in it.
     pub fn base(&self) -> &Path {
         match self.path.parent() {
             Some(folder) if !self.is_stream() => folder,
@@ -45,7 +45,7 @@ impl ManifestArgs {
     /// The job of the manifest.
     ///
     /// # Errors
-    /// Every fault of the manifest and of the changes.
+    /// All errors of the manifest and of the changes.
     pub fn load(&self) -> Result<Job, ManifestErrors> {
         if self.is_stream() {
             manifest::read_changed(&mut std::io::stdin().lock(), &self.name(), &self.set)
@@ -54,8 +54,8 @@ impl ManifestArgs {
         }
     }
 
-    /// The job of a manifest that is to be computed, in a process that computes as the job asks, after its
-    /// warnings were shown; else the exit status, after its errors were shown.
+    /// The job of a manifest, for a computation. Shows its warnings and configures the process as the job demands. On
+    /// failure, shows its errors and returns the exit status.
     pub fn admit(&self) -> Result<Job, ExitCode> {
         let job = self.load().map_err(|errors| {
             report(&errors);
@@ -73,7 +73,7 @@ pub fn report(errors: &ManifestErrors) {
     say(&format!("{text}{}\n", errors.summary()));
 }
 
-/// Shows the warnings of a manifest likewise.
+/// Shows the warnings of a manifest in the same way.
 pub fn warn(warnings: &Warnings) {
     if warnings.is_empty() {
         return;
@@ -86,7 +86,7 @@ fn colour() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 
-/// Nothing can be done when standard error is closed.
+/// Ignores a closed standard error.
 fn say(text: &str) {
     _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -23,7 +23,7 @@ pub struct MergeArgs {
     pub json: bool,
 }
 
-/// Joins shards: status 0 when done, 2 where they do not make a whole.
+/// Joins shards: status 0 if done, 2 if they do not form a whole.
 pub fn run(args: &MergeArgs) -> ExitCode {
     let record = match merge(&args.folders, &args.out) {
         Ok(record) => record,
@@ -39,7 +39,7 @@ pub fn run(args: &MergeArgs) -> ExitCode {
         warn(&warning);
     }
     if args.json {
-        // A record is plain data; it always has a JSON form.
+        // A record is plain data and always has a JSON form.
         let json = serde_json::to_string_pretty(&record).unwrap_or_default();
         return answer(&format!("{json}\n"), ExitCode::SUCCESS);
     }

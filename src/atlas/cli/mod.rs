@@ -1,5 +1,4 @@
-//! Arguments, and one thin file per subcommand: the only code that prints or sets an
-//! exit status.
+//! Arguments, and one thin file per subcommand. Only this code prints and sets exit statuses.
 
 mod activity;
 mod analyses;
@@ -59,10 +58,10 @@ use threads::Threads;
 /// Exit status for bad input.
 const BAD_INPUT: u8 = 2;
 
-/// Exit status of a job with points that did not end well.
+/// Exit status of a job with failed points.
 const FAILED_POINTS: u8 = 3;
 
-/// Exit status where another process is at work on the same results: to be waited for.
+/// Exit status if another process works on the same results: try again later.
 const BUSY: u8 = 4;
 
 /// Exit status after Ctrl-C or SIGTERM.
@@ -132,7 +131,7 @@ enum Command {
     Man(man::ManArgs),
 }
 
-/// Runs the program with the process's own arguments.
+/// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
     hush_workers();
     match process::end_when_interrupted() {
@@ -141,7 +140,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Carries out the command of the process's own arguments.
+/// Executes the command from the arguments of the process.
 fn carry_out() -> ExitCode {
     let arguments = match Cli::try_parse() {
         Ok(arguments) => arguments,
@@ -176,16 +175,16 @@ fn carry_out() -> ExitCode {
     }
 }
 
-/// Whether arguments, the program's name first, are those of a command; nothing is carried out.
+/// Parses arguments, with the program's name first, without executing them.
 ///
 /// # Errors
-/// What is wrong with them, or the text that was asked for, as help is.
+/// The error in them, or a requested text such as the help.
 pub fn understood(arguments: impl IntoIterator<Item = OsString>) -> Result<(), clap::Error> {
     Cli::try_parse_from(arguments).map(drop)
 }
 
-/// Says what is wrong with the arguments, or the help that they ask for. Arguments may be names of
-/// files of others (`atlas show *`), which a terminal must not obey.
+/// Prints errors in the arguments, or the requested help. Arguments may be names of foreign files (`atlas show *`),
+/// whose control characters must not reach a terminal.
 fn refused(refusal: &clap::Error) -> ExitCode {
     let text = refusal.render().to_string();
     match (printable(&text), refusal.exit_code()) {
@@ -194,15 +193,15 @@ fn refused(refusal: &clap::Error) -> ExitCode {
             ExitCode::from(BAD_INPUT)
         }
         (Cow::Borrowed(_), status) => {
-            // In colours, where the terminal has them.
+            // In colours, if the terminal has them.
             _ = refusal.print();
             ExitCode::from(u8::try_from(status).unwrap_or(BAD_INPUT))
         }
     }
 }
 
-/// Starts the threads that computations outside a sweep share. They would start
-/// themselves when first needed, and panic where the system refuses.
+/// Starts the threads that computations outside a sweep share. Otherwise rayon starts them on first use, and panics if
+/// the system refuses.
 fn start_threads(threads: &Threads) -> Result<(), String> {
     let pool = (rayon::ThreadPoolBuilder::new()).num_threads(threads.count().unwrap_or(0));
     let pool = pool.build_global();
@@ -214,8 +213,8 @@ fn start_threads(threads: &Threads) -> Result<(), String> {
     })
 }
 
-/// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is
-/// no error worth a word: its reader has what it wanted.
+/// Prints to standard output and returns the exit status. A closed pipe (`atlas … | head`) is no error, because its
+/// reader no longer needs output.
 fn answer(text: &str, status: ExitCode) -> ExitCode {
     let mut stdout = std::io::stdout().lock();
     match stdout
@@ -229,14 +228,14 @@ fn answer(text: &str, status: ExitCode) -> ExitCode {
     }
 }
 
-/// Prints one error line and gives the exit status.
+/// Prints one error line and returns the exit status.
 fn fail(status: u8, message: &str) -> ExitCode {
-    // Nothing can be done when standard error is closed as well.
+    // Ignore a closed standard error.
     _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
 }
 
-/// Prints one line of what the user should know.
+/// Prints one warning line.
 fn warn(sentence: &str) {
     _ = writeln!(std::io::stderr().lock(), "warning: {}", printable(sentence));
 }

@@ -1,4 +1,4 @@
-//! `atlas new`: a commented manifest to begin with.
+//! `atlas new`: writes a commented manifest as a starting point.
 
 use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::manifest;
@@ -59,7 +59,7 @@ impl Template {
         }
     }
 
-    /// The manifest as that of a job in the file `NAME.toml`.
+    /// The manifest for a job in the file `NAME.toml`.
     fn named(self, name: &str) -> String {
         let (path, text) = self.manifest();
         let old = Path::new(path).file_stem().unwrap_or_default();
@@ -76,7 +76,7 @@ impl Template {
     }
 }
 
-/// Writes the manifest: status 0, 2 where the name cannot be that of a job or the file is there, 1 where it cannot be written.
+/// Writes the manifest: status 0; 2 if the name does not fit a job or the file exists; 1 if it cannot be written.
 pub fn run(args: &NewArgs) -> ExitCode {
     let text = args.from.named(&args.name);
     let file = PathBuf::from(format!("{}.toml", args.name));

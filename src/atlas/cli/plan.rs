@@ -1,6 +1,6 @@
-//! `atlas plan m.toml`: what a run will take. Tries out a few points, keeps none of them. Where
-//! `atlas machine` has measured this machine, says what its threads are worth; where it has
-//! measured another one too, what the run would take there.
+//! `atlas plan m.toml`: forecasts the cost of a run. Computes a few points without keeping them. With results of
+//! `atlas machine`, also gives the gain from threads on this machine, and the cost of the run on another measured
+//! machine.
 
 use super::manifest_args::ManifestArgs;
 use super::process::{NOTHING_WRITTEN, Process};
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Most time spent on points beforehand.
+/// Time limit for the sample points.
 const BUDGET: Duration = Duration::from_secs(10);
 
 /// Arguments of `atlas plan`.
@@ -46,7 +46,7 @@ pub struct PlanArgs {
     pub json: bool,
 }
 
-/// Says what a run will take: status 0, or 2 for bad input.
+/// Forecasts a run: status 0, or 2 for bad input.
 pub fn run(args: &PlanArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -98,7 +98,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
     }
 }
 
-/// The forecast for programs, with what machines were measured to do.
+/// The forecast for programs, with the measurements of machines.
 fn document(job: &Job, found: &Forecast, measured: &Measured, topology: Option<Source>) -> String {
     let mut document = json!(found);
     let parts = [
@@ -119,15 +119,15 @@ struct Machines {
     there: Option<Characteristics>,
 }
 
-/// What they say of a job.
+/// The measured rates for a job.
 struct Measured {
     here: Option<MachineRate>,
-    /// On the other machine, with the time there.
+    /// The rate of the other machine, with the time there.
     there: Option<(MachineRate, Interval)>,
 }
 
 impl Machines {
-    /// Reads those asked for; that of this machine where it lies in its usual place.
+    /// Reads the requested results; those of this machine if they are in the default folder.
     fn read(args: &PlanArgs) -> Result<Self, String> {
         let read =
             |folder: &PathBuf| Characteristics::read(folder).map_err(|error| with_causes(&error));
@@ -151,7 +151,7 @@ impl Machines {
         Ok(Self { here, there })
     }
 
-    /// What they say of a job that was forecast here; `threads` as asked for.
+    /// The measured rates for a job with a forecast here; `threads` as requested.
     fn measured(&self, job: &Job, found: &Forecast, threads: Option<u32>) -> Measured {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();
@@ -161,7 +161,7 @@ impl Machines {
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
             let threads = threads.map_or(cores, u64::from).min(found.pieces);
-            // Both at one number of modes, which both were measured with.
+            // Both at one number of modes for which both have measurements.
             let there = machine_rate(machine, here.as_ref()?.modes as usize, threads)?;
             let own = own(there.modes as usize).filter(|own| own.modes == there.modes)?;
             let slower = own.rate / there.rate;
@@ -273,7 +273,7 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
         .collect()
 }
 
-/// A time for people: `0.42 s`, `3 min 20 s`, `5 h 12 min`.
+/// A duration for users: `0.42 s`, `3 min 20 s`, `5 h 12 min`.
 fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

@@ -85,7 +85,7 @@ pub struct PlotArgs {
     pub json: bool,
 }
 
-/// What `--help` says of `--what`.
+/// Additional `--help` text of `--what`.
 const KINDS: &str = "\
 Kinds:
   of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, shares, basins
@@ -110,7 +110,7 @@ static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
     numbers.map(|column| column.name.clone()).collect()
 });
 
-/// Names of kinds and columns, for shells to complete; others are judged against the results.
+/// Names of kinds and columns for shell completion; other names are checked against the results.
 #[derive(Debug, Clone)]
 struct Names;
 
@@ -139,7 +139,7 @@ impl TypedValueParser for Names {
     }
 }
 
-/// The names of a list with commas between. Those in brackets are of a name itself, such as
+/// The names of a list, separated by commas. Commas in brackets belong to a name, such as
 /// `contact_force[stage 1 of engine and input, forward]`.
 fn separated(text: &str) -> Vec<&str> {
     let mut depth = 0_i32;
@@ -150,7 +150,7 @@ fn separated(text: &str) -> Vec<&str> {
     .collect()
 }
 
-/// A unit known here.
+/// A known unit.
 fn unit(text: &str) -> Result<String, String> {
     match conversion(text, text) {
         Some(_) => Ok(text.to_owned()),
@@ -171,7 +171,7 @@ fn order(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a positive number such as 2, 0.5 or 1/3".to_owned())
 }
 
-/// Two amounts with a colon between; a unit behind the second holds for both.
+/// Two amounts, separated by a colon; a unit after the second applies to both.
 fn range(text: &str) -> Result<[Amount; 2], String> {
     let refused =
         || "give two numbers separated by a colon, such as 0:2e-5 or \"0:20 um\"".to_owned();
@@ -193,8 +193,7 @@ pub enum Format {
     Both,
 }
 
-/// Writes the pictures: status 0 when done, 2 for bad input, 1 where a file cannot be
-/// written.
+/// Writes the pictures: status 0 if done, 2 for bad input, 1 if a file cannot be written.
 pub fn run(args: &PlotArgs) -> ExitCode {
     if args.list {
         return list(args);
@@ -291,7 +290,7 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-/// The `point_id` that `--point` names: the number itself, or that of the values of axes.
+/// The `point_id` from `--point`: the number itself, or that of the point with the given values.
 fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
     match text.trim().parse() {
         Ok(id) => Ok(id),
@@ -302,10 +301,10 @@ fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
     }
 }
 
-/// A Campbell diagram, which is computed here.
+/// A Campbell diagram, which this command computes itself.
 const CAMPBELL: Asked = Asked::Kind(What::Campbell);
 
-/// Resonances in lines; nothing where there are none.
+/// Resonances, one per line; empty if there are none.
 fn table(resonances: &[Resonance], unit: &Unit) -> String {
     let mut text = String::new();
     if !resonances.is_empty() {
@@ -328,7 +327,7 @@ fn table(resonances: &[Resonance], unit: &Unit) -> String {
     text
 }
 
-/// Prints what can be drawn of the sources: status 0, or 2 where one cannot be read.
+/// Prints the possible pictures of the sources: status 0, or 2 if one cannot be read.
 fn list(args: &PlotArgs) -> ExitCode {
     let mut text = String::new();
     let mut all = Vec::new();
@@ -368,7 +367,7 @@ fn list(args: &PlotArgs) -> ExitCode {
     }
 }
 
-/// Writes every picture in every format; gives the files.
+/// Writes every picture in every format; returns the files.
 fn write(drawn: &Drawn, folder: &Path, format: Format) -> Result<Vec<PathBuf>, String> {
     let refused = |path: &Path, error: &dyn std::error::Error| {
         format!(

@@ -1,10 +1,9 @@
 //! `--point ID` or `--point AXIS=VALUE,…`: one operating point of a manifest, on its grid or off it.
 //!
-//! Load or torque and speed may take any value. Every other axis goes into the resolved model, so
-//! that only values of the grid exist. An axis with a single value need not be named, nor one that is tied to others
-//! that are, where these are at one point of the grid. Where
-//! the state is carried along an axis, `direction=up` or `down` asks for the point as the sweep
-//! meets it.
+//! Load or torque and speed may have any value. Every other axis is part of the resolved model, so that only values of
+//! the grid are possible. An axis with a single value may be omitted. An axis that is tied to named axes may also be
+//! omitted, if these values occur at only one point of the grid. If the state is carried along an axis, `direction=up`
+//! or `down` selects the sweep to the point.
 
 use super::{BAD_INPUT, fail};
 use crate::manifest::{Axis, AxisKey, Direction, GridDimension, Job, PointSpec};
@@ -30,16 +29,16 @@ pub struct PointArg {
     pub text: String,
 }
 
-/// An operating point that was asked for.
+/// A chosen operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenPoint {
-    /// What to simulate.
+    /// The point to simulate.
     pub spec: PointSpec,
     /// Name of every axis and its value, SI.
     pub values: Vec<(String, f64)>,
-    /// The sweep asked for; none for a start from `run.initial`.
+    /// The requested sweep; `None` for a start from `run.initial`.
     pub direction: Option<Direction>,
-    /// The axes named, with their values as typed, fit for a file name.
+    /// The named axes, with their values as typed, in a form for file names.
     pub label: String,
 }
 
@@ -74,9 +73,9 @@ pub enum PointError {
     NotAValue {
         /// The axis.
         name: String,
-        /// What is wrong.
+        /// The error.
         reason: String,
-        /// What would be accepted.
+        /// Accepted values.
         accepted: String,
     },
     /// A speed that is not positive.
@@ -87,7 +86,7 @@ pub enum PointError {
         /// Its value, SI.
         value: f64,
     },
-    /// A value that the grid does not have, of an axis that may only take the grid's.
+    /// A value outside the grid, for an axis that allows only the grid's values.
     #[error(
         "{name} is {value}, which is not a value of the grid ({values}); choose one of these, or add this value to the manifest"
     )]
@@ -99,7 +98,7 @@ pub enum PointError {
         /// The grid's values.
         values: String,
     },
-    /// A direction in which nothing is swept.
+    /// A direction that the manifest does not sweep.
     #[error("direction is {value}, but {}", match known.as_str() {
         "" => "the points of this manifest are independent; remove direction".to_owned(),
         known => format!("this manifest sweeps {known}"),
@@ -134,23 +133,22 @@ pub enum PointError {
     },
 }
 
-/// Values of an axis that a message lists.
+/// Most values of an axis that a message lists.
 const LISTED: usize = 24;
 
-/// How near to a value of the grid a typed one must be, relative: half a unit in the last
-/// digit that messages show.
+/// Largest relative distance of a typed value from a value of the grid: half a unit in the last digit that messages
+/// show.
 const NEAR: f64 = 5e-7;
 
-/// The point of a job that an argument names; the exit status where it names none, everything wrong
-/// being told.
+/// The point of a job from an argument. On failure, prints all errors and returns the exit status.
 pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
     choose(job, text).map_err(|errors| fail(BAD_INPUT, &joined(&errors)))
 }
 
-/// The `point_id` of the point of the grid that an argument names.
+/// The `point_id` of the grid point from an argument.
 ///
 /// # Errors
-/// Everything that is wrong with the text, as lines of an error message.
+/// All errors in the text, as lines of an error message.
 pub fn id(job: &Job, text: &str) -> Result<u64, String> {
     let chosen = choose(job, text).map_err(|errors| joined(&errors))?;
     let same = |point: &PointSpec| {
@@ -170,7 +168,7 @@ fn joined(errors: &[PointError]) -> String {
     lines.join("\nerror: ")
 }
 
-/// The point with a `point_id`, as its sweep meets it.
+/// The point with a `point_id`, in its sweep.
 fn numbered(job: &Job, id: usize) -> Result<ChosenPoint, PointError> {
     let points = job.points.len();
     if id >= points {
@@ -185,10 +183,10 @@ fn numbered(job: &Job, id: usize) -> Result<ChosenPoint, PointError> {
     })
 }
 
-/// The point of `job` that `text` names.
+/// The point of `job` from `text`.
 ///
 /// # Errors
-/// Everything that is wrong with the text.
+/// All errors in the text.
 fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     if let Ok(id) = text.trim().parse() {
         return numbered(job, id).map_err(|error| vec![error]);
@@ -242,7 +240,7 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         .filter(|((axis, named), value)| !**named && value.is_none() && axis.values.len() > 1)
         .map(|((axis, _), _)| axis)
         .collect();
-    // A misspelt name is one fault, not an unknown and a missing one.
+    // A misspelt name counts as one error, not also as a missing axis.
     let misspelt = |error: &PointError| matches!(error, PointError::UnknownAxis { .. });
     if !missing.is_empty() && !errors.iter().any(misspelt) {
         errors.push(PointError::Missing {
@@ -267,8 +265,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     }
 }
 
-/// Gives tied axes that are not named the values that they have where those named have theirs, if that is at one
-/// place, or at equal ones.
+/// Fills in tied axes without a name: they get their values at the position of the named ones, if that is unique or if
+/// all candidates agree.
 fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
@@ -293,8 +291,8 @@ fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
     }
 }
 
-/// The parts of the text between commas; what has no equals sign belongs to what comes
-/// before it, so that a decimal comma shows as one.
+/// The parts of the text between commas. Text without an equals sign belongs to the part before it, so that messages
+/// can show a decimal comma.
 fn parts(text: &str) -> Vec<&str> {
     let mut ends: Vec<usize> = (text.match_indices(',').map(|(at, _)| at))
         .filter(|&at| {
@@ -368,7 +366,7 @@ fn read_direction(job: &Job, text: &str) -> Result<Direction, PointError> {
     })
 }
 
-/// Whether an axis may take values that the grid does not have.
+/// Whether an axis may have values outside the grid.
 fn is_free(axis: &Axis) -> bool {
     !axis.key.is_model_key()
 }
@@ -394,7 +392,7 @@ fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     })
 }
 
-/// Whether a value is one of the grid to the digits that messages show.
+/// Whether a value equals one of the grid to the digits that messages show.
 fn is_near(on_grid: f64, value: f64) -> bool {
     (on_grid - value).abs() <= NEAR * value.abs()
 }
@@ -402,7 +400,7 @@ fn is_near(on_grid: f64, value: f64) -> bool {
 fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let dimension = match axis.unit.as_str() {
         "1" => Some(Dimension::Ratio),
-        // None where the axis takes bare numbers only.
+        // None if the axis takes only bare numbers.
         unit => units::parse_any(&format!("1 {unit}")).ok().map(|(_, d)| d),
     };
     let parsed = match (text.parse::<f64>(), dimension) {
@@ -428,7 +426,7 @@ fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
     })
 }
 
-/// A valid argument: what was typed, and the first value of each axis that was not.
+/// A valid argument: the typed values, and the first value of each missing axis.
 fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
     let parts: Vec<String> = (job.axes.iter().zip(typed))
         .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)
@@ -444,7 +442,7 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
     if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }
 
-/// `load (0.1 ... 0.3)` where any value will do, else all values.
+/// `load (0.1 ... 0.3)` if any value is possible, else all values.
 fn ranged(axis: &Axis, units: &Units) -> String {
     let values = if is_free(axis) && axis.values.len() > 1 {
         let (low, high) = axis.values.ends();
@@ -465,7 +463,7 @@ fn all_ranged(job: &Job) -> String {
     list(job.axes.iter().map(|axis| ranged(axis, &units)))
 }
 
-/// Units that the manifest gives its axes, by name.
+/// Units of the axes in the manifest, by name.
 type Units = BTreeMap<String, String>;
 
 /// The unit in which values of an axis are shown.
@@ -473,7 +471,7 @@ fn shown(axis: &Axis, units: &Units) -> Unit {
     Unit::of_axis(units, axis.name(), &axis.unit)
 }
 
-/// All values of an axis, or as many as one reads.
+/// All values of an axis, or as many as are readable.
 fn listed(axis: &Axis, units: &Units) -> String {
     let unit = shown(axis, units);
     let values = axis.values.iter().take(LISTED);
@@ -484,7 +482,7 @@ fn listed(axis: &Axis, units: &Units) -> String {
     unit.after(&values.join(", "))
 }
 
-/// A number with seven digits, which tell the values of a grid apart.
+/// A number with seven digits, which distinguish the values of a grid.
 pub fn number(value: f64) -> String {
     to_digits(value, 7)
 }

@@ -1,15 +1,15 @@
-//! Jobs that keep to instructions that every processor has (`run.instructions = "portable"`).
+//! Jobs with only those instructions that every processor has (`run.instructions = "portable"`).
 //!
-//! The program's loops can be switched at any time. The system's library of functions (sin, exp, ...)
-//! chooses by the processor when a process starts; only the environment can forbid it then.
+//! The program can restrict its loops at any time. The mathematical functions of the system (sin, exp, ...) choose an
+//! implementation when a process starts; only the environment can restrict this choice.
 
 use crate::manifest::Job;
 use crate::numerics::instructions::keep_portable;
 
-/// Keeps to portable instructions if the job asks for it.
+/// Restricts the process to portable instructions if the job demands it.
 ///
 /// # Errors
-/// The process was started without the variable that the system's library needs: what to type instead.
+/// The process was started without the environment variable for the system's library. The text is the command to type.
 pub fn obey(job: &Job) -> Result<(), String> {
     if !job.portable() {
         return Ok(());
@@ -18,7 +18,7 @@ pub fn obey(job: &Job) -> Result<(), String> {
     is_started_for_it()
 }
 
-/// What the GNU C library is to leave unused; it ignores names that its version does not know.
+/// Features that the GNU C library must not use; it ignores names that its version does not know.
 #[cfg(all(target_env = "gnu", target_arch = "x86_64"))]
 const WITHOUT: &str = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usable,-FMA4_Usable,-AVX2_Usable,-AVX_Usable";
 
@@ -40,7 +40,7 @@ fn is_started_for_it() -> Result<(), String> {
     ))
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 #[cfg(all(target_env = "gnu", target_arch = "x86_64"))]
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,%+@".contains(c);

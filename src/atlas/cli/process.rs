@@ -1,8 +1,8 @@
-//! What a sweep needs of the process: signals that call it off, and the machine it runs on.
+//! The environment of a sweep in the process: signals that cancel it, and the machine.
 //!
-//! Work that is called off ends by itself where it looks at the flag. Libraries do not (an eigenvalue problem
-//! of thousands of freedoms), nor does a table in the making: so the work is done on a thread of its own, and
-//! the first thread ends the process where the work does not end within [`PATIENCE`].
+//! Cancelled work ends when it checks the flag. Libraries do not check it (an eigenvalue problem with thousands of
+//! freedoms), nor does the computation of a table. Therefore a separate thread does the work, and the first thread ends
+//! the process if the work does not end within [`PATIENCE`].
 
 use super::{INTERRUPTED, fail};
 use crate::sweep::this_machine;
@@ -19,42 +19,42 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long work that was called off may take to end by itself.
+/// Time limit for cancelled work to end by itself.
 const PATIENCE: Duration = Duration::from_millis(700);
 
-/// How often the first thread looks whether the work was called off.
+/// Interval at which the first thread checks for cancellation.
 const LOOK_UP: Duration = Duration::from_millis(50);
 
-/// Stack of the thread that does the work \[bytes\]: what the first thread of a process has by default.
+/// Stack of the working thread \[bytes\]: the default size for the first thread of a process.
 const STACK: usize = 8 << 20;
 
 /// Results are being computed.
 const WORKING: u8 = 0;
-/// What is finished is being written: this is waited for.
+/// Finished results are being written: the end of the process waits for this.
 const WRITING: u8 = 1;
 /// The process ends without waiting for the work.
 const ENDING: u8 = 2;
 
-/// What the process is doing; it leaves [`WORKING`] once.
+/// The stage of the process; it leaves [`WORKING`] once.
 static STAGE: AtomicU8 = AtomicU8::new(WORKING);
 
 /// Raised by Ctrl-C and SIGTERM from [`Process::prepare`] on.
 static CALLED_OFF: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// What is said where the process ends without waiting.
+/// Message if the process ends without waiting.
 static LEFT: Mutex<String> = Mutex::new(String::new());
 
-/// What is said of commands that write when all is done.
+/// Message of commands that write only at their end.
 pub const NOTHING_WRITTEN: &str = "interrupted; nothing was written";
 
-/// Does the work of a command on a thread of its own, and gives its status. Work that is called off and does not
-/// end by itself is left where it is: then the status is that of what was interrupted.
+/// Does the work of a command on a separate thread, and returns its status. Cancelled work that does not end in time is
+/// abandoned; the status is then that of an interruption.
 pub fn attend(work: fn() -> ExitCode) -> ExitCode {
     let (done, waiting) = channel();
     let named = thread::Builder::new().name("main".to_owned());
     let worker = match named.stack_size(STACK).spawn(move || _ = done.send(work())) {
         Ok(worker) => worker,
-        // Without another thread a second signal ends the process.
+        // Without another thread, only a second signal ends the process.
         Err(_) => return work(),
     };
     let mut since = None;
@@ -78,13 +78,13 @@ pub fn attend(work: fn() -> ExitCode) -> ExitCode {
     }
 }
 
-/// Leaves [`WORKING`] for another stage; false where the process has left it for a third one.
+/// Leaves [`WORKING`] for another stage; false if the process has already left it for a third one.
 fn enter(stage: u8) -> bool {
     let entered = STAGE.compare_exchange(WORKING, stage, Ordering::AcqRel, Ordering::Acquire);
     entered.is_ok() || entered == Err(stage)
 }
 
-/// From now on what is finished is written, which the end of the process waits for.
+/// Begins to write finished results; the end of the process waits for this.
 pub fn begin_writing() {
     if !enter(WRITING) {
         loop {
@@ -93,11 +93,10 @@ pub fn begin_writing() {
     }
 }
 
-/// Whether a first signal ends the process: until something asks to be called off instead.
+/// Whether the first signal ends the process; false once some work can be cancelled instead.
 static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
-/// Lets Ctrl-C and SIGTERM end the process at once with the status of what was interrupted, until
-/// [`Process::prepare`].
+/// Lets Ctrl-C and SIGTERM end the process at once with the status of an interruption, until [`Process::prepare`].
 ///
 /// # Errors
 /// Signals cannot be watched.
@@ -113,15 +112,15 @@ pub fn end_when_interrupted() -> io::Result<()> {
 pub struct Process {
     /// Raised by Ctrl-C and SIGTERM.
     pub called_off: Arc<AtomicBool>,
-    /// The machine, where it can be described.
+    /// The machine, if it can be described.
     pub topology: Option<Topology>,
-    /// What the user should know, one sentence each.
+    /// Warnings for the user, one sentence each.
     pub warnings: Vec<String>,
 }
 
 impl Process {
-    /// Watches signals and looks at the machine; `left` is what the user is told where the process has to
-    /// end without waiting for its work.
+    /// Watches signals and describes the machine. `left` is the message if the process has to end without waiting for
+    /// its work.
     ///
     /// # Errors
     /// Signals cannot be watched.
@@ -139,20 +138,20 @@ impl Process {
     }
 }
 
-/// Lets Ctrl-C and SIGTERM call the sweep off; a second one ends the process at once.
+/// Lets Ctrl-C and SIGTERM cancel the sweep; a second signal ends the process at once.
 fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = i32::from(INTERRUPTED);
         flag::register_conditional_shutdown(signal, status, called_off.clone())?;
         flag::register(signal, called_off.clone())?;
     }
-    // Unwatched, this one would end the process without a word when a file outgrows
-    // `ulimit -f`; watched, the write fails and the error is said.
+    // Without a handler, this signal ends the process silently when a file exceeds `ulimit -f`. With a handler, the
+    // write fails and the error is printed.
     flag::register(SIGXFSZ, Arc::default())?;
     Ok(())
 }
 
-/// What is said where the process ends without waiting for a point.
+/// Message if the process ends without waiting for a point.
 pub(super) fn left(folder: &Path) -> String {
     format!(
         "interrupted: finished points are kept in the journal in {}; the same command continues",

@@ -9,10 +9,10 @@ use indicatif::{HumanDuration, ProgressBar};
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
-/// Least time between two plain lines.
+/// Smallest time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Shows how far a sweep is.
+/// Shows the progress of a sweep.
 pub struct Display {
     bar: ProgressBar,
     quiet: bool,
@@ -36,7 +36,7 @@ impl Display {
         }
     }
 
-    /// Writes a line, above the bar where there is one.
+    /// Writes a line, above the bar if there is one.
     fn say(&self, line: &str) {
         if self.quiet {
             return;
@@ -45,7 +45,7 @@ impl Display {
         if self.terminal {
             self.bar.println(line);
         } else {
-            // Nothing can be done when standard error is closed.
+            // Ignore a closed standard error.
             _ = writeln!(std::io::stderr(), "{line}");
         }
     }
@@ -112,7 +112,7 @@ impl Watcher for Display {
     }
 }
 
-/// How many points are done, at which rate, the time left and points that ended badly, in words.
+/// The number of finished points, the rate, the remaining time and the points that failed, in words.
 fn parts(progress: &Progress) -> Vec<Part> {
     let mut parts = Vec::new();
     let mut say = |rank: u8, words: String| parts.push(Part { words, rank });
@@ -122,7 +122,7 @@ fn parts(progress: &Progress) -> Vec<Part> {
     }
     say(3, format!("{:.2} points/s", progress.rate()));
     if let Some(left) = progress.left() {
-        // Rates of a first moment may stand for times that a duration does not hold.
+        // The first rates can give times that exceed the range of a duration.
         let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
         say(1, format!("about {} left", HumanDuration(left)));
     }

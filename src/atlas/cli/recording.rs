@@ -1,10 +1,10 @@
-//! Where what is recorded of one operating point goes: a folder of its own that holds nothing of the kind yet.
+//! Where does a recording of one operating point go? Into a separate folder without a recording of the same kind.
 
 use crate::manifest::Job;
 use crate::store::{TableKind, table_path};
 use std::path::{Path, PathBuf};
 
-/// The folder of a recording unless another is given: `results/JOB/trace-POINT`, without the point where its label is empty.
+/// The default folder of a recording: `results/JOB/trace-POINT`, or without the point if its label is empty.
 pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
     let name = match label {
         "" => recording.to_owned(),
@@ -13,7 +13,7 @@ pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
     Path::new("results").join(&job.name).join(name)
 }
 
-/// Why a folder must not be written to: it holds such a recording.
+/// Why a folder must not be written to: it already contains such a recording.
 pub(super) fn occupied(folder: &Path, kind: TableKind, recording: &str) -> Option<String> {
     let file = table_path(folder, kind, None);
     file.exists().then(|| {

@@ -33,7 +33,7 @@ pub struct ReportArgs {
     pub json: bool,
 }
 
-/// Writes the file: status 0 when done, 2 for bad input, 1 where it cannot be written.
+/// Writes the file: status 0 if done, 2 for bad input, 1 if it cannot be written.
 pub fn run(args: &ReportArgs) -> ExitCode {
     let path = (args.out.clone()).unwrap_or_else(|| args.folder.join("report.html"));
     let mut request = PageRequest::default();
@@ -72,7 +72,7 @@ pub fn run(args: &ReportArgs) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-/// What is wrong with a folder; of one that holds nothing to explore, what it is.
+/// The error of a folder. If the folder has nothing to explore, describes its contents.
 fn refusal(folder: &Path, error: &ReportError) -> String {
     let points = table_path(folder, TableKind::Points, None);
     let recorded = record_paths(folder).is_ok_and(|records| !records.is_empty());

@@ -1,12 +1,12 @@
-//! Lines of `atlas check` on the resonances that a Campbell diagram of the same manifest marks.
+//! Lines of `atlas check` about the resonances that a Campbell diagram of the same manifest marks.
 
 use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
 use crate::units::short;
 
-/// Resonances of an order that are told.
+/// Most resonances of an order that are listed.
 const MOST: usize = 6;
 
-/// Head and text of their lines, an order a line.
+/// Label and text of their lines, one per order.
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
     let span = if low == high {

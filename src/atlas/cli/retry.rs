@@ -1,9 +1,7 @@
-//! `atlas run --retry failed`: computes the failed points of finished results again and puts
-//! them in the place of the old ones.
+//! `atlas run --retry failed`: recomputes the failed points of finished results and replaces the old ones.
 //!
-//! They are computed into a hidden folder beside the tables, with a journal of its own, so
-//! that the results stay whole until every point is there and an interrupted retry is taken
-//! up by the same command.
+//! The new points go into a hidden folder beside the tables, with a separate journal. Thus the results stay complete
+//! until every point is computed, and the same command resumes an interrupted retry.
 
 use super::console::Console;
 use super::process::{Process, left};
@@ -21,13 +19,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Statuses that are computed again.
+/// Statuses that are recomputed.
 const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
 
-/// Said of results in which a retry exchanges points, until it has done so.
+/// Warning in results while a retry exchanges points.
 const AMID: &str = "a retry of these points was interrupted; repeat it with --retry failed";
 
-/// Computes what failed of the results in `folder`, which `record` describes, again.
+/// Recomputes the failed points of the results in `folder`, which `record` describes.
 pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {
     match retry(args, job, folder, record) {
         Ok(code) => code,
@@ -47,7 +45,7 @@ fn retry(
     folder: &Path,
     mut record: RunRecord,
 ) -> Result<ExitCode, SweepError> {
-    // Nobody else may change these results meanwhile.
+    // No other process may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     remove_stale(folder)?;
     let found = failed(folder, args, &record.tables)?;
@@ -84,36 +82,36 @@ fn retry(
             }
         }
     };
-    // Of one that was killed with nothing left to do but to say so.
+    // A killed retry may have left only this warning to remove.
     record.warnings.retain(|warning| warning != AMID);
     latest(&mut record.tables);
     recount(&mut record, folder, args)?;
     write_run(folder, &record)?;
-    // Last: until the record is written, the same command has to find it.
+    // Last step: until the record is written, the same command must find the folder.
     discard(&retry.anew)?;
     lock.abandon();
     Ok(voice.close(&record, status(&record), &text))
 }
 
-/// Points to be computed again.
+/// Points to be recomputed.
 struct Retry<'a> {
     args: &'a RunArgs,
     job: &'a Job,
     folder: &'a Path,
     points: BTreeSet<u64>,
-    /// Where they are computed.
+    /// Folder of the new points.
     anew: PathBuf,
 }
 
 /// How the computation ended, with the text to print.
 enum Ended {
     Exchanged(String),
-    /// Before its end, with an exit status.
+    /// Interrupted, with an exit status.
     Cut(u8, String),
 }
 
 impl Retry<'_> {
-    /// Refuses a symbolic link in place of the folder.
+    /// Refuses a symbolic link instead of the folder.
     fn refuse_link(&self) -> Result<(), StoreError> {
         if !self.anew.is_symlink() {
             return Ok(());
@@ -127,7 +125,7 @@ impl Retry<'_> {
         Err(fault.into())
     }
 
-    /// Computes the points and puts them in the place of the failed ones.
+    /// Computes the points and replaces the failed ones.
     fn compute(
         &self,
         process: &mut Process,
@@ -190,7 +188,7 @@ impl Retry<'_> {
         Ok(Ended::Exchanged(text))
     }
 
-    /// Puts the points of new tables in the place of the old ones.
+    /// Replaces the old points by those of the new tables.
     fn exchange(&self, record: &mut RunRecord, added: &[TableRecord]) -> Result<(), StoreError> {
         let exchange = Exchange {
             folder: self.folder,
@@ -220,7 +218,7 @@ fn note_instructions(record: &mut RunRecord) {
     record.warnings.extend(mixed);
 }
 
-/// Leaves one table of each name, the one that was to take the place of the others.
+/// Keeps one table of each name, the replacement of the others.
 fn latest(tables: &mut Vec<TableRecord>) {
     let mut names = BTreeSet::new();
     tables.reverse();
@@ -228,7 +226,7 @@ fn latest(tables: &mut Vec<TableRecord>) {
     tables.reverse();
 }
 
-/// Points with a status that says nothing of the motion.
+/// Points with a status that gives no information about the motion.
 fn failed(
     folder: &Path,
     args: &RunArgs,
@@ -239,8 +237,7 @@ fn failed(
     Ok(failed.flatten().collect())
 }
 
-/// Brings the counts of a record in line with its table; its times stay those of the first
-/// run.
+/// Updates the counts of a record from its table; its times stay those of the first run.
 fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), StoreError> {
     let found = statuses(folder, args.shard, &record.tables)?;
     let count = |name: &str| found.get(name).map_or(0, |points| points.len() as u64);
@@ -259,7 +256,7 @@ fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), 
     Ok(())
 }
 
-/// Where points are computed again.
+/// The folder for recomputed points.
 fn retry_folder(folder: &Path, args: &RunArgs) -> PathBuf {
     folder.join(match args.shard {
         None => ".retry".to_owned(),
@@ -267,7 +264,7 @@ fn retry_folder(folder: &Path, args: &RunArgs) -> PathBuf {
     })
 }
 
-/// The journal of this very retry; one of other points or of another program is begun anew.
+/// The journal of this retry. A journal with other points or of another program is replaced.
 fn journal(anew: &Path, job: &Job, points: &BTreeSet<u64>) -> Result<Journal, StoreError> {
     let ids: Vec<String> = points.iter().map(u64::to_string).collect();
     let hash = blake3::hash(format!("{} {}", job.hash, ids.join(",")).as_bytes()).to_hex();
@@ -281,7 +278,7 @@ fn journal(anew: &Path, job: &Job, points: &BTreeSet<u64>) -> Result<Journal, St
     }
 }
 
-/// Removes the folder of the retry, where there is one.
+/// Removes the folder of the retry, if it exists.
 fn discard(anew: &Path) -> Result<(), StoreError> {
     match std::fs::remove_dir_all(anew) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {

@@ -14,8 +14,8 @@ use crate::sweep::{
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 4 where another
-/// process computes the same, 130 when interrupted.
+/// Runs a job: status 0 if done, 2 for bad input, 3 if points failed, 4 if another process computes the same, 130 if
+/// interrupted.
 pub fn run(args: &RunArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -100,7 +100,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
     let (totals, threads) = (&record.totals, finished.threads);
-    // More may follow from the results of these.
+    // The results of these points may require more points.
     let missing = if finished.progress.open {
         format!("at least {}", totals.missing)
     } else {

@@ -1,4 +1,4 @@
-//! What can `atlas run` be told?
+//! Which options does `atlas run` have?
 
 use super::manifest_args::ManifestArgs;
 use super::table::TablesFolder;

@@ -39,7 +39,7 @@ pub struct RunupArgs {
     pub json: bool,
 }
 
-/// Runs one drive up: status 0 when done, 2 for bad input, 3 where the motion could not be integrated to the end, 130 when
+/// Runs one drive up: status 0 if done, 2 for bad input, 3 if the motion could not be integrated to the end, 130 if
 /// interrupted.
 pub fn run(args: &RunupArgs) -> ExitCode {
     let job = match args.manifest.admit() {
@@ -50,7 +50,7 @@ pub fn run(args: &RunupArgs) -> ExitCode {
         let message = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
         return fail(BAD_INPUT, message);
     };
-    // The speed of a point is of no effect: without a choice, the first point serves.
+    // The speed of a point has no effect: the default is the first point.
     let asked = !args.point.text.is_empty();
     let point = match point::admit(&job, if asked { &args.point.text } else { "0" }) {
         Ok(point) => point,
@@ -105,7 +105,7 @@ pub fn run(args: &RunupArgs) -> ExitCode {
     }
 }
 
-/// What the tables keep of where they come from.
+/// The origin of the tables, as metadata.
 fn metadata(
     job: &Job,
     values: &[(String, f64)],
@@ -126,7 +126,7 @@ fn metadata(
     ]
 }
 
-/// The files of a run-up, the first one by its own head.
+/// The files of a run-up; the first entry has a separate label.
 fn files(folder: &Path) -> [(&'static str, String); 5] {
     let own = |kind| table_path(folder, kind, None).display().to_string();
     [

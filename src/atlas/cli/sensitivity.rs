@@ -1,4 +1,4 @@
-//! `atlas sensitivity m.toml --point …`: how the answers of a point change with keys of the manifest.
+//! `atlas sensitivity m.toml --point …`: how do the results of a point change with keys of the manifest?
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, PointArg, number};
@@ -44,7 +44,7 @@ pub struct SensitivityArgs {
     pub json: bool,
 }
 
-/// Tells the sensitivities of a point: status 0 when done, 2 for bad input, 130 when interrupted.
+/// Prints the sensitivities of a point: status 0 if done, 2 for bad input, 130 if interrupted.
 pub fn run(args: &SensitivityArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -98,7 +98,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
     }
 }
 
-/// Names in one piece that a comma in brackets has parted: `stiffness_matrix[1,2]`.
+/// Rejoins names that were split at a comma in brackets: `stiffness_matrix[1,2]`.
 fn whole(parts: &[String]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for part in parts {

@@ -52,7 +52,7 @@ impl Colour {
     }
 }
 
-/// Prints the summary; exit status 2 when there are no results to summarise.
+/// Prints the summary; exit status 2 if there are no results to summarise.
 pub fn run(args: &ShowArgs) -> ExitCode {
     match text(&args.results, args.json, args.branches, args.color) {
         Ok(text) => answer(&text, ExitCode::SUCCESS),
@@ -86,7 +86,7 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
     Ok(render(&summary, colour.style()))
 }
 
-/// What a file of computed tables holds.
+/// The contents of a file of computed tables.
 fn table(file: &Path, json: bool) -> Result<String, String> {
     let summary = TableSummary::read(file).map_err(|fault| {
         format!(
@@ -103,7 +103,7 @@ fn table(file: &Path, json: bool) -> Result<String, String> {
     }
 }
 
-/// What a folder without results is, and what to do with it.
+/// Describes a folder without results, and what to do with it.
 pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {

@@ -1,4 +1,4 @@
-//! `atlas sound results/x/runup`: a signal of a run-up as a WAV file, because engineers listen.
+//! `atlas sound results/x/runup`: a signal of a run-up as a WAV file.
 
 use super::process::begin_writing;
 use super::{BAD_INPUT, answer, fail};
@@ -27,7 +27,7 @@ pub struct SoundArgs {
     overwrite: bool,
 }
 
-/// Writes the sound file: status 0 when done, 2 for bad input.
+/// Writes the sound file: status 0 if done, 2 for bad input.
 pub fn run(args: &SoundArgs) -> ExitCode {
     begin_writing();
     let request = WavRequest {

@@ -1,5 +1,4 @@
-//! What the structure of a manifest vibrates like, for `atlas check`: natural frequencies, mesh
-//! resonances, base period.
+//! How does the structure of a manifest vibrate? For `atlas check`: natural frequencies, mesh resonances, base period.
 
 use super::campbell;
 use super::point::number;
@@ -13,44 +12,44 @@ use crate::units::short;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
-/// Harmonics of the mesh frequency whose resonances are told.
+/// Harmonics of the mesh frequency whose resonances are listed.
 const HARMONICS: u32 = 3;
 
 /// Rows of the table of modes.
 const MOST_ROWS: usize = 100;
 
-/// Freedoms up to which modes take a second or two; those of the default drive are 192.
+/// Most freedoms for which modes are computed, in a second or two. The default drive has 192.
 const MOST_FREEDOMS: usize = 1500;
 
-/// Damping ratio below which growth is the round-off of none.
+/// Damping ratio below which growth is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The structure of a grid's first point.
 pub struct Structure {
     frequencies: Frequencies,
-    /// Mesh cycles in a turn of the driver.
+    /// Mesh cycles per revolution of the driver.
     cycles: f64,
-    /// What may resonate, and at which speeds of the grid.
+    /// Resonances, and their speeds in the grid.
     diagram: Campbell,
-    /// Speed of the driver at which it was looked at \[rad/s\].
+    /// Speed of the driver for these results \[rad/s\].
     speed: f64,
-    /// How many the grid has.
+    /// Number of structures in the grid.
     count: usize,
     base_period: Option<usize>,
 }
 
 impl Structure {
-    /// That of a job's first point.
+    /// The structure of a job's first point.
     ///
     /// # Errors
-    /// Why there is none, in a sentence.
+    /// The reason why there is none, as a sentence.
     pub fn of(job: &Job, first: &PointSpec, parts: &Prepared) -> Result<Self, String> {
         check_size(first)?;
         let structure = parts.structure(&first.model);
         let structure = structure.map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first, parts.meshes());
         let model = model.map_err(|error| error.to_string())?;
-        // The mean model of a mesh from the drawing does not vary.
+        // The mean model of a mesh from the drawing is constant.
         let of_meshes = match &first.model.source {
             StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
             _ => 1,
@@ -65,8 +64,7 @@ impl Structure {
         })
     }
 
-    /// Speed of the driver \[rad/s\] at which a harmonic of the mesh frequency meets a mode; none of a
-    /// rigid motion.
+    /// Speed of the driver \[rad/s\] at which a harmonic of the mesh frequency meets a mode; `None` for a rigid motion.
     fn resonance(&self, mode: &NaturalMode, harmonic: u32) -> Option<f64> {
         let order = self.cycles * f64::from(harmonic);
         (mode.frequency > 0.0).then(|| mode.frequency / order)
@@ -77,7 +75,7 @@ impl Structure {
         (low..=high).contains(&speed)
     }
 
-    /// The contacts that are closed, in words.
+    /// The closed contacts, in words.
     fn closed_contacts(&self) -> String {
         match self.frequencies.contacts.count() {
             0 => "none".to_owned(),
@@ -90,12 +88,12 @@ impl Structure {
         }
     }
 
-    /// The unit in which speeds are shown.
+    /// The unit of speeds.
     fn unit(&self) -> Unit {
         Unit::or_si(self.diagram.unit.as_deref(), "rad/s")
     }
 
-    /// Head and text of its lines.
+    /// Label and text of its lines.
     pub fn lines(&self) -> Vec<(String, String)> {
         let unit = self.unit();
         let base = match self.base_period {
@@ -210,10 +208,10 @@ impl Structure {
     }
 }
 
-/// Whether the structure of a point has few enough freedoms.
+/// Checks that the structure of a point has few enough freedoms.
 ///
 /// # Errors
-/// Why it does not, in a sentence.
+/// The reason why it does not, as a sentence.
 pub fn check_size(point: &PointSpec) -> Result<(), String> {
     let freedoms = match &point.model.source {
         StructureSource::Flexible(drive) => 12 * (1 + drive.elements.iter().sum::<usize>()),

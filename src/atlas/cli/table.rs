@@ -1,4 +1,4 @@
-//! `atlas table m.toml`: the mesh table of a manifest's gears, computed and kept.
+//! `atlas table m.toml`: computes and stores the mesh table of a manifest's gears.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -67,7 +67,7 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     units::parse(text.trim(), dimension).map_err(|error| error.to_string())
 }
 
-/// Builds the tables: status 0 when all are kept, 1 if one cannot be, 2 for bad input.
+/// Builds the tables: status 0 if all are kept, 1 if one cannot be, 2 for bad input.
 pub fn run(args: &TableArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -82,8 +82,8 @@ pub fn run(args: &TableArgs) -> ExitCode {
             "has no drawing of its gears; a manifest of model.kind = \"flexible\" has one";
         return fail(BAD_INPUT, &format!("`{}` {message}", args.manifest.name()));
     }
-    // Unwatched, this signal would end the process without a word when a file outgrows
-    // `ulimit -f`; watched, the write fails and the error is printed.
+    // Without a handler, this signal ends the process silently when a file exceeds `ulimit -f`. With a handler, the
+    // write fails and the error is printed.
     if let Err(error) = flag::register(SIGXFSZ, Arc::default()) {
         return fail(NO_ACCESS, &with_causes(&error));
     }
@@ -104,7 +104,7 @@ pub fn run(args: &TableArgs) -> ExitCode {
     answer(&report(args, &tables), ExitCode::SUCCESS)
 }
 
-/// A pair of gears, how its flanks flatten and how its face bears.
+/// A pair of gears, the flattening law of its flanks and the law of its face.
 #[derive(Debug, PartialEq)]
 struct Drawing {
     gears: GearPair,
@@ -124,7 +124,7 @@ impl Drawing {
     }
 }
 
-/// The different drawings of a job, their bores those of the shafts.
+/// The different drawings of a job, with the bores of its shafts.
 fn drawings(job: &Job) -> Vec<Drawing> {
     let mut drawings = Vec::new();
     for variant in job.points.variants() {
@@ -145,7 +145,7 @@ fn drawings(job: &Job) -> Vec<Drawing> {
     drawings
 }
 
-/// What was built, in words.
+/// The built tables, in words.
 fn report(args: &TableArgs, files: &[(PathBuf, Origin)]) -> String {
     match (args.json, args.quiet) {
         (true, _) => {

@@ -1,4 +1,4 @@
-//! How many threads a command computes with.
+//! How many threads does a command use?
 
 use clap::Args;
 
@@ -11,7 +11,7 @@ pub struct Threads {
 }
 
 impl Threads {
-    /// How many, where that is said.
+    /// The number of threads, if given.
     pub fn count(&self) -> Option<usize> {
         self.asked.map(|n| n as usize)
     }

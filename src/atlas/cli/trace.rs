@@ -1,4 +1,4 @@
-//! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
+//! `atlas trace m.toml --point …`: one trajectory in detail, with its events.
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, ChosenPoint, PointArg, number};
@@ -56,8 +56,8 @@ pub struct TraceArgs {
     pub json: bool,
 }
 
-/// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
-/// could not be integrated to the end, 130 when interrupted.
+/// Traces one operating point: status 0 if done, 2 for bad input, 3 if the trajectory could not be integrated to the
+/// end, 130 if interrupted.
 pub fn run(args: &TraceArgs) -> ExitCode {
     let job = match args.manifest.admit() {
         Ok(job) => job,
@@ -138,7 +138,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     }
 }
 
-/// What the trace is of.
+/// The point and the model of the trace.
 fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceConfig) -> TraceLabel {
     TraceLabel {
         job: job.name.clone(),
@@ -260,7 +260,7 @@ fn summary_json(
     })
 }
 
-/// None where the first cycle was not finished.
+/// `None` if the first cycle is unfinished.
 fn events_per_cycle(outcome: &TraceOutcome) -> Option<f64> {
     (outcome.cycles > 0).then(|| outcome.events as f64 / outcome.cycles as f64)
 }

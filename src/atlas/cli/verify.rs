@@ -27,7 +27,7 @@ pub struct VerifyArgs {
     json: bool,
 }
 
-/// Carries out the checks: status 0 where every line passes, 1 where one fails.
+/// Runs the checks: status 0 if every line passes, 1 if one fails.
 pub fn run(args: &VerifyArgs) -> ExitCode {
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
@@ -55,7 +55,7 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
     answer(&text, ExitCode::from(report.status()))
 }
 
-/// A bar on a terminal, nothing elsewhere.
+/// A bar on a terminal, otherwise nothing.
 fn bar(checks: u64) -> ProgressBar {
     let template = "{bar:10} {pos}/{len} checks  {elapsed}  {wide_msg}";
     let bar = line::bar(Some(checks), false, template);
@@ -63,7 +63,7 @@ fn bar(checks: u64) -> ProgressBar {
     bar
 }
 
-/// The report for programs, with what it was made on.
+/// The report for programs, with a description of the machine.
 fn document(report: &Report) -> serde_json::Value {
     let machine = Machine::current();
     json!({

@@ -1,9 +1,9 @@
-//! What is worth a word of a valid manifest, for `atlas check`.
+//! Advice on a valid manifest, for `atlas check`.
 
 use crate::manifest::{Advice, AdviceKind, Place};
 use serde_json::{Value, json};
 
-/// Head and text of its lines; what is said of several keys is said once.
+/// Label and text of its lines; advice on several keys appears once.
 pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
     let mut said: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
     for word in advice {

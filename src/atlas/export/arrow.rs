@@ -1,7 +1,7 @@
-//! Arrow IPC files (Feather, version 2): a table as it lies in memory, for Julia, R and whatever takes Arrow.
+//! Arrow IPC files (Feather, version 2): a table in its memory layout, for Julia, R and other programs with Arrow.
 //!
-//! Columns keep their types, lists stay lists, absent values are null; units and descriptions are in the
-//! metadata of schema and columns, as in the result files. Nothing is compressed, so that files can be mapped.
+//! Columns keep their types, lists stay lists, absent values are null; units and descriptions are in the metadata of
+//! schema and columns, as in the result files. The files are uncompressed, so that they can be mapped.
 
 use super::error::ExportError;
 use super::survey::Surveyed;

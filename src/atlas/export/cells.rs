@@ -2,14 +2,14 @@
 
 use crate::store::{ColumnKind, ResultTable, StoreError};
 
-/// Values of a column, one a row; none where the table has none.
+/// Values of a column, one per row; `None` for absent values.
 #[derive(Debug)]
 pub enum Cells {
     /// Whole numbers.
     Whole(Vec<Option<u64>>),
     /// Numbers, all finite.
     Number(Vec<Option<f64>>),
-    /// Truth values.
+    /// Booleans.
     Truth(Vec<Option<bool>>),
     /// Texts.
     Text(Vec<Option<String>>),
@@ -17,23 +17,23 @@ pub enum Cells {
     List(Vec<Option<Vec<Option<f64>>>>),
 }
 
-/// A value by itself.
+/// A single value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell<'a> {
-    /// There is none.
+    /// No value.
     Absent,
     /// A whole number.
     Whole(u64),
     /// A number.
     Number(f64),
-    /// A truth value.
+    /// A boolean.
     Truth(bool),
     /// A text.
     Text(&'a str),
 }
 
 impl Cells {
-    /// Those of a column of some rows.
+    /// The values of a column for some rows.
     pub fn read(rows: &ResultTable, name: &str, kind: ColumnKind) -> Result<Self, StoreError> {
         Ok(match kind {
             ColumnKind::Whole => Self::Whole(rows.u64(name)?),
@@ -55,7 +55,7 @@ impl Cells {
         }
     }
 
-    /// The value of a row; of a list its element at `place`, counted from 0.
+    /// The value of a row; for a list its element at `place`, counted from 0.
     pub fn at(&self, row: usize, place: usize) -> Cell<'_> {
         match self {
             Self::Whole(values) => values[row].map_or(Cell::Absent, Cell::Whole),
@@ -69,7 +69,7 @@ impl Cells {
         }
     }
 
-    /// Elements of the list of a row; 1 of every other column.
+    /// Length of the list of a row; 1 for other columns.
     pub fn length(&self, row: usize) -> usize {
         match self {
             Self::List(values) => values[row].as_ref().map_or(0, Vec::len),

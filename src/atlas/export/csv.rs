@@ -1,7 +1,7 @@
-//! Text separated by commas (RFC 4180), UTF-8, lines that end in a line feed.
+//! Text separated by commas (RFC 4180), UTF-8, with line feeds.
 //!
-//! Numbers are written with as many digits as tell them from their neighbours, so that they read back
-//! bit for bit. What a table does not have is an empty field, an empty text is `""`.
+//! Numbers have the shortest text that reads back to the same bits. An absent value is an empty field, an empty text is
+//! `""`.
 
 use super::cells::Cell;
 use super::error::ExportError;
@@ -16,7 +16,7 @@ use std::path::Path;
 /// Rows that one thread writes at a time.
 const ROWS_TOGETHER: usize = 256;
 
-/// Writes a table, its lists widened or left out.
+/// Writes a table; its lists are widened or left out.
 pub fn table(
     folder: &Path,
     table: &Surveyed,
@@ -26,7 +26,7 @@ pub fn table(
     written(path, |sheet| write_table(folder, table, lists, sheet))
 }
 
-/// Writes the lists of a table, a line an element.
+/// Writes the lists of a table, one line per element.
 pub fn lists(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportError> {
     written(path, |sheet| write_lists(folder, table, sheet))
 }
@@ -65,7 +65,7 @@ impl<W: Write> Lines<'_, W> {
     }
 }
 
-/// Head and rows of a table, its lists widened or left out.
+/// Head and rows of a table; its lists are widened or left out.
 fn write_table<W: Write>(
     folder: &Path,
     table: &Surveyed,
@@ -91,7 +91,7 @@ fn write_table<W: Write>(
     })
 }
 
-/// The lists of a table with a row an element: row of the table and place in the list, counted from 1.
+/// The lists of a table with one row per element: row of the table and position in the list, counted from 1.
 fn write_lists<W: Write>(
     folder: &Path,
     table: &Surveyed,
@@ -105,7 +105,7 @@ fn write_lists<W: Write>(
         "row", "point_id", "column", "unit", "element", "name", "value",
     ]
     .map(Cell::Text);
-    // Without `point_id` where the table has none.
+    // Without `point_id` if the table has none.
     let shown = move |place: usize| point.is_some() || place != 1;
     sheet.row(&kept(&head, shown))?;
     let mut before = 0;
@@ -154,11 +154,11 @@ fn push_row<'a>(line: &mut String, cells: impl Iterator<Item = Cell<'a>>) {
 }
 
 fn push(line: &mut String, cell: Cell<'_>) {
-    // Nothing that is written to a text is refused.
+    // Writing to a string cannot fail.
     _ = match cell {
         Cell::Absent => Ok(()),
         Cell::Whole(value) => write!(line, "{value}"),
-        // With an exponent where the number is very large or very small.
+        // With an exponent if the number is very large or very small.
         Cell::Number(value) => line.write_str(zmij::Buffer::new().format(value)),
         Cell::Truth(value) => write!(line, "{value}"),
         Cell::Text(text) if is_plain(text) => write!(line, "{text}"),

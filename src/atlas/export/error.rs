@@ -19,26 +19,26 @@ pub enum ExportError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The folder does not have a table that was asked for.
+    /// The folder does not have a requested table.
     #[error("`{}` has no table `{name}`; it has {present}", folder.display())]
     NoTable {
         /// The folder.
         folder: PathBuf,
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// Those that are there.
+        /// Existing tables.
         present: String,
     },
-    /// None of the tables has a column that was asked for.
+    /// None of the tables has a requested column.
     #[error("no column `{name}` in {tables}{}", nearest.as_ref().map_or(
         String::from("; `atlas export FOLDER --list` lists them"), |known| format!("; did you mean `{known}`?")
     ))]
     NoColumn {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// The tables looked in.
+        /// The searched tables.
         tables: String,
-        /// A column with a name like it.
+        /// A column with a similar name.
         nearest: Option<String>,
     },
     /// A file would be replaced.
@@ -47,13 +47,13 @@ pub enum ExportError {
         /// The file.
         path: PathBuf,
     },
-    /// A format that has no place for lists in a table of their own.
+    /// A format without separate tables for lists.
     #[error("{format} files keep lists as lists; remove --lists long, or choose csv")]
     ListsAreKept {
         /// The format.
         format: &'static str,
     },
-    /// The library of Arrow files refused, or the system did.
+    /// The library of Arrow files or the system failed.
     #[error("cannot write the Arrow file `{}`", path.display())]
     Arrow {
         /// The file.

@@ -1,4 +1,4 @@
-//! Which formats are there, and where do lists go in them?
+//! Which formats exist, and where do lists go in them?
 
 use clap::ValueEnum;
 
@@ -12,7 +12,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// How names of its files end.
+    /// Extension of its files.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",

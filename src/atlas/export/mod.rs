@@ -1,8 +1,8 @@
 //! Result tables for other programs: CSV and Arrow. The Python package writes NumPy, MATLAB and Excel files.
 //!
-//! A table is read twice, some thousand rows at a time: once to learn how many rows, how long lists
-//! it has (`survey`), then to be written. Memory holds a row group of the table and
-//! 8192 rows, whatever its length; every format takes rows as they come. A file has its name when it is whole.
+//! A table is read twice, some thousand rows at a time: first to count rows and lengths of lists (`survey`), then to be
+//! written. Memory contains a row group of the table and 8192 rows, for any length of the table; every format accepts
+//! rows incrementally. A file gets its name when it is complete.
 
 mod arrow;
 mod cells;

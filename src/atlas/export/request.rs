@@ -1,4 +1,4 @@
-//! What is exported, where to, and what came of it.
+//! What is exported, where to, and with which result?
 
 use super::error::ExportError;
 use super::format::{Format, Lists};
@@ -7,35 +7,35 @@ use super::{arrow, csv};
 use crate::store::{ResultTable, TableKind, create_folder, present_tables, remove_stale};
 use std::path::{Path, PathBuf};
 
-/// What is wanted of a folder of results.
+/// An export from a folder of results.
 #[derive(Debug, Clone)]
 pub struct ExportRequest {
     /// Names of tables; empty for all.
     pub tables: Vec<String>,
     /// Names of columns; empty for all. Tables without any of them are left out.
     pub columns: Vec<String>,
-    /// In which format.
+    /// The format.
     pub format: Format,
-    /// Where lists go.
+    /// Placement of lists.
     pub lists: Lists,
-    /// Whether files that are there already are replaced.
+    /// Whether existing files are replaced.
     pub overwrite: bool,
 }
 
-/// What was written.
+/// Written files.
 #[derive(Debug)]
 pub struct Exported {
     /// The files, in the order of their tables.
     pub files: Vec<PathBuf>,
-    /// What is in them.
+    /// Their contents.
     pub tables: Vec<Surveyed>,
 }
 
-/// Writes tables of a folder into another, which is created where needed.
+/// Writes tables of a folder into another one, which is created if necessary.
 ///
 /// # Errors
-/// There is no such table or column, a file would be replaced, a format does not hold a table, or a file
-/// cannot be read or written.
+/// A table or column does not exist, a file would be replaced, a format does not fit a table, or a file cannot be read
+/// or written.
 pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Exported, ExportError> {
     if request.lists == Lists::Long && request.format == Format::Arrow {
         return Err(ExportError::ListsAreKept { format: "arrow" });
@@ -72,16 +72,16 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
     Ok(Exported { files, tables })
 }
 
-/// The tables of a folder that are asked for, read through once.
+/// The requested tables of a folder, after one pass through them.
 ///
 /// # Errors
-/// There is no such table or column, or a table cannot be read.
+/// A table or column does not exist, or a table cannot be read.
 pub fn survey_folder(folder: &Path, request: &ExportRequest) -> Result<Vec<Surveyed>, ExportError> {
     let surveyed = |kind| Ok(survey(folder, kind, &request.columns)?);
     chosen(folder, request)?.into_iter().map(surveyed).collect()
 }
 
-/// The tables that are asked for and have one of the columns asked for.
+/// The requested tables that have one of the requested columns.
 fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, ExportError> {
     let present = present_tables(folder)?;
     if present.is_empty() {

@@ -1,4 +1,4 @@
-//! What has to be known of a table before it is written: rows and lengths of lists.
+//! Which properties of a table must be known before it is written? Rows and lengths of lists.
 
 use super::cells::Cells;
 use super::error::ExportError;
@@ -7,14 +7,14 @@ use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// A table of a folder and what was found of its columns.
+/// A table of a folder with properties of its columns.
 #[derive(Debug)]
 pub struct Surveyed {
-    /// Which it is.
+    /// Kind of the table.
     pub kind: TableKind,
     /// Rows.
     pub rows: u64,
-    /// The columns chosen, in file order.
+    /// The chosen columns, in file order.
     pub columns: Vec<SurveyedColumn>,
 }
 
@@ -27,7 +27,7 @@ pub struct SurveyedColumn {
     pub absent: u64,
     /// Elements of the longest list.
     pub width: usize,
-    /// Whether every list is as long as there are names of elements.
+    /// Whether every list has the length of the names of elements.
     named: bool,
 }
 
@@ -54,22 +54,22 @@ impl SurveyedColumn {
         Ok(())
     }
 
-    /// Whether it holds lists.
+    /// Whether its values are lists.
     pub fn is_list(&self) -> bool {
         self.head.kind == ColumnKind::List
     }
 
-    /// Columns it becomes where lists are widened.
+    /// Number of columns after lists are widened.
     pub fn places(&self) -> usize {
         if self.is_list() { self.width } else { 1 }
     }
 
-    /// Names of the elements of its lists; empty where they are only numbered, or where lists differ in what they hold.
+    /// Names of the elements of its lists; empty if they only have numbers, or if lists have different elements.
     pub fn elements(&self) -> &[String] {
         if self.named { &self.head.elements } else { &[] }
     }
 
-    /// `deflection_rms`, `harmonics_2` of the second element of a list, `bearing_rms_pinion_1_x` of one with a name.
+    /// `deflection_rms`, `harmonics_2` for the second element of a list, `bearing_rms_pinion_1_x` for one with a name.
     fn name(&self, place: usize) -> String {
         let name = self.head.name.clone();
         match (self.is_list(), self.elements().get(place)) {
@@ -79,7 +79,7 @@ impl SurveyedColumn {
         }
     }
 
-    /// A name with the unit: `deflection_rms [m]`; without one where there is none.
+    /// A name with its unit, if it has one: `deflection_rms [m]`.
     fn titled(&self, name: String) -> String {
         match self.head.unit.as_str() {
             "" | "1" => name,
@@ -94,8 +94,8 @@ impl Surveyed {
         self.kind.name()
     }
 
-    /// Its columns with lists widened to one column an element, or left out. Names that would be equal (elements `b x`
-    /// and `b_x`) are numbered from the second on.
+    /// Its columns with lists widened to one column per element, or left out. Equal names (elements `b x` and `b_x`)
+    /// are numbered from the second on.
     pub(super) fn flat(&self, lists: Lists) -> Vec<Flat> {
         let mut taken = HashSet::new();
         let mut flat = Vec::new();
@@ -121,12 +121,12 @@ impl Surveyed {
         flat
     }
 
-    /// Whether lists are to go into a table of their own.
+    /// Whether lists go into a separate table.
     pub(super) fn has_long_lists(&self, lists: Lists) -> bool {
         lists == Lists::Long && self.columns.iter().any(SurveyedColumn::is_list)
     }
 
-    /// Hands over the rows, some thousand at a time, a [`Cells`] a column.
+    /// Passes on the rows, some thousand at a time, as one [`Cells`] per column.
     pub(super) fn scan(
         &self,
         folder: &Path,
@@ -147,18 +147,18 @@ impl Surveyed {
 /// A column of a table without lists.
 #[derive(Debug)]
 pub(super) struct Flat {
-    /// The column of the table that it is of, from 0.
+    /// Index of its column in the table, from 0.
     pub column: usize,
-    /// The element of its lists, from 0.
+    /// Index of the element of its lists, from 0.
     pub place: usize,
-    /// What stands at its head.
+    /// Its title.
     pub title: String,
 }
 
-/// Reads through a table; of its columns only those chosen, where some are.
+/// Reads through a table; only the chosen columns, if any are given.
 ///
 /// # Errors
-/// The table cannot be read, or is not what was written.
+/// The table cannot be read, or was changed.
 pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surveyed, StoreError> {
     let heads = ResultTable::head(folder, kind)?.columns()?;
     let wanted = |head: &ColumnHead| chosen.is_empty() || chosen.contains(&head.name);
@@ -202,7 +202,7 @@ mod tests {
         column
     }
 
-    /// Names that differ in a space and an underscore alone are told apart in heads of columns.
+    /// Columns whose names differ only in a space and an underscore get different titles.
     #[test]
     fn equal_heads_are_numbered() {
         let surveyed = Surveyed {

@@ -1,46 +1,46 @@
-//! A signal of a run-up as sound: a WAV file of 24 bits, full scale standing for a value of the signal.
+//! A signal of a run-up as sound: a WAV file with 24 bits, whose full scale is a given value of the signal.
 
 use crate::store::{ResultTable, StoreError, TableKind};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use std::path::{Path, PathBuf};
 
-/// Columns of `signals.parquet` that are no signals.
+/// Columns of `signals.parquet` that are not signals.
 const NO_SIGNALS: [&str; 3] = ["time", "speed", "load"];
 
 /// Largest sample of 24 bits.
 const LARGEST: f64 = 8_388_607.0;
 
-/// What is asked for.
+/// A requested sound file.
 #[derive(Debug)]
 pub struct WavRequest<'a> {
     /// A folder that `atlas runup` wrote.
     pub folder: &'a Path,
-    /// Column of `signals.parquet`; none for the first signal.
+    /// Column of `signals.parquet`; `None` for the first signal.
     pub signal: Option<&'a str>,
-    /// Value about the mean that is full scale, in the signal's unit; none for the largest that there is.
+    /// Value about the mean at full scale, in the signal's unit; `None` for the largest one in the signal.
     pub full_scale: Option<f64>,
-    /// The file; none for one beside the table.
+    /// The file; `None` for one beside the table.
     pub out: Option<&'a Path>,
-    /// Whether it may be there.
+    /// Whether an existing file is replaced.
     pub overwrite: bool,
 }
 
-/// What was written.
+/// The written file.
 #[derive(Debug)]
 pub struct WavFile {
     /// The column.
     pub signal: String,
     /// Its unit.
     pub unit: String,
-    /// Value of full scale.
+    /// Value at full scale.
     pub full_scale: f64,
-    /// Samples a second.
+    /// Samples per second.
     pub rate: u32,
     /// Samples.
     pub samples: usize,
     /// Samples beyond full scale.
     pub clipped: usize,
-    /// Where.
+    /// Its path.
     pub path: PathBuf,
 }
 
@@ -50,15 +50,15 @@ pub enum SoundError {
     /// The table cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// There is no such column.
+    /// The column does not exist.
     #[error("there is no signal `{name}`; signals of this run-up: {known}")]
     Unknown {
         /// The name.
         name: String,
-        /// Those that there are.
+        /// Existing columns.
         known: String,
     },
-    /// Full scale is no positive number.
+    /// Full scale is not a positive number.
     #[error(
         "a full scale of {value} is not a positive number: give the value, about the mean, that the loudest sample has"
     )]
@@ -72,7 +72,7 @@ pub enum SoundError {
         /// Its name.
         name: String,
     },
-    /// The file is there.
+    /// The file exists.
     #[error("`{}` already exists; choose another file with --out, or replace it with --overwrite", path.display())]
     Exists {
         /// The file.
@@ -83,7 +83,7 @@ pub enum SoundError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: hound::Error,
     },
 }

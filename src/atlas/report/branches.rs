@@ -1,17 +1,15 @@
-//! Which attractor of a point continues which of its neighbour?
+//! Which attractors of neighbouring points belong to one branch?
 //!
-//! Attractors are numbered anew at every point. Along an axis, two of neighbouring points are
-//! one branch where each is the nearest of the other's point to the other, and no further
-//! than [`FARTHEST`], in
+//! Every point numbers its attractors independently. Two attractors of neighbouring points on an axis belong to one
+//! branch if each is the nearest to the other, and their distance is at most [`FARTHEST`]. The distance is
 //!
 //! ```text
 //! |ln(RMS/RMS')| + |ln(peak/peak')| + |e − e'| / max(1, e, e') + penalty
 //! ```
 //!
-//! with the events per cycle e and a penalty for another kind of motion. A period doubling
-//! continues its branch. Whatever is matched by nobody begins a branch; so does everything
-//! behind a point that is missing. This is told from the whole table, not written into it:
-//! a shard of a job has no neighbours.
+//! with the events per cycle e and a penalty for another kind of motion. A period doubling continues its branch. An
+//! attractor without a match begins a branch, and so does every attractor behind a missing point. Branches follow from
+//! the whole table and are not part of it, because a shard of a job has no neighbours.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,9 +19,9 @@ use serde::Serialize;
 use super::point::{Axis, PointSummary, TRANSIENT_CHAOS};
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// Largest distance of two attractors of one branch.
+/// Largest distance between two attractors of one branch.
 const FARTHEST: f64 = 1.0;
-/// Penalty where one period is twice the other.
+/// Penalty if one period is twice the other.
 const DOUBLED: f64 = 0.2;
 /// Penalty for any other change of the kind of motion.
 const OTHER_KIND: f64 = 0.5;
@@ -37,7 +35,7 @@ pub struct Attractor {
     pub attractor_id: u64,
     /// Kind of motion.
     pub class: String,
-    /// Its period, where it has one.
+    /// Its period, if it has one.
     pub period: Option<u64>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
@@ -73,8 +71,7 @@ impl Attractor {
     }
 }
 
-/// The attractors of a results folder, by point and number; none where the folder has no
-/// such table.
+/// The attractors of a results folder, by point and number; empty if the folder has no such table.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -118,9 +115,9 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
     Ok((0..table.rows()).map(attractor).collect())
 }
 
-/// The branch of every attractor, in the order of `attractors`, along the axis with position
-/// `along`, the axes at the places `held` being held; numbered from 0 in the order in which they begin. `attractors` and `points` are in
-/// `point_id` order.
+/// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. The axes with
+/// indices `held` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors` and
+/// `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
@@ -139,7 +136,7 @@ pub fn branches(
     let mut lines: Vec<Vec<&PointSummary>> = lines.into_values().collect();
     lines.sort_by_key(|line| line[0].point_id);
     for mut line in lines {
-        // A sweep may have gone down.
+        // A sweep may go down.
         line.sort_by(|a, b| a.axis_values[along].total_cmp(&b.axis_values[along]));
         let mut previous: Option<(usize, std::ops::Range<usize>)> = None;
         for point in line {
@@ -166,7 +163,7 @@ pub fn branches(
     branch
 }
 
-/// For each of `new`, the one of `old` that it continues.
+/// For each attractor of `new`, the index in `old` of the attractor that it continues.
 fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
     let nearest = |from: &Attractor, to: &[Attractor]| -> Option<usize> {
         let distances = to.iter().map(|other| distance(from, other)).enumerate();
@@ -182,11 +179,11 @@ fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
     forth.collect()
 }
 
-/// How unlike two attractors are.
+/// Distance between two attractors.
 fn distance(a: &Attractor, b: &Attractor) -> f64 {
     let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) if a > 0.0 && b > 0.0 => (a / b).ln().abs(),
-        // A motion that stands still, or never touches, beside one that does not.
+        // Only one of the two motions stands still, or never touches.
         (Some(a), Some(b)) if a != b => f64::INFINITY,
         _ => 0.0,
     };
@@ -233,7 +230,7 @@ mod tests {
         };
         let axes = [axis("a", lengths[0]), axis("b", lengths[1])];
         let points: Vec<PointSummary> = (0..lengths[0] * lengths[1])
-            // Point 6 was never computed.
+            // Point 6 is missing.
             .filter(|id| *id != 6)
             .map(|id| PointSummary {
                 point_id: id as u64,
@@ -249,7 +246,7 @@ mod tests {
     fn a_branch_keeps_its_number_whatever_its_attractor_is_called() {
         let quiet = |id| attractor(id, 1, 1e-6 * (1.0 + 0.1 * id as f64), 1e3, 0.0);
         let loud = |id| attractor(id, 1, 30e-6, 2e4, 4.0);
-        // The second point numbers them the other way around, the third lost one.
+        // The second point numbers them in reverse, the third lost one.
         let all = [
             quiet(0),
             loud(0),
@@ -280,11 +277,11 @@ mod tests {
         let all: Vec<Attractor> = (0..8).filter(|id| *id != 6).map(same).collect();
         // Two lines of four; in the second, the third point is missing.
         assert_eq!(followed([2, 4], 1, &all), [0, 0, 0, 0, 1, 1, 2]);
-        // Four lines of two, one of which has lost its end.
+        // Four lines of two; one of them lost its end.
         assert_eq!(followed([2, 4], 0, &all), [0, 1, 2, 3, 0, 1, 3]);
     }
 
-    /// The nearest of two candidates is taken; the other begins a branch of its own.
+    /// The nearest of two candidates is matched; the other begins a new branch.
     #[test]
     fn nobody_is_matched_twice() {
         let all = [

@@ -1,4 +1,4 @@
-//! Points where probes settled on more than one attractor: each ending with its share.
+//! Points with probes that settled on several attractors: the endings and their shares.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::point::PointSummary;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// The endings of a point's probes, where these found more than one attractor.
+/// The endings of a point's probes, if these found several attractors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coexistence {
     /// The point.
@@ -20,17 +20,17 @@ pub struct Coexistence {
 /// One way in which probes of a point ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ending {
-    /// Number of the attractor; none for probes that settled on none.
+    /// Number of the attractor; `None` for probes that settled on none.
     pub attractor: Option<u64>,
-    /// How the work ended.
+    /// Status of the probes.
     pub status: String,
     /// Kind of motion.
     pub class: Option<String>,
-    /// Its period, where it has one.
+    /// Its period, if it has one.
     pub period: Option<u64>,
-    /// RMS of the deflection about its mean \[m\], of the first such probe.
+    /// RMS of the deflection about its mean \[m\], of the first probe with this ending.
     pub deflection_rms: Option<f64>,
-    /// Probes that ended so.
+    /// Probes with this ending.
     pub probes: usize,
     /// Their share of the point's probes.
     pub share: f64,

@@ -10,7 +10,7 @@ pub enum ReportError {
     /// Its files cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A file lacks a value that every row has.
+    /// A required value is missing.
     #[error("`{}` has a row without `{column}`; write the results again", folder.display())]
     Incomplete {
         /// The results folder.
@@ -18,7 +18,7 @@ pub enum ReportError {
         /// The column.
         column: String,
     },
-    /// A table of followed orbits that does not name their axis.
+    /// A table of followed orbits does not name their axis.
     #[error("`{}` does not name the axis along which orbits were followed; write it again with `atlas follow`", path.display())]
     NoFollowedAxis {
         /// The table.

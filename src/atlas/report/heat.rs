@@ -1,8 +1,7 @@
 //! What does the first slice of the grid show, over the first two axes with several values?
 //!
-//! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes are
-//! held at their first value. Of a refined grid the plane that is refined is shown, each of its
-//! places as the point that stands for it.
+//! A wide grid is binned: a cell then shows the liveliest of its points. Further axes have their first value. For a
+//! refined grid, the map shows the refined plane, with the representative point of each place.
 
 use super::point::{Axis, CHAOTIC, PointSummary, TRANSIENT_CHAOS, varied};
 use super::refined::Plane;
@@ -13,7 +12,7 @@ use std::collections::BTreeSet;
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
 
-/// What a cell shows. Order: of several points in a cell, the greatest is shown.
+/// Content of a cell. The order matters: a cell with several points shows the greatest.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub(super) enum Cell {
     Missing,
@@ -45,7 +44,7 @@ impl Cell {
 /// The cells of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
-    /// The axes that rows and columns go along.
+    /// The axes of the rows and of the columns.
     pub(super) down: Option<usize>,
     pub(super) across: usize,
     /// Further axes with several values.
@@ -53,14 +52,14 @@ pub struct Map {
     pub(super) cells: Vec<Vec<Cell>>,
     pub(super) rows: Bins,
     pub(super) columns: Bins,
-    /// Largest exponent met.
+    /// Largest exponent in the map.
     pub(super) largest: f64,
-    /// Directions of the sweeps met: where there are two, so many points lie at one place.
+    /// Directions of the sweeps in the map. With two directions, every place has two points.
     pub(super) directions: BTreeSet<Option<String>>,
 }
 
 impl Map {
-    /// A map without points over some axes; none where no axis has several values.
+    /// An empty map over some axes; `None` if no axis has several values.
     pub(super) fn new(
         axes: &[Axis],
         tied: &Tied,
@@ -95,7 +94,7 @@ impl Map {
         })
     }
 
-    /// Enters a point, unless it lies in another slice than the first.
+    /// Enters a point if it lies in the first slice.
     pub(super) fn add(&mut self, axes: &[Axis], point: &PointSummary) {
         let elsewhere = |&axis: &usize| axes[axis].values.first() != point.axis_values.get(axis);
         if self.further.iter().any(elsewhere) {

@@ -4,21 +4,21 @@ use serde::Serialize;
 
 use super::point::{CHAOTIC, PointSummary, TRANSIENT_CHAOS};
 
-/// How long chaos lasts, in mesh cycles: points by how many of their trajectories left it.
+/// How long chaos lasts, in mesh cycles. Points are classified by the number of their trajectories that left it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Lifetimes {
-    /// Points whose chaos no trajectory left, with the lower bounds of its mean life at 95 %.
+    /// Points whose chaos no trajectory left, with the lower 95 % bounds of its mean life.
     pub lasting: Lives,
     /// Points whose chaos some trajectories left.
     pub transient_points: usize,
-    /// The first of them, the shortest mean life first.
+    /// The first of them, in the order of their mean life.
     pub transient: Vec<PointSummary>,
-    /// Points whose chaos all trajectories left, with its mean lives. Their class is that of the
-    /// motion that trajectories ended on.
+    /// Points whose chaos all trajectories left, with its mean lives. Their class is that of the motion after the
+    /// chaos.
     pub left: Lives,
 }
 
-/// How many points there are, and the range of a time.
+/// A number of points, and the range of a time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Lives {
     /// Points.
@@ -36,7 +36,7 @@ impl Lives {
 }
 
 impl Lifetimes {
-    /// Counts a point; whether its chaos was left by some trajectories, and has to be listed.
+    /// Counts a point. Returns whether some trajectories left its chaos, so that it must be listed.
     pub(super) fn count(&mut self, point: &PointSummary) -> bool {
         let Some(chaos) = &point.chaos else {
             return false;
@@ -77,7 +77,7 @@ mod tests {
             (point("chaotic", None, 13300.0), false),
             (point("transient_chaos", Some(2000.0), 900.0), true),
             (point("periodic", Some(800.0), 400.0), false),
-            // No trajectory left chaos, and yet there is no verdict.
+            // No trajectory left chaos, but the verdict is missing.
             (point("not_converged", None, 100.0), false),
             (PointSummary::default(), false),
         ] {

@@ -1,4 +1,4 @@
-//! What was found out about a machine, on one page of a terminal.
+//! The measurements of a machine, on one page of a terminal.
 
 mod words;
 
@@ -8,7 +8,7 @@ use crate::store::{Characteristics, Measurement, MountainKey, SolverKey};
 use std::fmt::Write;
 use words::{caches, memory_words, processor, rate_text, seconds, system, time_text};
 
-/// Modes for which solver scaling is shown, where it was measured.
+/// Number of modes for which solver scaling is shown, if it was measured.
 const SHOWN_MODES: u64 = 40;
 
 /// The page.
@@ -53,9 +53,9 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("noise", verdict);
 }
 
-/// Levels of memory, each with a size that lies well inside it: half of the first cache, the
-/// geometric middle of a later one and the one before it (of a large shared cache only a part may
-/// be there for this process), and the largest buffer measured, where it is none of a cache.
+/// Levels of memory, each with a size that lies well inside it. This is half of the first cache, and the geometric mean
+/// of a later cache and the one before it, because a large shared cache may be only partly available. The last is the
+/// largest measured buffer, if it is larger than all caches.
 pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
     let Some(largest) = machine.mountain.iter().map(|row| row.key.size).max() else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Summaries and figures from result files and tables; knows nothing of how results came to be.
+//! Summaries and figures from result files and tables. This module does not depend on the computations.
 
 mod branches;
 mod coexistence;

@@ -1,6 +1,6 @@
-//! How are numbers written for people?
+//! How are numbers formatted for readers?
 
-/// Four significant digits, and all of those before the point, without needless zeros.
+/// At least four significant digits, and all digits before the point, without trailing zeros.
 pub(super) fn number(value: f64) -> String {
     let before_point = value.abs().log10().floor() + 1.0;
     if (4.0..=6.0).contains(&before_point) {
@@ -10,7 +10,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// So many significant digits, without needless zeros: `0.05`, `4.4e8`.
+/// A number of significant digits, without trailing zeros: `0.05`, `4.4e8`.
 pub fn to_digits(value: f64, digits: usize) -> String {
     let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
     let rounded: f64 = rounded.unwrap_or(value);
@@ -29,7 +29,7 @@ pub(super) fn plural(count: usize, noun: &str) -> String {
     }
 }
 
-/// A number of bytes for people: `512 B`, `1.5 MiB`.
+/// A number of bytes: `512 B`, `1.5 MiB`.
 pub fn size_text(bytes: u64) -> String {
     let mut size = bytes as f64;
     let mut units = ["B", "KiB", "MiB", "GiB", "TiB"].into_iter();

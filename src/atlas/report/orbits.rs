@@ -1,5 +1,5 @@
-//! Periodic orbits of a results folder: each of them, how many are alike, and the given states
-//! that led to none.
+//! Periodic orbits of a results folder: every orbit, counts by period and stability, and the given states that led to
+//! none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::numbers::number;
 use crate::input::printable;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// What `orbits.parquet` holds.
+/// Contents of `orbits.parquet`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Orbits {
     /// Points with an orbit.
@@ -36,9 +36,9 @@ pub struct OrbitCount {
     pub points: usize,
     /// Smallest and largest modulus of their leading multipliers.
     pub modulus: [f64; 2],
-    /// Their smallest grazing margin \[half gaps\]; none where no deflection has an extreme.
+    /// Their smallest grazing margin \[half gaps\]; `None` if no deflection has an extreme.
     pub grazing_margin: Option<f64>,
-    /// Largest growth of a kick over what the monodromy matrix predicts.
+    /// Largest ratio of the growth of a kick to the prediction of the monodromy matrix.
     pub kick_over_linear: Option<f64>,
 }
 
@@ -49,26 +49,26 @@ pub struct Orbit {
     pub point_id: u64,
     /// Its period \[mesh cycles\].
     pub period: u64,
-    /// The given state that led to it, counted from 1; none where a near return did.
+    /// The given state that led to it, counted from 1; `None` if a near return did.
     pub state: Option<u64>,
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
     /// Largest modulus of its multipliers.
     pub modulus: f64,
-    /// The leading multiplier, real and imaginary part; none where multipliers were not kept.
+    /// The leading multiplier, real and imaginary part; `None` if the table has no multipliers.
     pub leading: Option<[f64; 2]>,
-    /// What it crosses the unit circle as; none where it is well inside.
+    /// Kind of the bifurcation at its crossing of the unit circle; `None` if it is well inside.
     pub bifurcation: Option<String>,
     /// Smallest distance of an extreme of δ from a contact surface \[half gaps\].
     pub grazing_margin: Option<f64>,
     /// Growth of a kick over one period, integrated in full.
     pub kick_growth: Option<f64>,
-    /// The same as the monodromy matrix predicts it.
+    /// The prediction of the monodromy matrix for it.
     pub kick_growth_linear: Option<f64>,
     /// All multipliers, real and imaginary parts.
     #[serde(skip)]
     pub multipliers: Vec<[f64; 2]>,
-    /// Distance after 0, 1, 2, … returns of a kick, in full and linear \[half gaps\].
+    /// Distance after 0, 1, 2, … returns of a kick, nonlinear and linear \[half gaps\].
     #[serde(skip)]
     pub kick: [Vec<f64>; 2],
 }
@@ -87,8 +87,7 @@ pub struct MissedSearch {
 }
 
 impl Orbit {
-    /// The leading multiplier in words: `-2.962`, `0.173 ± 0.982i`; its modulus where no more is
-    /// known.
+    /// The leading multiplier in words: `-2.962`, `0.173 ± 0.982i`; its modulus if the table has no more.
     pub(super) fn leading_words(&self) -> String {
         let shown = |value: f64| number(value).replace('-', "−");
         match self.leading {
@@ -98,7 +97,7 @@ impl Orbit {
         }
     }
 
-    /// What the leading multiplier crosses the unit circle as, in words.
+    /// The kind of bifurcation at the crossing of the unit circle, in words.
     pub(super) fn crossing_words(&self) -> &str {
         match self.bifurcation.as_deref() {
             Some("neimark_sacker") => "torus (Neimark–Sacker)",
@@ -109,7 +108,7 @@ impl Orbit {
     }
 }
 
-/// The orbits of a results folder; none where they were not asked for.
+/// The orbits of a results folder; `None` if the job did not search for orbits.
 pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
     let table = match ResultTable::read(folder, TableKind::Orbits) {
         Err(StoreError::Missing { .. }) => return Ok(None),
@@ -143,7 +142,7 @@ pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
             period,
             state: states[row],
             stable: stable[row]?,
-            // An orbit that contracts to nothing has no finite exponent.
+            // The exponent of an orbit with multipliers 0 is not finite.
             modulus: lambda[row].map_or(0.0, |lambda| (lambda * period as f64).exp()),
             leading: multipliers.first().copied(),
             bifurcation: bifurcations[row].clone(),

@@ -1,21 +1,21 @@
-//! What is a point of a results folder, on which axes does it lie, and how many are alike?
+//! Which data does a summary have of a point of a results folder, on which axes is it, and how many are alike?
 
 use serde::Serialize;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// A grid axis with the values met in the file.
+/// A grid axis with its values in the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
     /// Column name.
     pub name: String,
     /// SI unit, `1` when dimensionless.
     pub unit: String,
-    /// Values met, ascending.
+    /// Values in the file, ascending.
     pub values: Vec<f64>,
 }
 
-/// Positions of the axes with several values: those that tell points apart.
+/// Indices of the axes with several values, on which points differ.
 pub(super) fn varied(axes: &[Axis]) -> impl Iterator<Item = usize> {
     let several = |(_, axis): &(usize, &Axis)| axis.values.len() > 1;
     axes.iter()
@@ -24,7 +24,7 @@ pub(super) fn varied(axes: &[Axis]) -> impl Iterator<Item = usize> {
         .map(|(index, _)| index)
 }
 
-/// How many points move in one way.
+/// Number of points with one kind of motion.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassCount {
     /// `steady_contact`, `periodic`, …; `none` for points without a class.
@@ -35,14 +35,14 @@ pub struct ClassCount {
     pub points: usize,
 }
 
-/// One point, as far as a summary needs it.
+/// The data of a point in a summary.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PointSummary {
     /// Row-major index into the grid.
     pub point_id: u64,
     /// Value of each axis.
     pub axis_values: Vec<f64>,
-    /// How its work ended, and how it moves.
+    /// Status and kind of motion.
     #[serde(flatten)]
     pub verdict: Arc<Verdict>,
     /// Largest exponent \[1/cycle\].
@@ -51,7 +51,7 @@ pub struct PointSummary {
     pub stderr: Option<f64>,
     /// The twin's exponent.
     pub twin: Option<f64>,
-    /// How long its chaos lasts; absent where no trajectory was chaotic.
+    /// Life of its chaos; absent if no trajectory was chaotic.
     pub chaos: Option<Box<ChaosLife>>,
 }
 
@@ -63,28 +63,27 @@ impl Deref for PointSummary {
     }
 }
 
-/// What a summary says of a point in words. Most points share theirs with many others, which keeps a million of them small.
+/// The textual data of a point. Most points share them with many others, so that a million points need little memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash, Serialize)]
 pub struct Verdict {
-    /// Direction of its sweep, `up` or `down`; absent where points are independent.
+    /// Direction of its sweep, `up` or `down`; absent if points are independent.
     pub direction: Option<String>,
-    /// How the work ended.
+    /// Status of the point.
     pub status: String,
-    /// Why.
+    /// Reason for the status.
     pub reason: String,
     /// Kind of motion.
     pub class: Option<String>,
-    /// Its period, where it has one.
+    /// Its period, if it has one.
     pub period: Option<u64>,
     /// Whether the exponents of the point and of its twin agree.
     pub twin_agrees: Option<bool>,
-    /// Whether standard errors were read after as many cycles as their coverage was measured at;
-    /// absent where the motion settles.
+    /// Whether standard errors were read after enough cycles for verified coverage; absent if the motion settles.
     pub errors_verified: Option<bool>,
 }
 
 impl PointSummary {
-    /// Whether neighbours part exponentially, for a time at least.
+    /// Whether neighbouring trajectories separate exponentially, at least for a time.
     pub fn is_chaos(&self) -> bool {
         matches!(self.class.as_deref(), Some(CHAOTIC | TRANSIENT_CHAOS))
     }
@@ -95,19 +94,19 @@ pub(super) const CHAOTIC: &str = "chaotic";
 /// The class of chaos that some trajectories left.
 pub(super) const TRANSIENT_CHAOS: &str = "transient_chaos";
 
-/// How long the chaos of a point lasts, in mesh cycles.
+/// The life of a point's chaos, in mesh cycles.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct ChaosLife {
-    /// Mean life; absent where no trajectory left chaos.
+    /// Mean life; absent if no trajectory left chaos.
     pub mean: Option<f64>,
-    /// Lower end of its 95 % interval; a lower bound at 95 % where no trajectory left chaos.
+    /// Lower end of its 95 % interval; if no trajectory left chaos, a lower bound at 95 %.
     pub low: f64,
-    /// Upper end of the interval; absent where no trajectory left chaos.
+    /// Upper end of the interval; absent if no trajectory left chaos.
     pub high: Option<f64>,
     /// Trajectories that left chaos.
     pub exits: u64,
-    /// Trajectories that were measured.
+    /// Measured trajectories.
     pub trajectories: Option<u64>,
-    /// What those that left chaos ended on.
+    /// The motion after the chaos, of the trajectories that left it.
     pub ended_on: Option<String>,
 }

@@ -10,30 +10,30 @@ use std::path::Path;
 /// The column with Σ |δ'|/t of every contact.
 const COLUMN: &str = "contact_rattle_index";
 
-/// How much a mesh, or another pair of contacts, rattles over the points of a results folder.
+/// Rattle of a mesh, or of another pair of contacts, over the points of a results folder.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rattle {
-    /// What its contacts have in common: the names of its gears, or `stage 1 of engine and input`.
+    /// Common name of its contacts: the names of its gears, or `stage 1 of engine and input`.
     pub name: String,
-    /// Mean over the points of the rattle indices of its contacts together \[m/s², of stages rad/s²\].
+    /// Mean over the points of the sum of its contacts' rattle indices \[m/s², of stages rad/s²\].
     pub mean: f64,
     /// The largest.
     pub largest: f64,
-    /// The point that has it.
+    /// The point with the largest.
     pub point_id: u64,
 }
 
-/// All meshes, the one with the largest mean first; empty where the contacts have no names or there is but one mesh.
+/// All meshes, the one with the largest mean first; empty if the contacts have no names or there is only one mesh.
 ///
 /// # Errors
-/// Tables that cannot be read.
+/// A table cannot be read.
 pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, ReportError> {
     let columns = head.columns()?;
     let Some(column) = columns.iter().find(|column| column.name == COLUMN) else {
         return Ok(Vec::new());
     };
     let mut found: Vec<Rattle> = Vec::new();
-    // Of every contact its place among these; the states of a dry slider do not rattle, nor do flanks that there are not.
+    // The index of each contact's mesh. The states of a dry slider do not rattle, nor do flanks that do not exist.
     let places: Vec<Option<usize>> = (column.elements.iter())
         .map(|contact| {
             if is_of_slider(contact) || NO_FLANKS.contains(&contact.as_str()) {
@@ -89,7 +89,7 @@ fn is_of_slider(contact: &str) -> bool {
     SliderPart::ALL.iter().any(|(_, own)| Some(*own) == state)
 }
 
-/// What both contacts of a mesh, of a stage or of a rigid stop are called.
+/// The common name of both contacts of a mesh, of a stage or of a rigid stop.
 fn common(contact: &str) -> &str {
     let flank = ["drive flank of ", "coast flank of "];
     let mesh = flank.iter().find_map(|side| contact.strip_prefix(side));

@@ -1,7 +1,6 @@
-//! Which of its computed points stands for each place of a refined plane?
+//! Which computed point stands for each place of a refined plane?
 //!
-//! In a cell that nothing divides further, the nearest corner does. What a place shows is so what was
-//! computed, never something between.
+//! In an undivided cell, the nearest corner does. Thus a place always shows a computed result, never an interpolation.
 
 use std::collections::HashMap;
 
@@ -15,8 +14,8 @@ pub(super) struct Plane {
     pub sides: [usize; 2],
     /// Intervals of the finest grid between values of the undivided one.
     pub step: usize,
-    /// For every place, row by row, which of the points stands for it; the largest number where
-    /// none does, since the run has not come so far.
+    /// For every place, row by row, the index of the point that stands for it; `u32::MAX` if there is none, because the
+    /// run is unfinished.
     stands: Vec<u32>,
 }
 
@@ -33,7 +32,7 @@ impl Plane {
             .collect();
         let mut stands = vec![u32::MAX; rows * columns];
         let mut leaves = nested.leaves(|place| known.contains_key(&place));
-        // On an edge that two cells share, the smaller knows better.
+        // On an edge that two cells share, the smaller cell has priority.
         leaves.sort_by_key(|cell| std::cmp::Reverse(cell.side));
         for cell in leaves {
             let [row, column] = cell.corner;
@@ -62,8 +61,7 @@ impl Plane {
     }
 }
 
-/// Gives the axes of a refined plane the values of its finest grid; those that no point has lie
-/// evenly between those that some have.
+/// Gives the axes of a refined plane the values of its finest grid. Values without points are interpolated linearly.
 pub(super) fn complete(axes: &mut [Axis], refined: &RefinedColumns, points: &[PointSummary]) {
     let nested = refined.nested;
     for (side, name) in refined.axes.iter().enumerate() {
@@ -78,8 +76,7 @@ pub(super) fn complete(axes: &mut [Axis], refined: &RefinedColumns, points: &[Po
     }
 }
 
-/// A list whose gaps are filled evenly; what lies before the first and behind the last value is as
-/// these.
+/// Fills the gaps of a list by linear interpolation, and its ends with the first and the last value.
 fn filled(values: &[Option<f64>]) -> Vec<f64> {
     let known: Vec<(usize, f64)> = (values.iter().enumerate())
         .filter_map(|(place, value)| Some((place, (*value)?)))
@@ -146,7 +143,7 @@ mod tests {
         assert_eq!(stands(5, 7), [4, 8]);
         assert_eq!(stands(1, 3), [0, 2], "of a small cell");
         assert_eq!(stands(3, 4), [2, 4], "the smaller of two cells");
-        // Of a run that was called off, some are missing.
+        // Some points of a cancelled run are missing.
         let plane = Plane::new(&refined, &points[..3]);
         assert!(plane.at(7, 7).is_none() && plane.at(1, 1).is_some());
     }

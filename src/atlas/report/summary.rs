@@ -1,8 +1,8 @@
-//! What a results folder says, as numbers: counts, classes, the chaotic points, the worst
-//! residual. [`super::render`] turns it into text.
+//! What does a results folder contain, in numbers? Counts, classes, the chaotic points, the worst residual.
+//! [`super::render`] turns it into text.
 //!
-//! The points are passed over once, and once more for the map; what is kept of them does not grow
-//! with their number. Pictures need every point, and ask for them.
+//! The code makes one pass over the points, and a second one for the map. Its memory does not grow with the number of
+//! points. Pictures request all points.
 
 mod census;
 
@@ -31,7 +31,7 @@ use crate::store::{
 pub(super) use census::LARGEST_RESIDUAL;
 use census::{Census, by_id, in_order, livelier, scan, shorter_lived};
 
-/// Said of tables that nothing vouches for.
+/// Warning for tables without a record.
 const UNRECORDED: &str =
     "there is no run.json, so the completeness of the tables cannot be checked";
 
@@ -42,13 +42,13 @@ pub struct Summary {
     pub folder: PathBuf,
     /// Name of the job; absent without a run record.
     pub job: Option<String>,
-    /// How the run ended (`interrupted` if any shard was); absent without a run record.
+    /// Final state of the run (`interrupted` if any shard was); absent without a run record.
     pub state: Option<RunState>,
-    /// Shards found and expected, of a split job.
+    /// Shards found and expected of a split job.
     pub shards: Option<[usize; 2]>,
     /// Rows of `points.parquet`.
     pub points: usize,
-    /// Points of the grid, as far as the run records tell.
+    /// Points of the grid, from the run records.
     pub expected: u64,
     /// Points by status.
     pub statuses: BTreeMap<String, usize>,
@@ -56,7 +56,7 @@ pub struct Summary {
     pub classes: Vec<ClassCount>,
     /// Mesh cycles integrated.
     pub cycles: u64,
-    /// Wall time of the runs, added over shards \[s\]; absent without a run record.
+    /// Wall time of the runs, summed over shards \[s\]; absent without a run record.
     pub wall_time: Option<f64>,
     /// The same per integrated cycle \[s\].
     pub wall_time_per_cycle: Option<f64>,
@@ -64,36 +64,36 @@ pub struct Summary {
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
-    /// Units that the manifest gives axes, by name; empty without a run record.
+    /// Units of axes in the manifest, by name; empty without a run record.
     #[serde(skip)]
     pub units: BTreeMap<String, String>,
-    /// Which of them advance in step.
+    /// Axes that advance in step.
     #[serde(skip)]
     pub tied: Tied,
-    /// Whether some of them are distributions: their values are no grid, and maps over them show nothing.
+    /// Whether some of them are distributions: their values are no grid, so that maps over them are meaningless.
     #[serde(skip)]
     pub sampled: bool,
-    /// The axis along which the state is carried; absent where points are independent.
+    /// The axis along which the state is carried; absent if points are independent.
     pub carried_along: Option<String>,
-    /// How the grid is refined; absent where all its points are computed.
+    /// How the grid is refined; absent if all its points are computed.
     pub refined: Option<RefinedColumns>,
     /// Changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
-    /// How many of them are changes of `class`, of `period`, and jumps of the `deflection`.
+    /// Numbers of changes of `class`, of `period`, and of jumps of the `deflection`.
     pub transition_counts: BTreeMap<String, usize>,
-    /// Followed orbits; absent where none were.
+    /// Followed orbits; absent if there are none.
     pub followed: Option<FollowedSummary>,
     /// Points with a largest exponent.
     pub with_exponent: usize,
-    /// Chaotic points, those of transient chaos among them.
+    /// Chaotic points, including transient chaos.
     pub chaotic_points: usize,
     /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
-    /// How long chaos lasts.
+    /// Lives of chaos.
     pub lifetimes: Lifetimes,
-    /// Meshes of a train, the one that rattles most first; empty where there is but one.
+    /// Meshes of a train, the one that rattles most first; empty if there is only one.
     pub rattle: Vec<Rattle>,
-    /// Points whose motion does not settle, so that they have averages with standard errors.
+    /// Points whose motion does not settle and which therefore have averages with standard errors.
     pub with_evidence: usize,
     /// Points among them whose standard errors are not verified.
     pub unverified_points: usize,
@@ -105,16 +105,16 @@ pub struct Summary {
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
-    /// The same as points.
+    /// The same points with their summaries.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
     pub branches: Vec<usize>,
-    /// Periodic orbits; absent where they were not asked for.
+    /// Periodic orbits; absent if the job did not search for them.
     pub orbits: Option<Orbits>,
-    /// Points with any status but ok.
+    /// Points with any status except ok.
     pub troubled_points: usize,
     /// The first of them.
     pub troubled: Vec<PointSummary>,
@@ -127,18 +127,17 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for, where attractors or orbits
-    /// are told of them, or where the grid is refined; without their reasons and the
-    /// lives of their chaos.
+    /// Every point, in `point_id` order, if requested, if there are attractors or orbits, or if the grid is refined.
+    /// Without reasons and lives of chaos.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
 
 impl Summary {
-    /// Reads a results folder; its points are not kept.
+    /// Reads a results folder without keeping all points.
     ///
     /// # Errors
-    /// There are no results in the folder, or they cannot be read.
+    /// The folder has no results, or they cannot be read.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
         Self::build(folder, false)
     }
@@ -151,7 +150,7 @@ impl Summary {
         Self::build(folder, true)
     }
 
-    /// Whether the folder holds followed orbits alone.
+    /// Whether the folder contains only followed orbits.
     pub fn is_of_orbits_alone(&self) -> bool {
         self.followed.is_some() && self.points == 0 && self.state.is_none()
     }
@@ -168,7 +167,7 @@ impl Summary {
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
         let orbits = orbits::read(folder)?;
-        // Attractors are followed from point to point, and orbits are told by point.
+        // Attractors are matched between points, and orbits are listed by point.
         let keep = keep || !attractors.is_empty() || orbits.is_some();
         let mut census = Census::new(head.axes()?.len(), keep);
         let refined: Option<RefinedColumns> =
@@ -233,7 +232,7 @@ impl Summary {
         Ok(own)
     }
 
-    /// Takes what was counted.
+    /// Takes over the counts.
     fn take_census(&mut self, census: Census) {
         self.points = census.points;
         self.statuses = census.statuses;
@@ -256,7 +255,7 @@ impl Summary {
         (self.coexisting_points).sort_by_key(|point| point.point_id);
     }
 
-    /// Takes what the records of the runs say.
+    /// Takes over the data of the run records.
     fn take_runs(&mut self, runs: &[RunRecord]) {
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
         self.expected = recorded.max(self.points as u64);
@@ -268,7 +267,7 @@ impl Summary {
         self.job = Some(shown(&first.job));
         self.shards = (first.shard).map(|shard| [runs.len(), shard.count as usize]);
         self.units = axis_units(first);
-        // Of a job that went on later, what the last part integrated: its wall time is that part's.
+        // After a restart, only the cycles of the last part count, because the wall time is that of the last part.
         let integrated: u64 = runs.iter().map(|run| run.totals.cycles).sum();
         let wall_time = runs.iter().map(|run| run.totals.wall_time).sum();
         self.wall_time = Some(wall_time);
@@ -277,7 +276,7 @@ impl Summary {
         self.warnings = warnings.map(|warning| shown(warning)).collect();
     }
 
-    /// Of a folder without points.
+    /// The summary of a folder without points.
     fn of_orbits(folder: &Path, followed: &Followed) -> Self {
         Self {
             folder: folder.to_path_buf(),
@@ -290,17 +289,17 @@ impl Summary {
     }
 }
 
-/// A time per cycle, where there are any.
+/// A time per cycle, if there are cycles.
 fn over(time: f64, cycles: u64) -> Option<f64> {
     (cycles > 0).then(|| time / cycles as f64)
 }
 
-/// A text whose control characters are made visible.
+/// The text with its control characters made visible.
 fn shown(text: &str) -> String {
     printable(text).into_owned()
 }
 
-/// Units that the manifest of a run gives axes, by name.
+/// Units of axes in the manifest of a run, by name.
 fn axis_units(run: &RunRecord) -> BTreeMap<String, String> {
     let manifest = ManifestText {
         text: &run.manifest,
@@ -309,7 +308,7 @@ fn axis_units(run: &RunRecord) -> BTreeMap<String, String> {
     manifest.axis_units()
 }
 
-/// A split job is complete once every shard is there and complete.
+/// A split job is complete when every shard exists and is complete.
 fn state(runs: &[RunRecord]) -> Option<RunState> {
     let first = runs.first()?;
     let all_here = first

@@ -1,4 +1,4 @@
-//! What a table file holds, for a reader at a terminal or for a program.
+//! The contents of a table file, for a reader at a terminal or for a program.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -13,17 +13,17 @@ use crate::store::{CacheFault, CacheKind, KernelArrays, TableFile, mesh_quantiti
 /// A table file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableSummary {
-    /// Where it lies.
+    /// Its path.
     pub file: PathBuf,
-    /// What it holds.
+    /// Kind of its contents.
     pub kind: CacheKind,
-    /// Hash of what it was computed from.
+    /// Hash of its inputs.
     pub key: String,
     /// Program that computed it.
     pub program: String,
-    /// Length of all numbers \[bytes\].
+    /// Size of all numbers \[bytes\].
     pub bytes: u64,
-    /// What it was computed from.
+    /// Inputs of its computation.
     pub inputs: Value,
     /// Its quantities.
     pub quantities: Vec<QuantitySummary>,
@@ -48,7 +48,7 @@ impl TableSummary {
     /// Reads a table file and checks every byte of it.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file is damaged or does not fit; [`CacheFault`] gives the reason.
     pub fn read(path: &Path) -> Result<Self, CacheFault> {
         let file = TableFile::open(path)?;
         let quantities: Vec<_> = match file.header.kind {

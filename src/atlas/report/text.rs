@@ -135,7 +135,7 @@ fn push_header(text: &mut String, summary: &Summary) {
     }
 }
 
-/// What a refined map was refined by, how far, and where its points start.
+/// How a refined map was refined: by which criterion, how far, and from which undivided grid.
 fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let nested = refined.nested;
     let [rows, columns] = nested.sides(nested.levels);
@@ -223,7 +223,7 @@ fn push_energy(text: &mut String, summary: &Summary) {
     }
 }
 
-/// Where the energy balance closes too badly for what is shown of the motion.
+/// A warning if the energy balance closes too badly for the shown motion.
 fn energy_warning(summary: &Summary) -> Option<String> {
     let (point_id, worst) = summary.worst_energy?;
     let open = summary.open_balances;
@@ -236,7 +236,7 @@ fn energy_warning(summary: &Summary) -> Option<String> {
     })
 }
 
-/// Where standard errors were read before their coverage was known.
+/// A warning if standard errors were read before their coverage was known.
 fn errors_warning(summary: &Summary) -> Option<String> {
     let unverified = summary.unverified_points;
     (unverified > 0).then(|| {
@@ -263,7 +263,7 @@ fn push_troubled(text: &mut String, summary: &Summary) {
     );
 }
 
-/// λ with its standard error, to the digits that the error supports.
+/// λ with its standard error, to the digits that the error justifies.
 fn exponent(point: &PointSummary) -> String {
     match (point.lambda, point.stderr) {
         (Some(lambda), Some(stderr)) if stderr > 0.0 => {

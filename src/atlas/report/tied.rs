@@ -1,17 +1,17 @@
-//! Which axes of results advance in step, and along which of them maps and curves go?
+//! Which axes of results advance in step, and which of them do maps and curves use?
 
 use super::point::Axis;
 use crate::store::ResultTable;
 use std::cmp::Reverse;
 
-/// Points of a plane that must be there, a part of its cells, for tied axes to span it.
+/// Tied axes span a plane if at least one in `FILLED` of its cells has a point.
 const FILLED: usize = 2;
 
-/// Axes, by place, that advance in step.
+/// Indices of axes that advance in step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Group {
     axes: Vec<usize>,
-    /// Two of them whose values are mostly combined: they count as if they were not tied.
+    /// Two of them with mostly all combinations of values: they count as untied.
     plane: Option<[usize; 2]>,
 }
 
@@ -20,7 +20,7 @@ struct Group {
 pub struct Tied(Vec<Group>);
 
 impl Tied {
-    /// What the head of a table of so many points says of its axes.
+    /// Reads the tied axes from the head of a table with `points` points.
     pub(super) fn of(head: &ResultTable, axes: &[Axis], points: usize) -> Self {
         let groups: Vec<Vec<String>> = (head.metadata("tied"))
             .and_then(|text| serde_json::from_str(text).ok())
@@ -32,14 +32,14 @@ impl Tied {
         Self::new(places.collect(), axes, points)
     }
 
-    /// Groups of axes over so many points.
+    /// Groups of axes over `points` points.
     fn new(groups: Vec<Vec<usize>>, axes: &[Axis], points: usize) -> Self {
         let length = |axis: usize| axes[axis].values.len().max(1);
         let untied =
             (0..axes.len()).filter(|axis| !groups.iter().any(|group| group.contains(axis)));
         let others: usize = untied.map(length).product();
         let group = |mut own: Vec<usize>| {
-            // Most values first, of equals the fastest.
+            // Most values first, the fastest of equals.
             own.sort_by_key(|&axis| Reverse((length(axis), axis)));
             let plane = match own[..] {
                 [first, second, ..] => Some([second, first]),
@@ -55,7 +55,7 @@ impl Tied {
         Self(groups.into_iter().map(group).collect())
     }
 
-    /// The axes that are held where something goes along some: all others but those that go along with them.
+    /// The fixed axes if some axes are free: all others except those tied to the free ones.
     pub(super) fn held(&self, axes: usize, free: &[usize]) -> Vec<usize> {
         let with = |axis: usize, group: &Group| {
             group.axes.contains(&axis)
@@ -69,8 +69,8 @@ impl Tied {
         (0..axes).filter(|axis| !goes(axis)).collect()
     }
 
-    /// Which of so many axes maps go along, slowest first. Of tied ones that is the one with most values, the fastest
-    /// of equals, or two of which they fill the plane at least by half.
+    /// The axes for maps, slowest first. For tied axes, this is the one with most values, the fastest of equals, or two
+    /// axes whose plane is at least half full.
     pub(super) fn free(&self, axes: usize) -> Vec<usize> {
         let chosen = |axis: &usize| {
             let own = self.0.iter().find(|group| group.axes.contains(axis));
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn a_list_goes_along_one_axis_unless_it_fills_a_plane() {
         let list = || vec![vec![0, 2, 3]];
-        // Three gaps beside a list of twelve points over a course of loads and speeds.
+        // Three gaps in addition to a list of twelve points over a course of loads and speeds.
         let course = Tied::new(list(), &axes(&[2, 3, 12, 12]), 36);
         assert_eq!(course.free(4), [1, 3]);
         assert!(course.held(4, &[1, 3]).is_empty());

@@ -1,4 +1,4 @@
-//! Where the motion changes along a sweep, and between which values.
+//! Where does the motion change along a sweep, and between which values?
 
 use std::path::Path;
 
@@ -9,27 +9,27 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// A change of class or period, or a jump of the deflection, between two points of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TransitionSummary {
-    /// The first point behind it, in sweep order.
+    /// The first point after it, in sweep order.
     pub point_id: u64,
     /// The swept axis.
     pub axis: String,
     /// `up` or `down`.
     pub direction: String,
-    /// Kind of motion before and behind it.
+    /// Kind of motion before and after it.
     pub classes: [String; 2],
-    /// Their periods, where they have one.
+    /// Their periods, if they have one.
     pub periods: [Option<u64>; 2],
-    /// What changes: `class`, `period` or `deflection`.
+    /// The changing quantity: `class`, `period` or `deflection`.
     pub what: String,
-    /// RMS of the deflection before and behind a jump \[m\].
+    /// RMS of the deflection before and after a jump \[m\].
     pub deflection_rms: [Option<f64>; 2],
-    /// Mean deflection before and behind it \[m\].
+    /// Mean deflection before and after it \[m\].
     pub deflection_mean: [Option<f64>; 2],
     /// Values of the swept axis that bracket it, ascending.
     pub bracket: [f64; 2],
 }
 
-/// The transitions of a results folder; empty where none were sought.
+/// The transitions of a results folder; empty if the job did not search for them.
 pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> {
     let table = match ResultTable::read(folder, TableKind::Transitions) {
         Err(StoreError::Missing { .. }) => return Ok(Vec::new()),

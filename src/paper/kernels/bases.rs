@@ -1,5 +1,5 @@
-//! The bases of a structure and its mesh: one a stiffness, damping and direction in contact, one a
-//! direction in free flight, whatever the speed.
+//! The bases of a structure and its mesh at any speed: one per stiffness, damping and direction in contact, one per
+//! direction in free flight.
 
 use super::DenseError;
 use super::basis::Basis;
@@ -11,14 +11,14 @@ use crate::model::{Model, Segment};
 use crate::propagate::{KeptReader, KeptWriter, TableArray};
 use std::sync::Arc;
 
-/// Which basis serves which segment.
+/// Which basis belongs to which segment?
 #[derive(Debug)]
 struct Places {
-    /// A segment of every basis of contact.
+    /// One segment of each basis in contact.
     contact: Vec<usize>,
-    /// A segment of every basis of free flight.
+    /// One segment of each basis in free flight.
     flight: Vec<usize>,
-    /// Bases of contact and of free flight of every segment.
+    /// Indices of the bases of every segment, in contact and in free flight.
     of: Vec<[usize; 2]>,
 }
 
@@ -60,12 +60,12 @@ pub struct Bases<'t> {
 }
 
 impl<'t> Bases<'t> {
-    /// Computes them.
+    /// Computes the bases.
     pub fn new(model: &Model) -> Result<Self, DenseError> {
         Self::computed(model, |basis| basis)
     }
 
-    /// Computes them, with products in single precision.
+    /// Computes the bases, with products in single precision.
     pub fn in_single_precision(model: &Model) -> Result<Self, DenseError> {
         let states = 2 * Layout::new(model).modes;
         Self::computed(model, |basis| basis.in_single_precision(states))
@@ -83,7 +83,7 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// Those handed over by [`keep`](Self::keep).
+    /// Reads bases that [`keep`](Self::keep) wrote.
     pub fn read(model: &Model, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
         let layout = Layout::new(model);
         Self::made(model, |segment, touching| {
@@ -91,7 +91,7 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// One by one, contact first.
+    /// Makes the bases one by one, contact first.
     fn made(
         model: &Model,
         mut make: impl FnMut(usize, bool) -> Result<Basis<'t>, DenseError>,
@@ -118,7 +118,7 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// All of them, contact first.
+    /// All bases, contact first.
     pub fn all(&self) -> impl Iterator<Item = &Basis<'t>> {
         self.contact
             .iter()
@@ -126,7 +126,7 @@ impl<'t> Bases<'t> {
             .map(|basis| &**basis)
     }
 
-    /// Their operators.
+    /// The operators of all bases.
     pub fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
         self.all().flat_map(|basis| [&basis.inverse, &basis.matrix])
     }
@@ -138,11 +138,11 @@ impl<'t> Bases<'t> {
     }
 }
 
-/// The bases of a model as arrays to be kept: they serve the kernels
-/// [`Spectral`](super::Spectral) and [`Fused`](super::Fused) at every speed.
+/// The bases of a model as arrays for storage. The kernels [`Spectral`](super::Spectral) and [`Fused`](super::Fused)
+/// use them at every speed.
 ///
 /// # Errors
-/// A model that tables do not fit, eigenvectors too nearly parallel.
+/// The model does not fit tables, or its eigenvectors are nearly parallel.
 pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
     grid::fits(model)?;
     let bases = Bases::new(model)?;

@@ -1,21 +1,18 @@
-//! The spectral form of one structure and mesh: damped sinusoids and a slow group, the same at
-//! every speed.
+//! The spectral form of one structure and mesh: damped sinusoids and a slow group, the same at every speed.
 //!
 //! ```text
 //! x = W y,   y = (u + iv of every wave, slow coordinates)
 //! ```
 //!
-//! Fast eigenvalues of the blocks become waves `e^{(α + iν)t}`. Slow ones, rigid rotations first
-//! of all, whose eigenvectors may be parallel, are never diagonalised: their invariant subspace is
-//! the orthogonal complement of the fast left eigenvectors, and its generator is small and
-//! (nearly) nilpotent, so that its exponential is a polynomial. Waves are decoupled from the slow
-//! group by Sylvester equations, which are scalar or 2 × 2 in these coordinates. Blocks that the
-//! mesh does not feel and that turn slowly stay exactly apart, so that however far they have
-//! drifted nothing of them leaks into the deflection.
+//! Fast eigenvalues of the blocks become waves `e^{(α + iν)t}`. Slow ones are mainly rigid rotations, whose
+//! eigenvectors may be parallel, and are never diagonalised. Their invariant subspace is the orthogonal complement of
+//! the fast left eigenvectors. Its generator is small and (nearly) nilpotent, so that its exponential is a polynomial.
+//! Sylvester equations decouple waves from the slow group; they are scalar or 2 × 2 in these coordinates. Slow blocks
+//! without an effect on the mesh stay exactly separate, so that even a large drift of theirs does not change the
+//! deflection.
 //!
-//! What is slow is told from the structure and its mesh, not from the speed, and excitation has
-//! no part in it: [`SpectralTable`](super::spectral_table::SpectralTable) adds what a speed
-//! decides.
+//! The structure and its mesh determine the slow group, independent of the speed and the excitation.
+//! [`SpectralTable`](super::spectral_table::SpectralTable) adds the parts that depend on the speed.
 
 use super::DenseError;
 use super::conditioning::Conditioning;
@@ -47,7 +44,7 @@ pub struct Basis<'t> {
     pub matrix: Operator<'t>,
     /// Both in single precision, if states pass through 32 bits.
     single: Option<[SingleOperator; 2]>,
-    /// Waves; the lanes after them are left to the harmonics that a speed adds.
+    /// Number of waves; the remaining lanes are for the harmonics that a speed adds.
     pub waves: usize,
     /// α of the waves, in whole lane groups.
     pub alpha: Vec<f64>,
@@ -63,11 +60,10 @@ pub struct Basis<'t> {
 }
 
 impl<'t> Basis<'t> {
-    /// The spectral form of a generator on a mesh segment; `touching`: whether the mesh couples
-    /// the blocks.
+    /// The spectral form of a generator on a mesh segment; `touching`: whether the mesh couples the blocks.
     ///
     /// # Errors
-    /// No complete set of eigenvectors, or one that is nearly parallel.
+    /// The eigenvectors are not a complete set, or are nearly parallel.
     pub fn new(
         generator: &Generator,
         rates: &Rates,
@@ -76,7 +72,7 @@ impl<'t> Basis<'t> {
     ) -> Result<Self, DenseError> {
         let n = generator.layout().modes;
         let full = generator.matrix();
-        // Powers of two make the entries alike and rounding what it was.
+        // Powers of two scale the entries to similar sizes without rounding.
         let floor = RIGID * rates.fastest;
         let scale: Vec<f64> = (0..2 * n)
             .map(|i| {
@@ -217,7 +213,7 @@ impl<'t> Basis<'t> {
         2 * self.alpha.len() + self.slow()
     }
 
-    /// Hands its numbers over.
+    /// Writes its numbers.
     pub fn keep(&self, out: &mut KeptWriter) {
         let extents = [self.alpha.len(), self.waves, self.slow()];
         out.push("extents", "1", &extents.map(|count| count as f64));
@@ -235,7 +231,7 @@ impl<'t> Basis<'t> {
         out.push("slow_generator", "mixed", &self.slow_generator);
     }
 
-    /// The basis whose numbers were handed over.
+    /// Reads a basis from its numbers.
     pub fn read(
         kept: &mut KeptReader<'t>,
         layout: &Layout,
@@ -280,7 +276,7 @@ impl<'t> Basis<'t> {
     }
 }
 
-/// The same as matrices.
+/// The spectral form as matrices.
 struct Form {
     inverse: Mat<f64>,
     matrix: Mat<f64>,
@@ -330,7 +326,7 @@ impl Form {
                 back[(place(row), column)] = parts.inner[(row, j)];
             }
         }
-        // What the waves bring to the blocks apart is taken off them.
+        // Subtract the contributions of the waves to the separate blocks.
         for (k, column) in own.iter().enumerate() {
             let block = (0..2 * n).find(|&i| column[i] != 0.0).unwrap_or(0);
             let row = 2 * lanes + parts.slow.len() + k;
@@ -385,8 +381,8 @@ impl Form {
         sum
     }
 
-    /// Largest error of `W e^{…Δ} W⁻¹` against the propagator, relative to its largest entry,
-    /// blocks only, velocities measured by `rate`.
+    /// Largest error of `W e^{…Δ} W⁻¹` against the propagator, relative to its largest entry, for the blocks only, with
+    /// velocities in units of `rate`.
     fn reconstruction(&self, propagator: &Mat<f64>, duration: f64, modes: usize, rate: f64) -> f64 {
         let lanes = self.alpha.len();
         let slow = self.slow_exponential(duration);
@@ -413,7 +409,7 @@ impl Form {
             for j in 0..2 * modes {
                 let scale = unit(j) / unit(i);
                 let off = (rebuilt[(i, j)] - propagator[(i, j)]).abs() * scale;
-                // What is no number is no small error either, as `max` would have it.
+                // NaN must not count as a small error, as it would with `max`.
                 if off.is_nan() {
                     return f64::NAN;
                 }
@@ -425,11 +421,11 @@ impl Form {
     }
 }
 
-/// What a basis is assembled from, in scaled coordinates.
+/// The parts of a basis, in scaled coordinates.
 struct Parts {
     a: Mat<f64>,
     scale: Vec<f64>,
-    /// Slow blocks that nothing feels.
+    /// Slow blocks without an effect on others.
     apart: Vec<usize>,
     rest: Vec<usize>,
     waves: Vec<Complex64>,
@@ -439,13 +435,13 @@ struct Parts {
     inner: Mat<f64>,
 }
 
-/// Bound of the eigenvalues of block `i` by itself \[1/s\].
+/// Bound of the eigenvalues of block `i` alone \[1/s\].
 fn own_rate(a: &Mat<f64>, n: usize, i: usize) -> f64 {
     let det = a[(i, i)] * a[(n + i, n + i)] - a[(i, n + i)] * a[(n + i, i)];
     det.abs().sqrt() + (a[(i, i)] + a[(n + i, n + i)]).abs()
 }
 
-/// Whether no other block feels block `i`.
+/// Whether block `i` has no effect on other blocks.
 fn unfelt(a: &Mat<f64>, n: usize, i: usize) -> bool {
     let own = |row: usize| row == i || row == n + i;
     (0..2 * n).all(|row| own(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))
@@ -455,7 +451,7 @@ fn unfelt(a: &Mat<f64>, n: usize, i: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// Three blocks, the second felt by no other one.
+    /// Three blocks, the second without an effect on the others.
     #[test]
     fn blocks_are_unfelt_where_no_other_has_them() {
         let n = 3;
@@ -467,7 +463,7 @@ mod tests {
             let bound = own_rate(&a, n, block);
             assert!(bound >= frequency && bound < 1.3 * frequency, "{bound}");
         }
-        // It feels the others, which feel one another.
+        // The others affect it and one another.
         for (row, column) in [(1, 0), (4, 2), (1, 5), (3, 2), (5, 0), (0, 2), (2, 3)] {
             a[(row, column)] = 0.3;
         }

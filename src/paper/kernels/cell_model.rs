@@ -1,4 +1,4 @@
-//! What all table kernels know of their model, and where on its cycle they are.
+//! The model in the form for all table kernels, and the position on its cycle.
 
 use super::generator::{Generator, Layout};
 use super::grid::Grid;
@@ -7,45 +7,44 @@ use super::{DenseError, TableSize};
 use crate::model::{ActiveSet, Model};
 use crate::propagate::events::ROUND_OFF;
 
-/// What all table kernels know of their model.
+/// The model in the form for all table kernels.
 #[derive(Debug)]
 pub struct CellModel<'m> {
     pub model: &'m Model,
     pub layout: Layout,
     pub grid: Grid,
-    /// Generators in contact, one a class.
+    /// Generators in contact, one per class.
     pub contact: Vec<Generator>,
-    /// Generators of free flight, one a flight.
+    /// Generators of free flight, one per flight.
     pub flight: Vec<Generator>,
     /// (cos, sin) of the transmission error's harmonics at the start of every cell.
     phases: Vec<f64>,
-    /// Whether they are those of every mesh cycle.
+    /// Whether these phases are the same in every mesh cycle.
     repeats: bool,
     pub event_limit: u32,
     /// Relative round-off of δ.
     pub round_off: f64,
-    /// Events are put off to the next of so many equal parts of the cycle.
+    /// Number of equal parts of the cycle; events are delayed to the start of the next part.
     pub event_grid: Option<u32>,
 }
 
-/// Where a stretch starts.
+/// Start of a stretch.
 #[derive(Debug, Clone, Copy)]
 pub struct Position {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the cycle \[s\].
     pub time: f64,
-    /// The cell in force.
+    /// The present cell.
     pub cell: usize,
-    /// Whether it starts now.
+    /// Whether the cell starts now.
     pub aligned: bool,
     /// The contact that opened or closed here.
     pub crossed: Option<usize>,
 }
 
 impl<'m> CellModel<'m> {
-    /// A model on cells no longer than `reach` over its fastest rate; see
-    /// [`Grid::new`].
+    /// A model on cells no longer than `reach` divided by its fastest rate; see [`Grid::new`].
     pub fn new(
         model: &'m Model,
         cells: u32,
@@ -98,7 +97,7 @@ impl<'m> CellModel<'m> {
         }
     }
 
-    /// The generator in force on a cell.
+    /// The generator on a cell.
     pub fn generator(&self, cell: usize, contact: ActiveSet) -> &Generator {
         let class = self.grid.cells[cell].class;
         if contact.touching() {

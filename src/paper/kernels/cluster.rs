@@ -1,27 +1,25 @@
-//! Eigenvectors of eigenvalues that lie together.
+//! Eigenvectors of nearly equal eigenvalues.
 //!
-//! Modes of one frequency, or shafts that are alike, give a generator the same eigenvalue several
-//! times. Its vectors are any basis of their common subspace; those of a general decomposition
-//! come out nearly parallel, or parallel. Here that subspace is found as a whole, by inverse
-//! iteration on a block, and an orthonormal basis V of it taken: `A V = V B` with
-//! `B = Vᴴ A V`, which for a repeated eigenvalue is that value times the identity, to round-off,
-//! and V are its eigenvectors. Where eigenvalues differ by more than round-off, those of the
-//! small matrix B turn V; what it deviates from its mean is then all that it is made of, and its
-//! vectors are as independent as the problem has them. A subspace that lacks eigenvectors keeps a
-//! basis that is nearly parallel: whoever uses it has to look at its condition.
+//! Modes of one frequency, or identical shafts, give a generator the same eigenvalue several times. Its vectors are any
+//! basis of their common subspace, but a general decomposition returns nearly parallel ones. This module finds the
+//! subspace as a whole, by inverse iteration on a block, with an orthonormal basis V: `A V = V B` with `B = Vᴴ A V`.
+//! For a repeated eigenvalue, B is that value times the identity, to round-off, and V contains its eigenvectors. If
+//! eigenvalues differ by more than round-off, the eigenvectors of the small matrix B rotate V. They are computed from
+//! the deviation of B from its mean only, so that they are as independent as the problem allows. A defective subspace
+//! keeps a nearly parallel basis, so that users must check its condition.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use num_complex::{Complex64, c64};
 
-/// Largest distance of neighbours of a cluster, relative to the matrix.
+/// Largest distance between neighbours in a cluster, relative to the matrix.
 const TOGETHER: f64 = 1e-9;
 
-/// Deviations of B from its mean, relative to the matrix, that are round-off.
+/// Round-off of the deviations of B from its mean, relative to the matrix.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// Distance of the shift from a cluster, in distances to the next eigenvalue: what one step of
-/// inverse iteration leaves of everything else.
+/// Distance of the shift from a cluster, relative to the distance to the next eigenvalue. One step of inverse iteration
+/// reduces all other components by this factor.
 const SHIFT: f64 = 1e-4;
 
 /// Steps of inverse iteration: two more than 1e-4 needs to reach round-off.
@@ -30,8 +28,8 @@ const STEPS: usize = 6;
 /// An eigenvalue with its vector.
 pub type Pair = (Complex64, Vec<Complex64>);
 
-/// Replaces the vectors of complex eigenvalues of `a` that lie together; the others, real ones
-/// among them, stay as they are. `pairs`: eigenvalues with imaginary parts of at least zero.
+/// Replaces the vectors of nearly equal complex eigenvalues of `a`. All others, including real ones, stay unchanged.
+/// `pairs`: eigenvalues with non-negative imaginary parts.
 pub fn separate(a: MatRef<'_, f64>, pairs: &mut [Pair]) {
     let size = a.norm_max() * a.nrows() as f64;
     for members in clusters(pairs, TOGETHER * size) {
@@ -43,8 +41,7 @@ pub fn separate(a: MatRef<'_, f64>, pairs: &mut [Pair]) {
     }
 }
 
-/// Groups of two and more complex eigenvalues, each no farther than `reach` from another of its
-/// group.
+/// Groups of two and more complex eigenvalues, each within `reach` of another of its group.
 fn clusters(pairs: &[Pair], reach: f64) -> Vec<Vec<usize>> {
     let mut left: Vec<usize> = (0..pairs.len())
         .filter(|&j| pairs[j].0.im > reach)
@@ -68,7 +65,7 @@ fn clusters(pairs: &[Pair], reach: f64) -> Vec<Vec<usize>> {
     found
 }
 
-/// New pairs for the members of a cluster; none where the iteration breaks down.
+/// New pairs for the members of a cluster; `None` if the iteration breaks down.
 fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Option<Vec<Pair>> {
     let (n, m) = (a.nrows(), members.len());
     let mean = members.iter().map(|&j| pairs[j].0).sum::<Complex64>() / m as f64;
@@ -83,7 +80,7 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
         c64(a[(i, j)], 0.0) - diagonal
     });
     let factors = PartialPivLu::new(shifted.as_ref());
-    // A start that no structure of the matrix is likely to be orthogonal to.
+    // A start that is unlikely to be orthogonal to a structure of the matrix.
     let mut v = Mat::from_fn(n, m, |i, j| {
         let place = (1 + i + n * j) as f64;
         c64((1.3 * place * place).sin(), (0.7 * place * place).cos())
@@ -120,7 +117,7 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
     )
 }
 
-/// Columns orthonormalised by Gram and Schmidt, twice; none where one vanishes or is not finite.
+/// Columns orthonormalised twice by Gram and Schmidt; `None` if one vanishes or is not finite.
 fn orthonormal(mut v: Mat<Complex64>) -> Option<Mat<Complex64>> {
     let (n, m) = (v.nrows(), v.ncols());
     for j in 0..m {
@@ -154,7 +151,7 @@ fn product(a: MatRef<'_, f64>, v: &Mat<Complex64>) -> Mat<Complex64> {
 mod tests {
     use super::*;
 
-    /// Blocks `[α, −ν; ν, α]`, turned by a matrix that is not orthogonal.
+    /// Blocks `[α, −ν; ν, α]`, transformed by a matrix that is not orthogonal.
     fn turned(blocks: &[(f64, f64)]) -> Mat<f64> {
         let n = 2 * blocks.len();
         let a = Mat::from_fn(n, n, |i, j| match (i / 2 == j / 2, i % 2, j % 2) {
@@ -176,7 +173,7 @@ mod tests {
         off.fold(0.0, f64::max)
     }
 
-    /// Whatever vectors come in: those of a repeated eigenvalue leave orthonormal.
+    /// For any input vectors, those of a repeated eigenvalue become orthonormal.
     #[test]
     fn a_repeated_eigenvalue_has_independent_vectors() {
         let a = turned(&[(-0.3, 5.0), (-0.1, 2.0), (-0.3, 5.0), (-0.3, 5.0)]);
@@ -203,7 +200,7 @@ mod tests {
         }
     }
 
-    /// Eigenvalues that differ a little keep their difference, each with its own vector.
+    /// Slightly different eigenvalues keep their difference, each with a separate vector.
     #[test]
     fn near_eigenvalues_are_told_apart() {
         let apart = 1e-11;

@@ -1,30 +1,30 @@
-//! Does a spectral basis serve?
+//! Is a spectral basis accurate enough?
 
 use crate::propagate::TableError;
 
-/// How well one basis behaves.
+/// Numerical quality of one basis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditioning {
-    /// A mesh segment it serves.
+    /// A mesh segment that uses it.
     pub segment: usize,
-    /// Whether it is that of contact.
+    /// Whether it belongs to contact.
     pub touching: bool,
-    /// Condition number of the eigenvector basis of the blocks that are diagonalised, each
-    /// velocity in units of its frequency.
+    /// Condition number of the eigenvector basis of the diagonalised blocks, with each velocity in units of its
+    /// frequency.
     pub condition: f64,
     /// Largest error of a cell's propagator rebuilt from the basis, relative to its largest
     /// entry, against the Taylor series.
     pub reconstruction: f64,
 }
 
-/// Largest error of a rebuilt propagator that is let pass: of a drive of forty modes it is 1e-15,
-/// of nearly parallel eigenvectors some 1e-16 times their condition number.
+/// Largest accepted error of a rebuilt propagator. A drive with forty modes has 1e-15, nearly parallel eigenvectors
+/// have about 1e-16 times their condition number.
 const WORST_RECONSTRUCTION: f64 = 1e-11;
 
 impl Conditioning {
-    /// Whether the basis serves.
+    /// Checks that the basis is accurate enough.
     pub(super) fn check(&self) -> Result<(), TableError> {
-        // Written so that an error that is no number is refused.
+        // The comparison also refuses NaN.
         if self.reconstruction <= WORST_RECONSTRUCTION {
             Ok(())
         } else {

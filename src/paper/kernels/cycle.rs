@@ -1,9 +1,9 @@
 //! One mesh cycle of any table kernel: stretches, events, breakpoints.
 //!
-//! A stretch starts on a cell boundary or at an event and is handed to the kernel's [`Method`],
-//! which moves the state to the stretch's end or to the first event before it. In contact a
-//! stretch may not pass the end of its cell; in free flight, where the method allows it, only the
-//! end of the cycle and a change of direction. A method may also cross several cells at once.
+//! A stretch starts on a cell boundary or at an event. The kernel's [`Method`] moves the state to the end of the
+//! stretch or to the first event before it. In contact a stretch must not pass the end of its cell. In free flight, if
+//! the method allows it, only the end of the cycle and a change of direction limit it. A method may also cross several
+//! cells at once.
 
 use super::cell_model::{CellModel, Position};
 use super::exits::{DeflectionAt, MarginAt};
@@ -23,7 +23,7 @@ pub trait Method: Sync {
     /// Whether stretches in free flight may span cells.
     const FLIES: bool;
 
-    /// All operators kept.
+    /// All stored operators.
     fn operators(&self) -> impl Iterator<Item = &Operator<'_>>;
 
     /// Scratch memory for a model.
@@ -50,8 +50,7 @@ pub trait Method: Sync {
         counters: &mut Counters,
     );
 
-    /// Moves the state over whole cells without an event, if it can tell that none is met: how
-    /// many.
+    /// Moves the state over whole cells without an event, if it can certify that there is none; returns their number.
     fn run(
         &self,
         _: &CellModel<'_>,
@@ -63,7 +62,7 @@ pub trait Method: Sync {
         None
     }
 
-    /// Moves a tangent vector over the cells just run.
+    /// Moves a tangent vector over the cells of the last run.
     fn follow_run(&self, _: &mut [f64], _: &mut Self::Scratch, _: &mut Counters) {}
 }
 
@@ -120,7 +119,7 @@ impl CellModel<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        // An event that is put off, and is none by then, accounts for no window.
+        // A delayed event that has disappeared belongs to no window.
         let put_off = self.event_grid.unwrap_or(0) as usize;
         let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
         while position.cell < self.grid.cells.len() {
@@ -213,7 +212,7 @@ impl CellModel<'_> {
             return Ok(());
         }
         if let Some(crossed) = self.outside(&stretch, deflection) {
-            // δ stepped across the surface at a prescribed time: tangents stay as they are.
+            // δ jumps across the surface at a prescribed time: tangents are unchanged.
             return self.switch(
                 position, contact, crossed, changes, &w.state, observer, counters,
             );
@@ -316,20 +315,20 @@ impl CellModel<'_> {
         stop
     }
 
-    /// The contact beyond whose surface a stretch starts, beyond round-off.
+    /// The contact whose surface a stretch starts beyond, by more than round-off.
     fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<usize> {
         let here = DeflectionAt {
             time: 0.0,
             deflection: [deflection, 0.0, 0.0],
         };
         Margin::of(&self.model.contacts, stretch.contact)
-            // The one just crossed is where it was found, to the round-off of finding it.
+            // The contact that was just crossed is on its surface, to the round-off of the location.
             .filter(|margin| stretch.crossed != Some(margin.contact))
             .find(|margin| MarginAt::of(margin, &here).value < -stretch.noise)
             .map(|margin| margin.contact)
     }
 
-    /// The contact that opens or closes first on the way to what δ and δ' say; none where nothing does.
+    /// The contact that opens or closes first to agree with δ and δ'; `None` if all agree.
     fn reclassified(&self, position: &Position, contact: ActiveSet, z: &[f64]) -> Option<usize> {
         let generator = self.generator(position.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
@@ -337,7 +336,7 @@ impl CellModel<'_> {
             let own = &self.model.contacts[*index];
             contact.holds(*index) != own.is_reached(deflection, rate, [own.half_gap, 0.0])
         };
-        // One opens before the other closes.
+        // One must open before the other closes.
         let mut changing = (0..self.model.contacts.len()).filter(changes);
         let closed = changing.clone().find(|index| contact.holds(*index));
         closed.or_else(|| changing.next())
@@ -370,7 +369,7 @@ impl CellModel<'_> {
         changes.meet(&event, observer, counters)
     }
 
-    /// Shows the cells of a run one by one: their starts follow from the same generators.
+    /// Passes the cells of a run to the observer one by one; their start states follow from the same generators.
     fn show_run<O: Observer, S>(
         &self,
         stretch: &Stretch,

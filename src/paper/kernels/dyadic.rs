@@ -1,8 +1,8 @@
-//! Dyadic descent: propagators for Δ/2ᵐ, and nothing else.
+//! Dyadic descent: only propagators for Δ/2ᵐ.
 //!
-//! A cell whose certificate fails is halved, left half first, one product a guard evaluation,
-//! down to Δ/2²⁰; the last stretch is a polynomial. What is left of a cell after an event is
-//! crossed by the binary digits of its length.
+//! A cell without a certificate is halved, left half first, with one product per guard evaluation, down to Δ/2²⁰; the
+//! last stretch is a polynomial. The rest of a cell after an event is crossed in steps from the binary digits of its
+//! length.
 
 use super::cell_model::CellModel;
 use super::cycle::Method;
@@ -72,11 +72,11 @@ impl DyadicTable {
 impl<'m> Dyadic<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
+    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
     /// * `event_limit`: most events in a mesh cycle before integration stops.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, or a speed too slow for tables.
+    /// The stiffness varies within a segment, or the speed is too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, DyadicTables::REACH, event_limit, None)?;
         let tables = Stock::new(&cell_model, |generator, class, _| {
@@ -87,7 +87,7 @@ impl<'m> Dyadic<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// Size that the tables of a model would have.
+    /// Size of the tables of a model.
     ///
     /// # Errors
     /// As for [`Dyadic::new`].
@@ -105,7 +105,7 @@ impl<'m> Dyadic<'m> {
     }
 }
 
-/// Bytes of the tables of so many linear systems: lengths of cells times generators.
+/// Bytes of the tables for `systems` linear systems, one per length of cells and generator.
 pub fn bytes(layout: &Layout, systems: usize) -> usize {
     let d = layout.dimension();
     systems * (LEVELS + 1) * numbers_of(d, d) * size_of::<f64>()
@@ -121,11 +121,11 @@ impl DyadicScratch {
     }
 }
 
-/// A step of the descent that waits for the one before it.
+/// A pending step of the descent.
 #[derive(Debug, Clone, Copy)]
 struct Ahead {
     level: usize,
-    /// Exactly one root lies in it or in the step before it.
+    /// It or the step before it contains exactly one root.
     holds_root: bool,
 }
 
@@ -170,7 +170,7 @@ impl Method for DyadicTables {
         let mut depth = 0;
         loop {
             let rest = stretch.duration - time;
-            // A step that waits; else the longest that fits.
+            // A pending step, else the longest that fits.
             let (level, certain) = match depth {
                 0 if stretch.whole && time == 0.0 => (0, false),
                 0 if stretch.whole => return None,

@@ -1,4 +1,4 @@
-//! Eigenvectors of a group of blocks: fast ones as waves, the slow ones as a subspace.
+//! Eigenvectors of a group of blocks: waves for fast eigenvalues, a subspace for slow ones.
 
 use super::cluster::{Pair, separate};
 use crate::propagate::TableError;
@@ -10,13 +10,13 @@ use num_complex::{Complex64, c64};
 pub struct Eigen {
     /// α + iν of every wave, ν ≥ 0.
     pub waves: Vec<Complex64>,
-    /// Real columns: of a wave 2 Re V and −2 Im V, of a real one V and 0.
+    /// Real columns: 2 Re V and −2 Im V for a wave, V and 0 for a real eigenvalue.
     pub columns: Vec<[Vec<f64>; 2]>,
     /// Basis of the slow subspace.
     pub slow: Vec<Vec<f64>>,
 }
 
-/// The fast eigenvalues of a matrix with imaginary parts of at least zero, with their vectors.
+/// The fast eigenvalues of a matrix with non-negative imaginary parts, with their vectors.
 fn fast(a: &Mat<f64>, slow_rate: f64) -> Option<Vec<Pair>> {
     let size = a.nrows();
     let found = a.eigen().ok()?;
@@ -68,7 +68,7 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, TableError> {
             .collect();
         return Ok(found);
     }
-    // What the fast left eigenvectors do not see is slow.
+    // The slow subspace is orthogonal to the fast left eigenvectors.
     let mut seen: Vec<Vec<f64>> = Vec::new();
     for (value, vector) in fast(&a.transpose().to_owned(), slow_rate).ok_or(failed)? {
         seen.push(vector.iter().map(|v| v.re).collect());
@@ -91,11 +91,11 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, TableError> {
 /// Steps of refinement; each squares the error.
 const REFINEMENTS: usize = 2;
 
-/// Two eigenvalues whose coupling is more than this part of their distance stay as they are.
+/// Two eigenvalues are not refined if their coupling exceeds this fraction of their distance.
 const TOO_CLOSE: f64 = 0.01;
 
-/// Takes the round-off of the eigenvalue iteration out of waves and slow subspace: what couples
-/// one to another in their own coordinates is undone to first order.
+/// Removes the round-off of the eigenvalue iteration from waves and slow subspace: cancels their couplings in their own
+/// coordinates to first order.
 pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
     let (size, count, slow) = (a.nrows(), found.waves.len(), found.slow.len());
     let index: Vec<usize> = (0..size).collect();
@@ -203,7 +203,7 @@ pub fn invert(
     let identity = Mat::<f64>::identity(size, size);
     let lu = PartialPivLu::new(basis.as_ref());
     let mut rows = lu.solve(&identity);
-    // One step of Newton and Schulz takes the solver's round-off out.
+    // One step of Newton and Schulz removes the solver's round-off.
     let error = &identity - &basis * &rows;
     rows = &rows + &rows * error;
     for (i, (row, _)) in kept.iter().enumerate() {
@@ -214,7 +214,7 @@ pub fn invert(
     Some((inverse, condition))
 }
 
-/// Adds to the waves' columns what they bring to the blocks apart: for each of these
+/// Adds the contributions of the waves to the separate blocks to their columns: for each of these blocks
 /// `(λ − A) X = A_other V`.
 pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[Complex64], columns: &mut [[Vec<f64>; 2]]) {
     let n = a.nrows() / 2;
@@ -249,7 +249,7 @@ mod tests {
 
     const SIZE: usize = 7;
 
-    /// A matrix with these eigenvalues and the slow pair, in coordinates somewhat askew.
+    /// A matrix with these eigenvalues and the slow pair, in slightly oblique coordinates.
     fn matrix(number: u64) -> Mat<f64> {
         let mut stream = Stream::new(5, number, 0);
         let mut own = Mat::<f64>::zeros(SIZE, SIZE);
@@ -269,7 +269,7 @@ mod tests {
         askew * own * back
     }
 
-    /// The largest entry of `W⁻¹ A W` that waves and slow subspace should not have, of its norm.
+    /// The largest entry of `W⁻¹ A W` that couples waves and slow subspace, relative to its norm.
     fn coupling(a: &Mat<f64>, found: &Eigen) -> f64 {
         let index: Vec<usize> = (0..SIZE).collect();
         let (inverse, condition) = invert(&index, &found.columns, &found.slow).unwrap();
@@ -320,13 +320,13 @@ mod tests {
             let off = coupling(&a, &found);
             assert!(off < 1e-12, "{off:e}");
         }
-        // All slow, and nothing slow.
+        // All slow, and none slow.
         let a = matrix(9);
         let still = eigen(&a, 1e4).unwrap();
         assert_eq!((still.waves.len(), still.slow.len()), (0, SIZE));
         let turning = Mat::from_fn(2, 2, |i, j| [[0.0, -3.0], [3.0, 0.0]][i][j]);
         let mut alone = eigen(&turning, 1.0).unwrap();
-        // Where waves are equal and do not couple there is nothing to undo.
+        // Equal waves without coupling need no correction.
         let twice = Mat::from_fn(4, 4, |i, j| {
             if i / 2 == j / 2 { turning[(i % 2, j % 2)] } else { 0.0 }
         });
@@ -347,7 +347,7 @@ mod tests {
         assert!((alone.waves[0] - c64(0.0, 3.0)).norm() < 1e-14);
     }
 
-    /// Eigenvectors that are off by a millionth part are put right to round-off.
+    /// Errors of one millionth in eigenvectors are reduced to round-off.
     #[test]
     fn refinement_squares_the_error() {
         for number in 0..8 {
@@ -377,11 +377,11 @@ mod tests {
         }
     }
 
-    /// What waves bring to a block that nothing feels completes them to eigenvectors of the whole.
+    /// The contributions of waves to a block without an effect complete them to eigenvectors of the whole.
     #[test]
     fn blocks_apart_follow_the_waves() {
         let mut stream = Stream::new(7, 0, 0);
-        // Three blocks, first components before second ones; the first feels the others alone.
+        // Three blocks, first components before second ones; the others affect only the first.
         let mut a = Mat::<f64>::zeros(6, 6);
         for (block, (frequency, damping)) in [(0.0, 0.3), (40.0, 1.0), (90.0, 2.0)]
             .into_iter()

@@ -5,13 +5,13 @@ use crate::propagate::TableError;
 /// Why a kernel of dense tables cannot be built for a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DenseError {
-    /// No kernel of tables serves it, or kept tables do not fit it.
+    /// Tables cannot represent the model, or stored tables do not fit it.
     #[error(transparent)]
     Table(#[from] TableError),
     /// The contacts are not two flanks on one line.
     #[error("dense tables need two flanks with the same line of action and the same stiffness")]
     Contacts,
-    /// Modes are coupled, or a load is not in proportion to the rated one.
+    /// Modes are coupled, or a load is not proportional to the rated one.
     #[error(
         "dense tables accept only modal damping and loads in proportion to the rated load; remove dampers, drag, \
          gyroscopic terms and cross-coupled bearings"
@@ -20,10 +20,10 @@ pub enum DenseError {
     /// A mode has two real eigenvalues.
     #[error("dense tables cannot represent overdamped modes")]
     Overdamped,
-    /// A cycle would take more cells than tables should have.
+    /// A cycle would need too many cells.
     #[error("one mesh cycle would take {cells:.0} cells; raise the speed or omit high modes")]
     TooManyCells {
-        /// How many.
+        /// Their number.
         cells: f64,
     },
 }

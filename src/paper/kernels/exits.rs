@@ -1,10 +1,9 @@
-//! When a guard that can be evaluated anywhere first becomes negative.
+//! When does a guard with values at any time first become negative?
 //!
-//! The margin m of a contact state is positive inside it. On an interval \[a, b\] with known
-//! values, slopes and curvatures at both ends, and bounds of |m''| and |m'''|, certificates
-//! decide: no exit, or exactly one root. Anything else is halved, left half first, so that
-//! neither of two close roots can be skipped; what stays undecided within round-off is a
-//! tangency.
+//! The margin m of a contact state is positive inside it. On an interval \[a, b\] with known values, slopes and
+//! curvatures at both ends, and bounds of |m''| and |m'''|, certificates decide: no exit, or exactly one root. All
+//! other intervals are halved, left half first, so that neither of two close roots is skipped. An interval that is
+//! undecided within round-off is a tangency.
 
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
@@ -46,7 +45,7 @@ pub struct MarginAt {
 }
 
 impl MarginAt {
-    /// Margin, slope and curvature where the deflection is known.
+    /// Margin, slope and curvature at a known deflection.
     pub fn of(margin: &Margin, here: &DeflectionAt) -> Self {
         let [value, slope, curvature] = here.deflection;
         Self {
@@ -58,14 +57,14 @@ impl MarginAt {
     }
 }
 
-/// What is known of an interval.
+/// Result of a certificate on an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The margin stays positive.
     Clear,
     /// It becomes negative at the interval's start.
     AtStart,
-    /// It becomes negative at exactly one place inside.
+    /// It becomes negative at exactly one time inside.
     Single,
     /// All within round-off: a tangency.
     Tangency,
@@ -73,7 +72,7 @@ pub enum Verdict {
     Split,
 }
 
-/// Judges the interval between two places; `root`: the margin is zero at the first.
+/// Decides on the interval between two times; `root`: the margin is zero at the first.
 pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict {
     let h = b.time - a.time;
     let around = a.curvature.abs().max(b.curvature.abs()) + 0.5 * bounds.third * h;
@@ -117,8 +116,8 @@ pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict
     Verdict::Split
 }
 
-/// The earliest time at which the margin becomes negative between two times. `guard` gives
-/// δ, δ', δ'' at any time between; `root`: the margin is zero at the first.
+/// The earliest time at which the margin becomes negative between two times. `guard` returns δ, δ', δ'' at any time in
+/// between; `root`: the margin is zero at the first.
 pub fn earliest_exit(
     margin: &Margin,
     [first, last]: [&DeflectionAt; 2],
@@ -158,15 +157,14 @@ pub fn earliest_exit(
     None
 }
 
-/// Most steps of the iteration; bisection alone would need so many.
+/// Most steps of the iteration, enough for bisection alone.
 const MOST_STEPS: usize = 60;
 
-/// A step this small against the interval and against slope over curvature leaves an error of
-/// its cube.
+/// A step this small, relative to the interval and to slope over curvature, leaves an error of its cube.
 const LAST_STEP: f64 = 1e-6;
 
-/// The one root between two places, the margin positive just after the first and negative at
-/// the second: Halley's iteration within the bracket.
+/// The one root between two times, the margin positive just after the first and negative at the second: Halley's
+/// iteration within the bracket.
 fn refine(
     margin: &Margin,
     left: &MarginAt,
@@ -210,7 +208,7 @@ fn refine(
     time
 }
 
-/// A root of the cubic through values and slopes at two places, in between.
+/// A root of the cubic through values and slopes at two times, between them.
 pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
     let h = b.time - a.time;
     let (p, q) = (h * a.slope, h * b.slope);
@@ -306,7 +304,7 @@ mod tests {
         assert!(found.is_none() && counters.grazings > 0);
     }
 
-    /// The root at the start is not found again, the next one is, however close.
+    /// The root at the start is not found again; the next one is, however close.
     #[test]
     fn the_root_at_the_start_is_left_behind() {
         for gap in [1e-6, 1e-3, 0.3] {
@@ -339,7 +337,7 @@ mod tests {
         (at, bounds)
     }
 
-    /// What is said of cubics, whose courses are known, is so.
+    /// Verdicts on cubics, which can be checked exactly, are true.
     #[test]
     fn verdicts_on_cubics_are_true() {
         let mut stream = Stream::new(3, 0, 0);
@@ -353,7 +351,7 @@ mod tests {
             margin[3] *= [4.0, 0.1][turn / 9 % 2];
             let (at, bounds) = cubic(margin);
             let verdict = judge(&at(0.0), &at(1.0), &bounds, root);
-            // After a root the slope says what comes first.
+            // After a root the slope decides what comes first.
             let first = if root { margin[1] } else { margin[0] };
             let later = (1..=500).map(|i| at(f64::from(i) / 500.0).value);
             let course: Vec<f64> = std::iter::once(first).chain(later).collect();
@@ -382,7 +380,7 @@ mod tests {
         assert!(told[Verdict::Split as usize] < 3000, "{told:?}");
     }
 
-    /// What straight lines and parabolas show at a glance needs no halving.
+    /// Simple straight lines and parabolas need no halving.
     #[test]
     fn plain_courses_are_decided_at_once() {
         for (margin, root, expected) in [
@@ -392,7 +390,7 @@ mod tests {
             ([-0.5, 1.0, 0.0, 0.0], false, Verdict::AtStart),
             ([0.0, 1.0, 0.0, 0.0], true, Verdict::Clear),
             ([0.0, -1.0, 0.0, 0.0], true, Verdict::AtStart),
-            // Within round-off of zero it is a root, whatever is said.
+            // A value within round-off of zero counts as a root.
             ([1e-13, 1.0, 0.0, 0.0], false, Verdict::Clear),
             // Arches: high enough, back through zero, from a root and past it, from a root down.
             ([1.0, 2.0, -4.0, 0.0], false, Verdict::Clear),
@@ -401,7 +399,7 @@ mod tests {
             ([0.0, 2.0, -8.0, 0.0], true, Verdict::Single),
             ([0.0, 0.1, -0.3, 0.0], true, Verdict::Single),
             ([0.0, -1.0, -2.0, 0.0], true, Verdict::AtStart),
-            // A valley whose floor lies above zero, one that falls all the way, one that must be looked into.
+            // A valley with its floor above zero, one that falls throughout, one that must be split.
             ([2.0, -2.0, 4.0, 0.0], false, Verdict::Clear),
             ([1.0, -6.0, 4.0, 0.0], false, Verdict::Single),
             ([0.2, -2.0, 4.0, 0.0], false, Verdict::Split),

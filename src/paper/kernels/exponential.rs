@@ -1,13 +1,12 @@
 //! Propagators `e^{LΔ}` by Taylor series and squaring, and bounds of a row along them.
 //!
-//! Squaring works on `P = e^{Lh} − I`, `e^{2Lh} − I = 2P + P²`, so that a short step keeps its
-//! relative accuracy: squaring the exponential itself would carry the round-off of the 1 into
-//! every level.
+//! Squaring works on `P = e^{Lh} − I`, `e^{2Lh} − I = 2P + P²`, so that a short step keeps its relative accuracy.
+//! Squaring the exponential itself would bring the round-off of the 1 into every level.
 
 use super::generator::Generator;
 use faer::{Mat, MatRef};
 
-/// Largest product of rate and step that the series takes.
+/// Largest product of rate and step for the series.
 const SERIES_REACH: f64 = 0.25;
 
 /// Terms of the series: 0.25¹⁵/15! is 10⁻²¹.
@@ -50,7 +49,7 @@ pub fn increment(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
     levels(generator, rate, duration, 0).swap_remove(0)
 }
 
-/// `A B − I` of A − I and B − I: short steps in a row keep their relative accuracy.
+/// `A B − I` from A − I and B − I: consecutive short steps keep their relative accuracy.
 pub fn after(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     a + b + a * b
 }
@@ -60,11 +59,11 @@ pub fn propagator(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
     plus_one(increment(generator, rate, duration))
 }
 
-/// Steps and terms of a bound: it is taken on stretches of this product of rate and length.
+/// Steps and terms of a bound: each step has at most this product of rate and length.
 const BOUND_REACH: f64 = 0.25;
 const BOUND_TERMS: usize = 12;
 
-/// Room for rounding in a bound.
+/// Allowance for rounding in a bound.
 const SLACK: f64 = 1.0 + 1e-9;
 
 /// Widens `bound`, entry by entry, to `|row e^{Lt} through|` for all t in \[0, `duration`\].
@@ -101,7 +100,7 @@ pub fn bound_row(
     }
 }
 
-/// Adds the sizes of the entries of `row · through`.
+/// Adds the absolute values of the entries of `row · through`.
 fn add_sizes(row: &[f64], through: Option<MatRef<'_, f64>>, sizes: &mut [f64]) {
     match through {
         None => {
@@ -124,8 +123,8 @@ mod tests {
     use crate::kernels::fixtures;
     use crate::model::{Model, OperatingPoint};
 
-    /// Over a hundred stretches of a strongly damped mode no entry leaves its bound, nor is a bound far from the largest
-    /// entry, that of the transmission error among them, which turns seven times as fast.
+    /// In a hundred steps of a strongly damped mode, no entry exceeds its bound, and no bound is far from the largest
+    /// entry. This includes the transmission error, which rotates seven times as fast.
     #[test]
     fn a_bound_lies_close_above_the_row() {
         let (frequency, damping) = (3000.0, 0.3);

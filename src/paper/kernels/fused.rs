@@ -1,10 +1,9 @@
 //! Certified runs of cells, and whole cycles of constant contact, in one product.
 //!
-//! Rows give δ at the ends of the cells of a run from the state at its start, and a bound of
-//! δ'' over it. Where the smallest of these margins exceeds what a curve can sag between two
-//! cell ends, no event is met and one product crosses the run. A whole cycle in contact is
-//! certified by its distance from a reference cycle, the steady one, whose smallest margin is
-//! known: one sum of sizes. Everything else is left to the spectral form.
+//! Rows give δ at the ends of the cells of a run from the state at its start, and a bound of δ'' over it. If the
+//! smallest of these margins exceeds the largest sag of a curve between two cell ends, there is no event, and one
+//! product crosses the run. A whole cycle in contact is certified by its distance from the steady reference cycle with
+//! a known smallest margin: one sum of absolute values. The spectral form treats everything else.
 
 use super::DenseError;
 use super::bases::Bases;
@@ -30,7 +29,7 @@ const LONGEST: usize = 8;
 /// The kernel of fused runs for one model.
 pub type Fused<'m> = Dense<'m, FusedTables<'m>>;
 
-/// Its tables.
+/// Tables of this kernel.
 #[derive(Debug)]
 pub struct FusedTables<'t> {
     spectral: SpectralTables<'t>,
@@ -40,7 +39,7 @@ pub struct FusedTables<'t> {
     steady: Steady<'t>,
 }
 
-/// Products of cells, of one speed.
+/// Products of cells for one speed.
 struct Products<'t> {
     runs: Vec<Run<'t>>,
     cycle: CycleMap<'t>,
@@ -64,12 +63,12 @@ pub struct FusedScratch {
     spectral: SpectralScratch,
     ends: Vec<f64>,
     next: Vec<f64>,
-    /// The operator of the run just passed; none where it was a whole cycle.
+    /// The operator of the last run; `None` if it was a whole cycle.
     run: Option<usize>,
 }
 
 impl<'t> Run<'t> {
-    /// The run of cells whose propagators less the identity these are, by class.
+    /// The run of cells of the given classes; `cells` are propagators minus the identity, by class.
     fn new(cell_model: &CellModel<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
         let (layout, grid) = (&cell_model.layout, &cell_model.grid);
         let d = layout.dimension();
@@ -144,8 +143,8 @@ impl<'m> Fused<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel of a model whose `bases` are kept, and the `runs` of its speed, for as many
-    /// `cells`. Load and half gap may be others than those of the model they were built for.
+    /// The kernel of a model with stored `bases`, and the `runs` of its speed, for as many `cells`. Load and half gap
+    /// may differ from those of the model for which they were built.
     ///
     /// # Errors
     /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
@@ -165,11 +164,10 @@ impl<'m> Fused<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The runs of a model as arrays to be kept. Its bases are those of
-    /// [`Spectral::arrays`](super::Spectral::arrays).
+    /// The runs of a model as arrays for storage. Its bases are those of [`Spectral::arrays`](super::Spectral::arrays).
     ///
     /// # Errors
-    /// A model that tables do not fit, or a speed too slow for tables.
+    /// The model does not fit tables, or the speed is too slow for them.
     pub fn arrays(model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
         let cell_model = CellModel::new(model, cells, FusedTables::REACH, 0, None)?;
         let mut out = KeptWriter::default();
@@ -177,14 +175,13 @@ impl<'m> Fused<'m> {
         Ok(out.finish())
     }
 
-    /// How well every basis behaves, contact first.
+    /// Numerical quality of every basis, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.spectral.conditioning().collect()
     }
 }
 
-/// Runs that may start at each cell, longest first, as indices into the list of their cells'
-/// classes.
+/// Runs that can start at each cell, longest first, as indices into the list of their cells' classes.
 fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let grid = &cell_model.grid;
     let direction = |cell: usize| {

@@ -4,16 +4,16 @@
 //! z = (x, f, s b, cos θ₁, sin θ₁, …),   z' = L z
 //! ```
 //!
-//! x holds the blocks of the model (first components, then second components), f is the load, s
-//! the side of the contact (+1 drive, −1 coast), b the half gap, and a (cos, sin) pair per
-//! harmonic of torque ripple and transmission error carries its phase. With f and s b as
-//! coordinates one operator serves both flanks, every load and every gap. Tangent vectors are states whose carried entries are zero.
+//! x contains the blocks of the model (first components, then second components), f is the load, s the side of the
+//! contact (+1 drive, −1 coast), b the half gap. One (cos, sin) pair per harmonic of torque ripple and transmission
+//! error carries its phase. With f and s b as coordinates, one operator serves both flanks, every load and every gap.
+//! Tangent vectors are states whose carried entries are zero.
 
 use super::matrix::{add_scaled, blocks_and_inputs, dot, padded};
 use crate::model::{MeshGain, Model, Segment};
 use faer::Mat;
 
-/// Where the entries of an augmented state are.
+/// Indices of the entries of an augmented state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Modes N; x is of length 2N.
@@ -39,17 +39,17 @@ impl Layout {
         self.ripples + self.errors
     }
 
-    /// Place of the load f; s b follows it.
+    /// Index of the load f; s b follows it.
     pub fn constant(&self) -> usize {
         2 * self.modes
     }
 
-    /// Place of s b.
+    /// Index of s b.
     pub fn side(&self) -> usize {
         2 * self.modes + 1
     }
 
-    /// Place of the first (cos, sin) pair.
+    /// Index of the first (cos, sin) pair.
     pub fn pairs(&self) -> usize {
         2 * self.modes + 2
     }
@@ -65,7 +65,7 @@ impl Layout {
     }
 }
 
-/// The generator L by its structure: 2 × 2 blocks and a mesh force of rank one.
+/// The structure of the generator L: 2 × 2 blocks and a mesh force of rank one.
 #[derive(Debug, Clone)]
 pub struct Generator {
     layout: Layout,
@@ -77,7 +77,7 @@ pub struct Generator {
     ripples: Vec<Vec<f64>>,
     /// Angular frequency of every pair \[rad/s\].
     pub frequencies: Vec<f64>,
-    /// Mesh force \[N\] as a row; none in free flight.
+    /// Mesh force \[N\] as a row; `None` in free flight.
     force: Option<Vec<f64>>,
     /// Input g of the mesh force, length 2N.
     mesh_input: Vec<f64>,
@@ -85,7 +85,7 @@ pub struct Generator {
     pub deflection: Vec<f64>,
     /// Its rate δ' \[m/s\] as a row.
     pub rate: Vec<f64>,
-    /// Sizes of the entries of `deflection`.
+    /// Absolute values of the entries of `deflection`.
     pub magnitude: Vec<f64>,
 }
 

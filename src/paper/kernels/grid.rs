@@ -5,10 +5,10 @@ use crate::model::{Contact, Model, Release};
 use crate::propagate::TableError;
 use crate::propagate::{SAME_LENGTH, Volterra};
 
-/// A boundary this close to one of equal parts, in parts, lies on it.
+/// Tolerance for a boundary that coincides with one of equal parts, in parts.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// Most cells a cycle: their tables are dense.
+/// Most cells per cycle: their tables are dense.
 const MOST_CELLS: f64 = 20_000.0;
 
 /// One cell.
@@ -16,20 +16,20 @@ const MOST_CELLS: f64 = 20_000.0;
 pub struct Cell {
     /// Mesh segment.
     pub segment: usize,
-    /// Among [`Grid::classes`].
+    /// Index in [`Grid::classes`].
     pub class: usize,
     /// Start within the mesh cycle \[s\].
     pub start: f64,
 }
 
-/// What cells with the same operators share.
+/// Common data of cells with the same operators.
 #[derive(Debug, Clone, Copy)]
 pub struct Class {
     /// A segment of this class.
     pub segment: usize,
     /// Length Δ \[s\].
     pub duration: f64,
-    /// Among the flights: cells of one length and direction share the operators of free flight.
+    /// Index of its flight: cells of one length and direction share the operators of free flight.
     pub flight: usize,
 }
 
@@ -40,7 +40,7 @@ pub struct Grid {
     pub cells: Vec<Cell>,
     /// Distinct (stiffness, damping, direction, length).
     pub classes: Vec<Class>,
-    /// A class of each flight.
+    /// One class of each flight.
     pub flights: Vec<usize>,
     /// Mesh period \[s\].
     pub period: f64,
@@ -48,14 +48,13 @@ pub struct Grid {
     pub rate: f64,
 }
 
-/// Whether the mean load of every block is in proportion to the rated one, as tables have it.
+/// Whether the mean load of every block is proportional to the rated one, as tables require.
 fn loads_are_rated(model: &Model) -> bool {
     (model.blocks.iter().zip(&model.rated_input))
         .all(|(block, rated)| block.static_input == rated.map(|input| input * model.load))
 }
 
-/// Whether a model's contacts are the two flanks of a mesh on one line of action, alike but for their
-/// side.
+/// Whether a model's contacts are the two flanks of a mesh on one line of action, equal except for their side.
 fn one_line(model: &Model) -> bool {
     let [drive, coast] = &model.contacts[..] else {
         return false;
@@ -64,10 +63,10 @@ fn one_line(model: &Model) -> bool {
     alike && drive.cycles.len() == 1 && drive.side == -coast.side
 }
 
-/// Whether tables fit a model at all, whatever its speed.
+/// Checks that tables can represent a model, at any speed.
 ///
 /// # Errors
-/// Why they do not.
+/// The reason why they cannot.
 pub fn fits(model: &Model) -> Result<(), DenseError> {
     if model.basis.coupled().is_some() || !loads_are_rated(model) {
         return Err(DenseError::Coupled);
@@ -94,11 +93,11 @@ pub fn fits(model: &Model) -> Result<(), DenseError> {
 }
 
 impl Grid {
-    /// At least `cells` cells a cycle, whole numbers of equal ones in every segment, none of
-    /// them longer than `reach` over the fastest rate.
+    /// At least `cells` cells per cycle, a whole number of equal ones in every segment, none of them longer than
+    /// `reach` divided by the fastest rate.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, or more cells than tables should have.
+    /// The stiffness varies within a segment, or tables would need too many cells.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
         fits(model)?;
         let cycle = model.first_cycle();
@@ -127,7 +126,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// The class of a segment's cells; a new one where none is known.
+    /// The class of a segment's cells; adds it if it is new.
     fn class(&mut self, model: &Model, segment: usize, duration: f64) -> usize {
         let segments = &model.first_cycle().segments;
         let same_length =
@@ -184,7 +183,7 @@ mod tests {
         }
     }
 
-    /// Cells cover their segments one after the other, and classes tell them apart by stiffness and length.
+    /// Cells cover their segments consecutively, and classes distinguish them by stiffness and length.
     #[test]
     fn cells_of_one_kind_share_a_class() {
         let (a, b) = (4e8, 3e8);
@@ -236,7 +235,7 @@ mod tests {
                 .map(|i| grid.duration(i))
                 .fold(0.0, f64::max);
             assert!(grid.rate * longest <= reach * (1.0 + 1e-9), "{longest}");
-            // One cell a segment would be left over at most.
+            // At most one additional cell per segment.
             assert!(grid.cells.len() as f64 <= grid.rate * grid.period / reach + 2.0);
         }
         let most = Grid::new(&model, 20_000, f64::INFINITY);

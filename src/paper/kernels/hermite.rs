@@ -1,10 +1,9 @@
 //! Certificates from rows, a cubic Hermite guess, and few products.
 //!
-//! Rows give δ, δ' and δ'' at eight nodes of a cell from the state at its start, without
-//! propagating it: with a bound of δ'' they certify most cells, which are then crossed by one
-//! product. Where they do not, the state is taken to the node before the exit by a second
-//! product, the guard becomes a polynomial there, and its root is refined from the cubic through
-//! values and slopes at the nodes.
+//! Rows give δ, δ' and δ'' at eight nodes of a cell from the state at its start, without propagating it. With a bound
+//! of δ'' they certify most cells, which one product then crosses. Otherwise a second product moves the state to the
+//! node before the exit, and the guard becomes a polynomial there. Its root is refined from the cubic through values
+//! and slopes at the nodes.
 
 use super::DenseError;
 use super::cell_model::CellModel;
@@ -21,7 +20,7 @@ use crate::model::Model;
 use crate::propagate::Counters;
 use faer::Mat;
 
-/// Parts of a cell.
+/// Intervals of a cell.
 const NODES: usize = 8;
 
 /// Rows of guards: three at each node.
@@ -30,7 +29,7 @@ const ROWS: usize = 3 * NODES;
 /// The kernel of certificates and Hermite guesses for one model.
 pub type Hermite<'m> = Dense<'m, HermiteTables>;
 
-/// Its tables.
+/// Tables of this kernel.
 #[derive(Debug)]
 pub struct HermiteTables(Stock<HermiteTable>);
 
@@ -56,7 +55,7 @@ pub struct HermiteScratch {
 
 impl HermiteTable {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
-        // Of e^{LΔj/8} − I: see `exponential`.
+        // From e^{LΔj/8} − I: see `exponential`.
         let part = exponential::increment(generator, rate, duration / NODES as f64);
         let d = part.nrows();
         let curvature = generator.curvature();
@@ -85,7 +84,7 @@ impl HermiteTable {
         }
     }
 
-    /// The last node not after a time, and the rest.
+    /// The last node not after a time, and the remaining time.
     fn split(&self, time: f64) -> (usize, f64) {
         let part = self.duration / NODES as f64;
         let node = ((time / part) as usize).min(NODES);
@@ -96,11 +95,11 @@ impl HermiteTable {
 impl<'m> Hermite<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
+    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
     /// * `event_limit`: most events in a mesh cycle before integration stops.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, or a speed too slow for tables.
+    /// The stiffness varies within a segment, or the speed is too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, HermiteTables::REACH, event_limit, None)?;
         let tables = Stock::new(&cell_model, |generator, class, _| {
@@ -165,7 +164,7 @@ impl Method for HermiteTables {
             };
             if judge_all(stretch, contacts, [&left, &right], &bounds, node == 0) != Verdict::Clear {
                 searched = true;
-                // The state at the node before: the polynomial starts from there.
+                // The polynomial starts from the state at the node before.
                 let start = match node {
                     0 => &*z,
                     _ => {

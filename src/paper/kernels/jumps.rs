@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 
 /// The maps Φ, Φ², Φ⁴, … of a cycle Φ in contact.
 ///
-/// A jump knows nothing of events: it is the trajectory's future where contact is kept
-/// throughout, which [`Fused`](super::Fused) certifies cycle by cycle.
+/// A jump ignores events: it is valid if contact persists throughout, which [`Fused`](super::Fused) certifies cycle by
+/// cycle.
 #[derive(Debug)]
 pub struct PowerJumps<'m> {
     cell_model: CellModel<'m>,
@@ -24,10 +24,10 @@ pub struct PowerJumps<'m> {
 }
 
 impl<'m> PowerJumps<'m> {
-    /// Maps for jumps of up to `most` mesh cycles, and more by repetition.
+    /// Maps for jumps of up to `most` mesh cycles; longer jumps repeat them.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, or a speed too slow for tables.
+    /// The stiffness varies within a segment, or the speed is too slow for tables.
     pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, 1, SpectralTables::REACH, 0, None)?;
         let grid = &cell_model.grid;
@@ -55,8 +55,8 @@ impl<'m> PowerJumps<'m> {
         })
     }
 
-    /// Advances a trajectory in contact by `cycles` mesh cycles; gives the products it took. A
-    /// trajectory in free flight is left where it is.
+    /// Advances a trajectory in contact by `cycles` mesh cycles; returns the number of products. A trajectory in free
+    /// flight is unchanged.
     pub fn jump(&mut self, trajectory: &mut TrajectoryState, cycles: u64) -> u64 {
         if trajectory.contact == ActiveSet::FREE {
             return 0;
@@ -91,8 +91,8 @@ impl<'m> PowerJumps<'m> {
     }
 }
 
-/// Writes the carried pairs' turn over some cycles, less the identity: squaring would double its round-off every
-/// time, and the whole turns are known.
+/// Writes the rotation of the carried pairs over some cycles, minus the identity. Squaring would double its round-off
+/// every time, and the exact rotation is known.
 fn turn_exactly(cell_model: &CellModel<'_>, cycles: u64, map: &mut Mat<f64>) {
     let layout = &cell_model.layout;
     for pair in 0..layout.harmonics() {

@@ -1,4 +1,4 @@
-//! What all table kernels are: a model on cells, and tables that cross its stretches.
+//! The common form of all table kernels: a model on cells, and tables that cross its stretches.
 
 use super::cell_model::CellModel;
 use super::cycle::{Method, Workspace};
@@ -53,7 +53,7 @@ impl<M: Method> Kernel for Dense<'_, M> {
     }
 }
 
-/// One table a class of cells in contact, one a flight.
+/// One table per class of cells in contact, one per flight.
 #[derive(Debug)]
 pub struct Stock<T> {
     contact: Vec<T>,
@@ -61,8 +61,7 @@ pub struct Stock<T> {
 }
 
 impl<T> Stock<T> {
-    /// Tables made one by one of a generator, a class of its cells, and whether it is of contact;
-    /// contact first.
+    /// Makes the tables one by one from a generator, a class of its cells, and whether it is in contact; contact first.
     pub(super) fn new(
         cell_model: &CellModel<'_>,
         mut make: impl FnMut(&Generator, usize, bool) -> Result<T, DenseError>,
@@ -78,7 +77,7 @@ impl<T> Stock<T> {
         Ok(Self { contact, flight })
     }
 
-    /// The table of a stretch, and its place: whether it is of contact, and which.
+    /// The table of a stretch, and its index: whether it belongs to contact, and its number.
     pub(super) fn of(&self, cell_model: &CellModel<'_>, stretch: &Stretch) -> (&T, (bool, usize)) {
         let class = cell_model.grid.cells[stretch.cell].class;
         if stretch.contact.touching() {

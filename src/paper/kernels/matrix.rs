@@ -1,10 +1,9 @@
 //! Dense operators and their products with a vector: the inner loops of the table kernels.
 //!
-//! An operator is stored in panels of up to 48 rows; within a panel column follows column, so
-//! that a product reads memory once and in order while its sums stay in registers. Rows are
-//! padded to a multiple of 8 doubles and start on cache lines. The instruction set is chosen at
-//! run time; results differ between sets within rounding (fused or separate multiply-add), never
-//! between runs on one.
+//! An operator is stored in panels of up to 48 rows. Within a panel, columns are consecutive, so that a product reads
+//! memory once and in order while its sums stay in registers. Rows are padded to a multiple of 8 doubles and start on
+//! cache lines. The instruction set is chosen at run time. Results differ between sets within rounding (fused or
+//! separate multiply-add), but never between runs with one set.
 
 use faer::MatRef;
 use multiversion::multiversion;
@@ -13,7 +12,7 @@ use multiversion::target::target_cfg_f;
 /// Doubles in a lane group.
 pub const LANES: usize = 8;
 
-/// Lane groups in a panel: as many sums as hide the latency of an addition.
+/// Lane groups in a panel: enough sums to hide the latency of an addition.
 const PANEL: usize = 6;
 
 /// Bytes of a cache line.
@@ -34,9 +33,9 @@ pub struct Operator<'t> {
 
 #[derive(Debug)]
 enum Numbers<'t> {
-    /// From this place on, where a cache line starts.
+    /// Valid from this index on, where a cache line starts.
     Own(Vec<f64>, usize),
-    /// Of tables that someone else keeps.
+    /// Part of tables that another owner stores.
     Lent(&'t [f64]),
 }
 
@@ -66,8 +65,7 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// The operator of so many rows and columns whose [`numbers`](Self::numbers) these are; none
-    /// where there are not as many.
+    /// The operator with `rows`, `columns` and these [`numbers`](Self::numbers); `None` if their count does not fit.
     pub fn lent(numbers: &'t [f64], rows: usize, columns: usize) -> Option<Self> {
         (numbers.len() == numbers_of(rows, columns)).then_some(Self {
             numbers: Numbers::Lent(numbers),
@@ -115,7 +113,7 @@ impl<'t> Operator<'t> {
     }
 }
 
-/// Numbers of an operator of so many rows and columns, padding included.
+/// Numbers of an operator with these rows and columns, including padding.
 pub fn numbers_of(rows: usize, columns: usize) -> usize {
     padded(rows) * columns
 }
@@ -212,8 +210,8 @@ pub fn scale(by: f64, x: &mut [f64]) {
     }
 }
 
-/// Writes what 2 × 2 blocks, given by their entries 11, 12, 21, 22, make of `z` (first components,
-/// then second ones), and two scaled inputs, to `out`.
+/// Writes to `out` the products of 2 × 2 blocks, given by their entries 11, 12, 21, 22, with `z` (first components,
+/// then second ones), plus two scaled inputs.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 pub fn blocks_and_inputs(
     [a, b, c, d]: [&[f64]; 4],
@@ -244,7 +242,7 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Integers add up exactly in any order, whatever the shape and the padding.
+    /// Sums of integers are exact in any order, for any shape and padding.
     #[test]
     fn products_are_those_of_the_matrix() {
         for (rows, columns) in [
@@ -272,7 +270,7 @@ mod tests {
                 operator.entry(rows - 1, columns / 2),
                 entry(rows - 1, columns / 2)
             );
-            // Lent numbers are those numbers, wherever they lie.
+            // Lent numbers are used unchanged, at any address.
             let mut elsewhere = vec![f64::NAN];
             elsewhere.extend_from_slice(operator.numbers());
             let lent = Operator::lent(&elsewhere[1..], rows, columns).unwrap();

@@ -1,18 +1,17 @@
-//! The table kernels: dense propagators on unit steps of the mesh cycle, as published for this
-//! class of drive, each with its own way of finding events.
+//! The table kernels: dense propagators on unit steps of the mesh cycle, as published for this class of drive. They
+//! differ in how they find events.
 //!
-//! | kernel | what it does |
+//! | kernel | method |
 //! |---|---|
-//! | [`Dyadic`] | propagators for Δ/2ᵐ; an event is bracketed by halving, one product a guard evaluation |
+//! | [`Dyadic`] | propagators for Δ/2ᵐ; halving brackets an event, with one product per guard evaluation |
 //! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
-//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a stretch |
+//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products per stretch |
 //! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
 //!
 //! [`PowerJumps`] crosses any number of cycles of constant contact.
 //!
-//! All integrate the augmented state of `generator` and share the loop of `cycle`: events are
-//! located to round-off on the same surfaces, with the same saltation, counters, observers and
-//! limits as every other kernel.
+//! All integrate the augmented state of `generator` and share the loop of `cycle`. They locate events to round-off on
+//! the same surfaces, with the same saltation, counters, observers and limits as every other kernel.
 
 mod bases;
 mod basis;
@@ -69,6 +68,6 @@ pub struct TableSize {
     pub operators: usize,
     /// Their bytes.
     pub bytes: usize,
-    /// Unit steps a mesh cycle.
+    /// Unit steps per mesh cycle.
     pub cells: usize,
 }

@@ -1,35 +1,34 @@
-//! What is slow among the motions of a structure and its mesh.
+//! Which motions of a structure and its mesh are slow?
 
 use crate::model::{Block, Model};
 use crate::propagate::Volterra;
 
-/// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
-/// of rate λ loses a factor (λT)⁻² of accuracy.
+/// Eigenvalues below this, per mesh period, are slow: splitting the constant input off a wave of rate λ loses a factor
+/// (λT)⁻² of accuracy.
 pub const SLOW: f64 = 0.5;
 
-/// What is slow where nothing is nearly so, in units of the fastest rate: [`SLOW`] over mesh
-/// periods of 2048 of its units, longer than drives have in practice ...
+/// Limit of slow eigenvalues in units of the fastest rate, if none is near it: [`SLOW`] for mesh periods of 2048 such
+/// units, longer than in practical drives ...
 const SLOWEST: f64 = SLOW / 2048.0;
 
-/// ... and so many times slower wherever a period is longer still.
+/// ... and reduced by this factor if a period is even longer.
 const SLOWER: f64 = 64.0;
 
-/// Waves so many times slower than [`SLOW`] a mesh period are borne: excitation is not split off them.
+/// Waves may be slower than [`SLOW`] per mesh period by this factor: excitation is not split off them.
 const BORNE: f64 = 8.0;
 
-/// Rates that a basis is formed by, of a structure and its mesh.
+/// Rates that define a basis of a structure and its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
     /// Upper bound of all \[rad/s\].
     pub fastest: f64,
-    /// Below this an eigenvalue is slow \[rad/s\].
+    /// Limit below which an eigenvalue is slow \[rad/s\].
     pub slow: f64,
 }
 
 impl Rates {
-    /// The rates of a model. They depend on its speed only where one mesh cycle is thousands of
-    /// times longer than its fastest motion, or where a mode is so slow that as a wave it would lose
-    /// accuracy.
+    /// The rates of a model. They depend on its speed only if one mesh cycle is thousands of times longer than its
+    /// fastest motion, or if a mode is so slow that it would lose accuracy as a wave.
     pub fn new(model: &Model) -> Self {
         let fastest = Volterra::fastest_own_rate(model);
         let limit = SLOW / model.period();
@@ -45,7 +44,7 @@ impl Rates {
     }
 }
 
-/// Sizes of the eigenvalues of a block \[rad/s\].
+/// Absolute values of the eigenvalues of a block \[rad/s\].
 fn eigenvalues(block: &Block) -> [f64; 2] {
     match block.spread() {
         Some(spread) => [-1.0, 1.0].map(|sign| (block.growth() + sign * spread).abs()),
@@ -70,7 +69,7 @@ mod tests {
     #[test]
     fn what_is_slow_does_not_depend_on_usual_speeds() {
         let (usual, _) = rates(3000.0, 1200.0);
-        // The spring of the mesh alone on the mass of the pair: 2.1e4 rad/s.
+        // Only the spring of the mesh on the mass of the pair: 2.1e4 rad/s.
         assert!(
             usual.fastest > 4.444e8f64.sqrt() && usual.fastest < 1e5,
             "{usual:?}"

@@ -51,7 +51,7 @@ pub struct BoundRows {
 }
 
 impl BoundRows {
-    /// For times up to `duration` after a state.
+    /// The rows for times up to `duration` after a state.
     pub fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
         let padded = generator.layout().padded();
         let (mut second, mut third) = (vec![0.0; padded], vec![0.0; padded]);
@@ -73,7 +73,7 @@ impl BoundRows {
     }
 }
 
-/// The worst of the verdicts on all margins of a stretch between two times.
+/// The worst verdict on all margins of a stretch between two times.
 pub fn judge_all(
     stretch: &Stretch,
     contacts: &[Contact],
@@ -98,8 +98,8 @@ pub fn judge_all(
     worst
 }
 
-/// The first exit within `duration` by a guard that can be evaluated anywhere, values at both
-/// ends known; `starts`: the stretch starts here.
+/// The first exit within `duration` for a guard with values at any time, including both ends; `starts`: the stretch
+/// starts here.
 pub fn locate(
     stretch: &Stretch,
     contacts: &[Contact],
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Of two open contacts the one reached first counts, in whatever order they are looked at.
+    /// Of two open contacts the one reached first counts, in any order of the list.
     #[test]
     fn the_first_of_two_surfaces_is_met() {
         let contacts = [1.0, -1.0].map(|side| Contact {
@@ -214,7 +214,7 @@ mod tests {
         // Beyond a surface from the start.
         assert_eq!(found(0.1, 1.5, &stretch), Some((0.0, 0)));
         assert_eq!(found(0.1, -1.5, &stretch), Some((0.0, 1)));
-        // From the surface that was just left the next one is met.
+        // After leaving a surface, the next one is met.
         let crossed = Stretch {
             crossed: Some(0),
             ..stretch

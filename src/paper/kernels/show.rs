@@ -1,7 +1,6 @@
-//! A stretch as the observer sees it: Legendre series of deflection and force.
+//! A stretch in the form for observers: Legendre series of deflection and force.
 //!
-//! They follow from Taylor series of the structured generator, so that what is shown does not
-//! depend on the kernel's tables.
+//! They follow from Taylor series of the structured generator, so that they do not depend on the kernel's tables.
 
 use super::cell_model::CellModel;
 use super::generator::Generator;
@@ -14,7 +13,7 @@ use crate::propagate::{ClosedContact, Observer, Window};
 const REACH: f64 = 2.0;
 const TERMS: usize = 28;
 
-/// Terms of a series that are less than this part of the first are left out.
+/// Terms of a series below this fraction of the first are left out.
 const NEGLIGIBLE: f64 = 1e-20;
 
 /// Highest power of a series of the step `reach` ≤ [`REACH`].
@@ -46,7 +45,7 @@ impl Picture {
         }
     }
 
-    /// The state at the end of the stretch last shown.
+    /// The state at the end of the last shown stretch.
     pub fn last_state(&self) -> &[f64] {
         &self.state
     }
@@ -68,7 +67,7 @@ impl Taylor {
         }
     }
 
-    /// Hands `Lᵏ z / k!`, k = 0 … `last`, to `see`.
+    /// Passes `Lᵏ z / k!`, k = 0 … `last`, to `see`.
     pub fn terms(
         &mut self,
         generator: &Generator,
@@ -86,7 +85,7 @@ impl Taylor {
         }
     }
 
-    /// `z = e^{L time} z` by the terms up to `last`.
+    /// `z = e^{L time} z`, with the terms up to `last`.
     pub fn step(&mut self, generator: &Generator, time: f64, last: usize, z: &mut [f64]) {
         self.term.copy_from_slice(z);
         for k in 1..=last {
@@ -109,7 +108,7 @@ fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
     sums
 }
 
-/// Shows the first `duration` of a stretch that starts at `time` from the state `start`.
+/// Passes to the observer the first `duration` of a stretch that starts at `time` from the state `start`.
 #[expect(
     clippy::too_many_arguments,
     reason = "the state of the published algorithms"
@@ -158,7 +157,7 @@ pub(super) fn show<O: Observer>(
         } else {
             ahead.partition_point(|x| place(x) <= from + step)
         };
-        // All nodes at once: one alone would wait for every sum before the next.
+        // All nodes at once: for a single one, every sum would wait for the one before.
         let mut times = [0.0; 24];
         for (time, x) in times.iter_mut().zip(&ahead[..within]) {
             *time = place(x) - from;

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Small integers add up exactly in 32 bits, whatever the shape and the padding; a third does not.
+    /// Sums of small integers are exact in 32 bits, for any shape and padding; thirds are not.
     #[test]
     fn products_are_rounded_to_32_bits() {
         for (rows, columns) in [(1, 1), (16, 3), (17, 17), (83, 83), (176, 80), (200, 5)] {

@@ -1,9 +1,8 @@
 //! Closed-form event location in spectral coordinates.
 //!
-//! One product takes the state to the basis of its segment and contact state, where the
-//! deflection is a sum of damped sinusoids and a polynomial. Everything up to the event is scalar
-//! work there; a second product goes back. Free flight is one such stretch however many cells it
-//! spans.
+//! One product transforms the state to the basis of its segment and contact state, where the deflection is a sum of
+//! damped sinusoids and a polynomial. All work up to the event is scalar there; a second product transforms back. Free
+//! flight is one such stretch over any number of cells.
 
 use super::DenseError;
 use super::bases::Bases;
@@ -24,13 +23,13 @@ use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 use crate::propagate::{KeptReader, KeptTables, TableArray};
 
-/// Round-off of a wave over that of δ.
+/// Round-off of a wave, relative to that of δ.
 const OF_A_WAVE: f64 = 0.25;
 
 /// The spectral kernel for one model.
 pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
 
-/// Its tables.
+/// Tables of this kernel.
 #[derive(Debug)]
 pub struct SpectralTables<'t> {
     bases: Bases<'t>,
@@ -43,22 +42,22 @@ pub struct SpectralScratch {
     at: Coordinates,
     amplitudes: [Vec<f64>; 2],
     factors: Factors,
-    /// Whether `factors` are those of a contact table, and which.
+    /// The contact table to which `factors` belong: whether in contact, and its index.
     prepared: Option<(bool, usize)>,
 }
 
 impl<'m> Spectral<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
+    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
     /// * `event_limit`: most events in a mesh cycle before integration stops.
-    /// * `event_grid`: puts every event off to the end of its part of so many equal ones, and
-    ///   takes the contact state from there, as the published algorithm does in its last step:
-    ///   an error of first order. None: events are where they are.
+    /// * `event_grid`: number of equal parts of the cycle. Every event is delayed to the end of its part,
+    ///   where the contact state changes, as in the last step of the published algorithm.
+    ///   The error is of first order. `None`: events stay at their times.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, a speed too slow for tables, eigenvectors too
-    /// nearly parallel, an undamped mode in resonance with a harmonic.
+    /// The stiffness varies within a segment, the speed is too slow for tables, eigenvectors are nearly parallel, or an
+    /// undamped mode is in resonance with a harmonic.
     pub fn new(
         model: &'m Model,
         cells: u32,
@@ -71,11 +70,11 @@ impl<'m> Spectral<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel of a model whose bases are kept; other arguments as for [`Spectral::new`]. They
-    /// serve every speed, load and half gap, and all excitation of as many harmonics.
+    /// The kernel of a model with stored bases; other arguments as for [`Spectral::new`]. The bases are valid for every
+    /// speed, load and half gap, and all excitations with the same number of harmonics.
     ///
     /// # Errors
-    /// As for [`Spectral::new`], or the tables are not those of this model.
+    /// As for [`Spectral::new`], or the tables belong to another model.
     pub fn of_kept(
         model: &'m Model,
         cells: u32,
@@ -92,8 +91,8 @@ impl<'m> Spectral<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel with its products in single precision. Everything else keeps 64 bits, the search for events
-    /// too: its tolerance is the round-off of the states. For comparison; `atlas` does not use it.
+    /// The kernel with its products in single precision. Everything else keeps 64 bits, also the search for events,
+    /// whose tolerance is the round-off of the states. For comparison only; `atlas` does not use it.
     ///
     /// # Errors
     /// As for [`Spectral::new`].
@@ -109,22 +108,22 @@ impl<'m> Spectral<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The bases of a model as arrays to be kept.
+    /// The bases of a model as arrays for storage.
     ///
     /// # Errors
-    /// A model that tables do not fit, eigenvectors too nearly parallel.
+    /// The model does not fit tables, or its eigenvectors are nearly parallel.
     pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
         super::bases::arrays(model)
     }
 
-    /// How well every basis behaves, contact first.
+    /// Numerical quality of every basis, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.conditioning().collect()
     }
 }
 
 impl<'t> SpectralTables<'t> {
-    /// Bases at the speed of a model.
+    /// The tables at the speed of a model.
     pub fn new(cell_model: &CellModel<'_>, bases: Bases<'t>) -> Result<Self, DenseError> {
         let grid = &cell_model.grid;
         let make = |g: &Generator, class: usize, touching| {
@@ -301,7 +300,7 @@ mod tests {
     use crate::model::{InitialState, OperatingPoint};
     use crate::propagate::Kernel;
 
-    /// Deep in contact the swing that a stretch could show leaves the margin alone: none is searched.
+    /// Deep in contact, a bound of the deflection's swing excludes events: nothing is searched.
     #[test]
     fn stretches_far_from_a_surface_are_not_searched() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.1], &[1.0, 0.1]);

@@ -1,15 +1,14 @@
-//! A basis at one speed: what excitation adds to it, the deflection in its coordinates, and what
-//! moves them over a cell.
+//! A basis at one speed: the steady responses to excitation, the deflection in its coordinates, and the factors that
+//! advance these over a cell.
 //!
 //! ```text
 //! y = W⁻¹ x − S c,   x = W (y + S c),   c = (f, s b, cos θ₁, sin θ₁, …)
 //! ```
 //!
-//! S holds the steady responses to the carried entries c. Those of waves to a harmonic ω are
-//! scalars, `(λ² + ω²)⁻¹` times what W⁻¹ makes of the input; those of the slow group follow from
-//! a small system. A wave so slow that its turn in a mesh cycle is no more than that of the slow
-//! group is moved with that group at this speed: splitting a constant input off it would cost
-//! accuracy.
+//! S contains the steady responses to the carried entries c. Those of waves to a harmonic ω are scalars, `(λ² + ω²)⁻¹`
+//! times the product of W⁻¹ with the input; those of the slow group follow from a small system. A wave that rotates in
+//! a mesh cycle no more than the slow group is advanced with that group at this speed: splitting a constant input off
+//! it would lose accuracy.
 
 use super::DenseError;
 use super::basis::{Basis, POWERS};
@@ -26,7 +25,7 @@ use std::sync::Arc;
 /// Smallest relative distance of an eigenvalue from a carried harmonic.
 const RESONANCE: f64 = 1e-7;
 
-/// Whether an eigenvalue \[1/s\] is one of an undamped mode that turns with a harmonic \[rad/s\].
+/// Whether an eigenvalue \[1/s\] belongs to an undamped mode with the frequency of a harmonic \[rad/s\].
 fn in_resonance(lambda: Complex64, omega: f64) -> bool {
     let apart = lambda * lambda + Complex64::from(omega * omega);
     apart.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
@@ -36,27 +35,27 @@ fn in_resonance(lambda: Complex64, omega: f64) -> bool {
 #[derive(Debug)]
 pub struct SpectralTable<'t> {
     basis: Arc<Basis<'t>>,
-    /// −S: what carried entries take off spectral coordinates.
+    /// −S: the contribution of carried entries to spectral coordinates.
     steady: Operator<'static>,
-    /// W S: what they add to the state.
+    /// W S: their contribution to the state.
     response: Operator<'static>,
-    /// Places of f and s b, and the carried entries.
+    /// Number of states, which is the index of f and s b, and the carried entries.
     states: usize,
     carried: usize,
-    /// Waves that are moved with the slow group.
+    /// Waves that are advanced with the slow group.
     late: Vec<usize>,
-    /// Rates of the waves and of the harmonics behind them.
+    /// Rates of the waves and of the harmonics after them.
     pub alpha: Vec<f64>,
     pub nu: Vec<f64>,
     /// |λ| of the waves.
     pub sizes: Vec<f64>,
-    /// Growth of the fastest growing wave \[1/s\]; none grows without friction.
+    /// Growth of the fastest growing wave \[1/s\]; positive only with friction.
     pub growth: f64,
-    /// Deflection in terms of u and v; none of waves moved with the slow group.
+    /// Deflection in terms of u and v; zero for waves that are advanced with the slow group.
     pub gains: [Vec<f64>; 2],
-    /// Deflection of the slow group, row k times the k-th power of time; rows of `slow`.
+    /// Deflection of the slow group, row k times the k-th power of time; each row has `slow` entries.
     pub polynomial: Vec<f64>,
-    /// Coordinates of the slow group: its own, (u, v) of the late waves, f and s b.
+    /// Number of coordinates of the slow group: its own, (u, v) of the late waves, f and s b.
     pub slow: usize,
     /// Gᵏ/k!, row by row.
     powers: Vec<Vec<f64>>,
@@ -66,7 +65,7 @@ pub struct SpectralTable<'t> {
     pub whole: Factors,
 }
 
-/// What moves spectral coordinates over a time.
+/// Factors that advance spectral coordinates over a time.
 #[derive(Debug, Clone)]
 pub struct Factors {
     pub time: f64,
@@ -90,7 +89,7 @@ impl Factors {
 /// Spectral coordinates of a state.
 #[derive(Debug)]
 pub struct Coordinates {
-    /// u, v and the slow group's own, in whole lane groups.
+    /// u, v and the coordinates of the slow group, in whole lane groups.
     pub y: Vec<f64>,
     /// The slow group with its late waves and constants.
     pub slow: Vec<f64>,
@@ -112,7 +111,7 @@ impl Coordinates {
     }
 }
 
-/// What W⁻¹ makes of the inputs of the carried entries, and the steady responses to them.
+/// Products of W⁻¹ with the inputs of the carried entries, and the steady responses to them.
 struct Excitation {
     felt: Mat<f64>,
     steady: Mat<f64>,
@@ -208,11 +207,10 @@ impl Excitation {
 }
 
 impl<'t> SpectralTable<'t> {
-    /// A basis at the speed of a generator's harmonics, on cells of a length \[s\] in a mesh
-    /// period \[s\].
+    /// A basis at the speed of a generator's harmonics, for cells of a length \[s\] in a mesh period \[s\].
     ///
     /// # Errors
-    /// An undamped mode in resonance with a harmonic.
+    /// An undamped mode is in resonance with a harmonic.
     pub fn new(
         basis: Arc<Basis<'t>>,
         generator: &Generator,
@@ -273,12 +271,12 @@ impl<'t> SpectralTable<'t> {
         Ok(table)
     }
 
-    /// Operators that are this speed's own.
+    /// Operators specific to this speed.
     pub fn operators(&self) -> [&Operator<'_>; 2] {
         [&self.steady, &self.response]
     }
 
-    /// Takes a state, or a tangent vector, to spectral coordinates.
+    /// Transforms a state, or a tangent vector, to spectral coordinates.
     pub fn enter(&self, z: &[f64], at: &mut Coordinates) {
         let lanes = self.alpha.len();
         let own = self.basis.slow();
@@ -315,7 +313,7 @@ impl<'t> SpectralTable<'t> {
         factors.time = time;
     }
 
-    /// Moves spectral coordinates in place.
+    /// Advances spectral coordinates in place.
     pub fn advance(&self, factors: &Factors, at: &mut Coordinates) {
         let lanes = self.alpha.len();
         let own = self.basis.slow();
@@ -333,7 +331,7 @@ impl<'t> SpectralTable<'t> {
         }
     }
 
-    /// Takes spectral coordinates back to a state.
+    /// Transforms spectral coordinates back to a state.
     pub fn leave(&self, at: &mut Coordinates, z: &mut [f64]) {
         let lanes = self.alpha.len();
         let carried = &mut at.carried[..self.carried];
@@ -379,7 +377,7 @@ fn slow_generator(basis: &Basis<'_>, felt: &Mat<f64>, late: &[usize]) -> Mat<f64
     g
 }
 
-/// Gᵏ/k!, k = 0 … [`POWERS`] or as far as they go, row by row.
+/// Gᵏ/k!, k = 0 … [`POWERS`] or until they vanish, row by row.
 fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
     let size = g.nrows();
     let flat = |power: &Mat<f64>| -> Vec<f64> {
@@ -399,7 +397,7 @@ fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
     all
 }
 
-/// A row of deflection times every power, those at the end left out that are nothing.
+/// A row of deflection times every power, without the zero rows at the end.
 fn polynomial(row: &[f64], powers: &[Vec<f64>]) -> Vec<f64> {
     let size = row.len();
     let seen = powers.iter().map(|power| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! A mesh cycle of constant contact as one affine map, and when a trajectory may take it.
+//! A mesh cycle of constant contact as one affine map. When may a trajectory use it?
 
 use super::DenseError;
 use super::cell_model::CellModel;
@@ -13,16 +13,16 @@ use crate::propagate::events::Margin;
 use crate::propagate::{KeptReader, KeptWriter, TableError};
 use faer::Mat;
 
-/// The map of a cycle in contact, whatever the load and the gap.
+/// The map of a cycle in contact, for any load and gap.
 #[derive(Debug)]
 pub(super) struct CycleMap<'t> {
     pub map: Operator<'t>,
-    /// Bound of |δ| over a cycle as a row over the sizes of a difference of states.
+    /// Bound of |δ| over a cycle as a row for the absolute values of a difference of states.
     reach: Vec<f64>,
 }
 
 impl<'t> CycleMap<'t> {
-    /// The map of the cycle whose cells have these propagators less the identity, by class.
+    /// The map of a cycle of cells; `increments` are their propagators minus the identity, by class.
     pub fn new(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Self {
         let (layout, grid) = (&cell_model.layout, &cell_model.grid);
         let d = layout.dimension();
@@ -45,13 +45,13 @@ impl<'t> CycleMap<'t> {
         }
     }
 
-    /// Hands its numbers over.
+    /// Writes its numbers.
     pub fn keep(&self, out: &mut KeptWriter) {
         out.push("cycle_map", "mixed", self.map.numbers());
         out.push("cycle_reach", "mixed", &self.reach);
     }
 
-    /// The map whose numbers were handed over.
+    /// Reads a map from its numbers.
     pub fn read(cell_model: &CellModel<'_>, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
         let d = cell_model.layout.dimension();
         let name = "cycle_map";
@@ -72,12 +72,12 @@ pub(super) struct Steady<'t> {
     flanks: Option<[Flank; 2]>,
 }
 
-/// The steady cycle on one flank, ripple left out.
+/// The steady cycle on one flank, without ripple.
 #[derive(Debug)]
 struct Flank {
     /// Its augmented state at the cycle's start.
     start: Vec<f64>,
-    /// Its smallest margin \[m\]; negative where it leaves contact.
+    /// Its smallest margin \[m\]; negative if it leaves contact.
     margin: f64,
 }
 
@@ -98,7 +98,7 @@ impl<'t> Steady<'t> {
         &self.cycle
     }
 
-    /// Whether the cycle that starts with a stretch in a state surely keeps contact.
+    /// Whether contact certainly persists over the cycle that starts with this stretch and state.
     pub fn holds(&self, stretch: &Stretch, z: &[f64]) -> bool {
         let Some([drive, coast]) = &self.flanks else {
             return false;
@@ -117,7 +117,7 @@ impl<'t> Steady<'t> {
 }
 
 impl Flank {
-    /// The steady cycle in a contact state; none where no such cycle exists.
+    /// The steady cycle in a contact state; `None` if it does not exist.
     fn new(
         cell_model: &CellModel<'_>,
         map: &Operator<'_>,
@@ -133,7 +133,7 @@ impl Flank {
         start[layout.constant()] = model.load;
         start[layout.side()] = contact.sign() * model.half_gap;
         for error in 0..layout.errors {
-            // The cosine of a phase that is zero.
+            // The cosine of a zero phase.
             start[layout.pairs() + 2 * (layout.ripples + error)] = 1.0;
         }
         let system = Mat::from_fn(kept.len(), kept.len(), |i, j| {
@@ -154,7 +154,7 @@ impl Flank {
     }
 }
 
-/// The map of a cycle in contact less the identity, of the cells' own, by class.
+/// The map of a cycle in contact minus the identity, from the same of the cells, by class.
 pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
     let d = cell_model.layout.dimension();
     let mut map = Mat::<f64>::zeros(d, d);
@@ -164,7 +164,7 @@ pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
     map
 }
 
-/// The smallest margin along a cycle in contact \[m\], or something smaller.
+/// A lower bound of the margin along a cycle in contact \[m\].
 fn smallest_margin(
     cell_model: &CellModel<'_>,
     cells: &[&Operator<'_>],

@@ -1,8 +1,8 @@
-//! What is to be passed in one go, and where it ends before its time?
+//! Which part of a trajectory is crossed in one step, and where does it end early?
 
 use crate::model::ActiveSet;
 
-/// A stretch of one contact state to be passed.
+/// A part of a trajectory in one contact state.
 #[derive(Debug, Clone, Copy)]
 pub struct Stretch {
     /// Cell in which it starts.

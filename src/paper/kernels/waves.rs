@@ -1,14 +1,14 @@
 //! Damped sinusoids, many at a time: `Re Σ z e^{(α + iν)t}` and its derivatives.
 //!
-//! Sine, cosine and exponential are evaluated lane by lane with the polynomials of fdlibm
-//! (Sun Microsystems 1993) and a Taylor series, to about one unit in the last place, for
+//! Sine, cosine and exponential are evaluated lane by lane with the polynomials of fdlibm (Sun Microsystems 1993) and a
+//! Taylor series, to about one unit in the last place, for
 //! |νt| below 10⁵.
 
 use super::matrix::fma;
 use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
 
-/// 1.5 · 2⁵²: adding it rounds to an integer, whose low bits the sum then shows.
+/// 1.5 · 2⁵²: adding it rounds to an integer, which then occupies the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// π/2 in three parts, the first two of 33 bits.
@@ -138,7 +138,7 @@ pub fn sum(rates: [&[f64]; 2], amplitudes: [&[f64]; 2], time: f64) -> [f64; 3] {
 
 const LANES: usize = 8;
 
-/// Waves worked on at a time.
+/// Number of waves per block.
 const BLOCK: usize = 64;
 
 /// The sum of whole lane groups.
@@ -183,7 +183,7 @@ fn sum_body<const FUSED: bool>(
     sums
 }
 
-/// Turns the coordinates (u, v) of all waves by the factors.
+/// Rotates the coordinates (u, v) of all waves by the factors.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 pub fn turn(factors: [&[f64]; 2], u: &mut [f64], v: &mut [f64]) {
     let [cosine, sine] = factors;
@@ -192,8 +192,8 @@ pub fn turn(factors: [&[f64]; 2], u: &mut [f64], v: &mut [f64]) {
     }
 }
 
-/// Complex amplitudes `(g − ih)(u + iv)` of the guard's waves, and the sums of their sizes
-/// weighted by the powers 0 … 3 of their rates.
+/// Complex amplitudes `(g − ih)(u + iv)` of the guard's waves, and the sums of their magnitudes, weighted by the powers
+/// 0 … 3 of their rates.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 pub fn amplitudes(
     gains: [&[f64]; 2],

@@ -1,6 +1,6 @@
-//! Adaptive solvers of smooth equations, for constant contact: Dormand and Prince's 5(4) (1980)
-//! and extrapolation of the explicit midpoint rule (Gragg 1965). Both restart where the stiffness
-//! steps and have the right-hand side with O(N) work.
+//! Adaptive solvers of smooth equations, for constant contact: Dormand and Prince's 5(4) (1980) and extrapolation of
+//! the explicit midpoint rule (Gragg 1965). Both restart where the stiffness jumps, and use a right-hand side with O(N)
+//! work.
 
 use super::field::Field;
 use gearatlas_core::model::{Model, TrajectoryState};
@@ -10,7 +10,7 @@ pub trait Adaptive {
     /// Integrates one smooth stretch.
     fn stretch(&mut self, field: &Field, start: f64, end: f64, state: &mut [f64]);
 
-    /// Some mesh cycles of contact: the final state and the derivatives it took.
+    /// Integrates some mesh cycles of contact: the final state and the number of derivative evaluations.
     fn contact(&mut self, model: &Model, start: &TrajectoryState, cycles: u64) -> (Vec<f64>, u64) {
         let cycle = model.first_cycle();
         let mut field = Field::new(model, start.cycle);
@@ -20,7 +20,7 @@ pub trait Adaptive {
             let mut from = 0;
             while from < cycle.segments.len() {
                 let segment = &cycle.segments[from];
-                // Equal neighbours are one stretch.
+                // Equal neighbours form one stretch.
                 let mut to = from + 1;
                 while cycle
                     .segments
@@ -39,7 +39,7 @@ pub trait Adaptive {
     }
 }
 
-/// Step size and the error that decides it.
+/// Control of the step size by the error.
 struct Control {
     scale: Vec<f64>,
     tolerance: f64,
@@ -66,12 +66,12 @@ impl Control {
         (sum / state.len() as f64).sqrt()
     }
 
-    /// Takes note of a step; whether it is good.
+    /// Updates the step size after a step; returns whether the step is accepted.
     fn judge(&mut self, h: f64, cut: bool, error: f64) -> bool {
         let growth = (0.9 * error.powf(-1.0 / self.order)).clamp(0.2, 5.0);
         let good = error <= 1.0;
         let next = h * if good { growth } else { growth.min(0.9) };
-        // A step cut by a breakpoint says nothing against the one before it.
+        // A step cut by a breakpoint is no reason to shorten the next.
         self.step = if good && cut { self.step.max(next) } else { next };
         good
     }
@@ -180,7 +180,7 @@ impl Adaptive for RungeKutta {
     }
 }
 
-/// Columns of the extrapolation table; twice as many are its order.
+/// Columns of the extrapolation table; its order is twice this number.
 const COLUMNS: usize = 7;
 
 /// Extrapolation of the midpoint rule with 2, 4, 6, … substeps.
@@ -194,7 +194,7 @@ impl Extrapolation {
     pub fn new(scale: &[f64], tolerance: f64) -> Self {
         let room = vec![0.0; scale.len()];
         Self {
-            // The error estimate is that of the column before the last.
+            // The error estimate comes from the column before the last.
             control: Control::new(scale, tolerance, (2 * COLUMNS - 1) as f64),
             table: std::array::from_fn(|_| room.clone()),
             room: std::array::from_fn(|_| room.clone()),

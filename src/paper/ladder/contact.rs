@@ -1,5 +1,5 @@
-//! Constant contact: the small-step ladder of Table 1, segments and fused cycles, jumps over a
-//! million cycles, and work against precision beside adaptive solvers (Figure 6).
+//! Constant contact: the small-step ladder of Table 1, segments and fused cycles, jumps over a million cycles, and a
+//! work-precision comparison with adaptive solvers (Figure 6).
 
 use super::adaptive::{Adaptive, Extrapolation, RungeKutta};
 use super::rattle::{AnyKernel, CELLS, LIMIT, kernels, side_by_side};
@@ -18,7 +18,6 @@ const SOLVED: u64 = 5;
 /// Cycles after which segments and fused cycles are compared.
 const COMPARED: u64 = 200;
 
-/// A million.
 const JUMP: u64 = 1_000_000;
 
 /// Table 1: steps of 100 ns through rattle, by number of modes.
@@ -43,16 +42,16 @@ fn rubbed(modes: usize) -> Model {
     model_of(&case)
 }
 
-/// Entries of a state but those of the free rotation, which gathers the round-off of a million
-/// steps of the integration.
+/// Entries of a state without those of the free rotation, which accumulates the round-off of a million integration
+/// steps.
 fn felt(model: &Model, state: &[f64]) -> Vec<f64> {
     let n = model.modes();
     let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));
     kept.map(|i| state[i]).collect()
 }
 
-/// A cycle of constant contact by segments, fused, by small steps and by the structured kernel;
-/// a million cycles at once.
+/// A cycle of constant contact by segments, fused, by small steps and by the structured kernel; a million cycles at
+/// once.
 pub fn cycles() -> Value {
     let mut found = Map::new();
     for modes in [2, 6, 40] {
@@ -77,7 +76,7 @@ pub fn cycles() -> Value {
     Value::Object(found)
 }
 
-/// A million cycles by squaring, and how far that is from integrating them.
+/// A million cycles by squaring, and their deviation from integration.
 fn jump(model: &Model, start: &TrajectoryState) -> Value {
     let mut jumps = PowerJumps::new(model, JUMP).expect("tables");
     let mut jumped = start.clone();
@@ -103,7 +102,7 @@ fn jump(model: &Model, start: &TrajectoryState) -> Value {
 /// Figure 6: time of a solution over some cycles of constant contact against its error.
 pub fn work_precision() -> Value {
     let model = model_of(&quiet(40));
-    // Not settled: the transient decays over the stretch and has to be followed.
+    // Not settled, so that the solvers must follow the decay of the transient.
     let mut start = settled(&model);
     for x in &mut start.state {
         *x *= 1.0 + 1e-2;
@@ -169,7 +168,7 @@ pub fn work_precision() -> Value {
     json!({ "cycles": SOLVED, "period": model.period(), "modes": 40, "samples": samples })
 }
 
-/// The size of each component that has the energy of a displacement by half a gap.
+/// The magnitude of each component with the energy of a displacement by half a gap.
 fn scale(norm: &EnergyNorm) -> Vec<f64> {
     let scale = |weight: &f64| {
         if *weight > 0.0 { norm.unit() / weight } else { 1e30 }

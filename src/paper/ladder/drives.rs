@@ -1,4 +1,4 @@
-//! Cases of the paper that are manifests: a misalignment that drifts (Table 5), contact with friction (3.1).
+//! The paper's cases with manifests: a misalignment that drifts (Table 5), contact with friction (3.1).
 
 use super::rattle::{CELLS, LIMIT};
 use gearatlas_core::analysis::{Nvh, PointConfig, investigate};
@@ -15,17 +15,17 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Five slices of misalignment; dense tables take one line of action, and the error of loaded flanks as harmonics.
+/// Five slices of misalignment. Dense tables accept one line of action, and the error of loaded flanks as harmonics.
 const DRIFTING: [&str; 3] = [
     "mesh.shaft_tilt=",
     r#"mesh.coast_flank="same_line""#,
     "excitation.table_harmonics=6",
 ];
 
-/// Five slices that are one.
+/// Five nearly equal slices.
 const STILL: &str = r#"grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}"#;
 
-/// Repetitions of which the median counts.
+/// Repetitions; the median counts.
 const REPEATS: usize = 3;
 
 /// A manifest of the repository with some keys changed.
@@ -40,7 +40,7 @@ fn job(text: &str, changes: &[&str]) -> Job {
         .expect("a manifest of the repository")
 }
 
-/// Slices of drift by `spectral`, against as many that are one \[× real time\].
+/// Slices of drift by `spectral`, compared with as many equal ones \[× real time\].
 pub fn drift() -> Value {
     let drifting = || speed(&DRIFTING);
     let still = || speed(&[&DRIFTING[..], &[STILL]].concat());
@@ -53,7 +53,7 @@ fn median(measure: impl Fn() -> f64) -> f64 {
     found[REPEATS / 2]
 }
 
-/// Time simulated over the time that it takes with kept tables; the state is carried from slice to slice.
+/// Simulated time divided by computing time with kept tables; the state is carried from slice to slice.
 fn speed(changes: &[&str]) -> f64 {
     let job = job(
         include_str!("../../../manifests/misalignment-drift.toml"),

@@ -1,13 +1,12 @@
-//! The paper's kernels on the paper's cases, and the structured kernel beside them in the same
-//! run: Tables 1 to 5, Figures 3 to 6, and the event path in single precision.
+//! The paper's kernels on the paper's cases, together with the structured kernel in the same run: Tables 1 to 5,
+//! Figures 3 to 6, and the event path in single precision.
 //!
-//! What is compared is timed in turn, in rounds, by the thread's processor time; figures are
-//! medians.
+//! Compared codes run alternately, in rounds, timed by the thread's processor time; results are medians.
 
 mod adaptive;
 mod contact;
 mod drives;
-// Shared with the solvers of others that are compared with `atlas`.
+// Shared with the comparison with other solvers.
 #[allow(dead_code, missing_docs)]
 #[path = "../../../benches/peers/src/field.rs"]
 mod field;

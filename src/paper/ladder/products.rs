@@ -1,4 +1,4 @@
-//! Products of an operator with a state, by how many operators take turns: Figures 4 and 5a.
+//! Times of products of operators with a state, over the number of alternating operators: Figures 4 and 5a.
 
 use super::rounds::{Contender, race};
 use faer::Mat;
@@ -9,11 +9,12 @@ use std::hint::black_box;
 /// Rows and columns of the paper's operators.
 const DIMENSIONS: [usize; 3] = [31, 41, 81];
 
-/// How many take turns: one stays in the nearest cache, a table of the paper, more than any cache holds \[bytes\].
+/// Numbers of alternating operators: one stays in the nearest cache, then a table of the paper, then more bytes than
+/// any cache holds.
 const TABLE: usize = 120;
 const BEYOND_CACHES: usize = 256 << 20;
 
-/// Time of a product \[ns\] by dimension and operators in turn.
+/// Time of a product \[ns\] over dimension and number of alternating operators.
 pub fn turns() -> Value {
     let mut found = Vec::new();
     for dimension in DIMENSIONS {

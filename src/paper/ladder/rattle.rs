@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
-/// Unit steps a mesh cycle, as published.
+/// Unit steps per mesh cycle, as published.
 pub const CELLS: u32 = 60;
 
 /// Most events in a mesh cycle.
@@ -21,7 +21,7 @@ pub const LIMIT: u32 = 1000;
 /// Cycles over which work is counted and the deflection is averaged.
 const COUNTED: u64 = 3000;
 
-/// Cycles that are compared with small steps.
+/// Number of cycles that are compared with small steps.
 const COMPARED: usize = 12;
 
 /// Sixty different levels of stiffness, so that no two segments share a table.
@@ -37,7 +37,7 @@ pub fn sixty_levels(mut case: Case) -> Case {
     case
 }
 
-/// Twenty modes, and attachment modes that carry the flexibility and a part of the inertia of the others.
+/// Twenty modes, and attachment modes with the flexibility and a part of the inertia of the others.
 fn attached(count: usize) -> Case {
     let mut case = sixty_levels(drive(40, 0.05, 1200.0));
     case.0 = with_attachment_modes(&case.0, 20, count).expect("20 of 40 modes");
@@ -52,9 +52,9 @@ fn twenty(residual: bool) -> Case {
 
 /// A kernel of any type.
 pub trait AnyKernel {
-    /// A step of one mesh cycle of a trajectory of its own.
+    /// A function that advances a separate trajectory by one mesh cycle per call.
     fn cycle<'a>(&'a self, start: &TrajectoryState) -> Box<dyn FnMut() + 'a>;
-    /// Advances some cycles, watched or not.
+    /// Advances some cycles, observed or not.
     fn go(&self, start: &TrajectoryState, cycles: u64) -> (TrajectoryState, Counters);
     /// RMS of the deflection over some cycles \[m\].
     fn deflection_rms(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> f64;
@@ -255,7 +255,7 @@ pub fn reduction() -> Value {
     Value::Object(found)
 }
 
-/// Table 4: how the hardest case behaves.
+/// Table 4: accuracy in the hardest case.
 pub fn conditioning() -> Value {
     let model = model_of(&sixty_levels(drive(40, 0.05, 1200.0)));
     let spectral = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
@@ -266,7 +266,7 @@ pub fn conditioning() -> Value {
     };
     let volterra = scenes::volterra(&model);
     let dyadic = Dyadic::size(&model, CELLS).expect("tables");
-    // Against small steps and the independent integrator, cycle by cycle from one start.
+    // Compares with small steps and the independent integrator, cycle by cycle from one start.
     let norm = EnergyNorm::new(&model);
     let steps = (model.period() / 1e-7).round() as u32;
     let brute = Stepping::new(&model, steps, LIMIT);
@@ -312,8 +312,8 @@ pub fn conditioning() -> Value {
     })
 }
 
-/// Numbers of the structured kernel's tables: one window's, and the solution of each further
-/// stiffness (two lists of nine eighths).
+/// Count of numbers in the structured kernel's tables: those of one window, and the solution for each further stiffness
+/// (two lists of nine eighths).
 fn volterra_numbers(kernel: &Volterra<'_>, model: &Model) -> usize {
     let mut levels: Vec<u64> = (model.first_cycle().segments.iter())
         .map(|segment| segment.stiffness.mean().to_bits())

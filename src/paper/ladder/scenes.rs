@@ -1,4 +1,4 @@
-//! What is integrated: the default drive with some of its modes, and settled trajectories.
+//! Integrated cases: the default drive with some of its modes, and settled trajectories.
 
 use gearatlas_core::model::{
     Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
@@ -8,7 +8,7 @@ use gearatlas_core::structure::ModalStructure;
 use gearatlas_verify::verify::drives;
 use std::sync::LazyLock;
 
-/// Mesh cycles integrated before the clock starts.
+/// Mesh cycles integrated before the timing.
 const TRANSIENT: u64 = 200;
 
 /// A drive at an operating point.
@@ -46,7 +46,7 @@ pub fn model_of((structure, drive, point): &Case) -> Model {
     Model::new(structure, drive, *point).expect("a case of the paper")
 }
 
-/// The structured kernel to round-off.
+/// The structured kernel with a tolerance at round-off.
 pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, f64::EPSILON, 1000)
 }
@@ -68,8 +68,7 @@ pub fn settled(model: &Model) -> TrajectoryState {
     trajectory
 }
 
-/// Largest difference of two states, first and second components each against their own largest
-/// entry in `b`; the larger of the two.
+/// Largest difference of two states, each half relative to its largest entry in `b`; the larger of the two.
 pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let part = |range: std::ops::Range<usize>| {
         let (a, b) = (&a[range.clone()], &b[range]);

@@ -1,7 +1,7 @@
-//! Single precision where the paper tried it: products in 32 bits, the search for events in 64.
+//! Single precision as in the paper: products in 32 bits, the search for events in 64.
 //!
-//! The event path is timed beside the one in double precision, and its error is measured. A product is timed too,
-//! alone and out of a whole table: it shows how much of the path a product is.
+//! The event path is timed next to the one in double precision, and its error is measured. A product is also timed,
+//! alone and within a whole table, to show its part of the path.
 
 use super::rattle::{CELLS, LIMIT, kernels, side_by_side, sixty_levels};
 use super::rounds::{Contender, race};

@@ -1,4 +1,4 @@
-//! Figure 5c: many trajectories on one shared table, by number of threads.
+//! Figure 5c: many trajectories with one shared table, over the number of threads.
 
 use super::rattle::{CELLS, LIMIT, sixty_levels};
 use super::scenes::{drive, model_of, settled, volterra};
@@ -9,13 +9,13 @@ use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
-/// How long every thread advances.
+/// Time for which every thread advances.
 const SPELL: Duration = Duration::from_millis(400);
 
-/// Repetitions; the best one counts: what disturbs only takes.
+/// Repetitions; the fastest counts, because disturbances only slow down.
 const ROUNDS: usize = 3;
 
-/// Cycles a second of so many threads together.
+/// Cycles per second of all threads together.
 fn rate<K: Kernel + Sync>(kernel: &K, start: &TrajectoryState, threads: usize) -> f64 {
     let barrier = Barrier::new(threads);
     let work = || {
@@ -37,7 +37,7 @@ fn rate<K: Kernel + Sync>(kernel: &K, start: &TrajectoryState, threads: usize) -
     })
 }
 
-/// Cycles a second of every kernel by number of threads.
+/// Cycles per second of every kernel over the number of threads.
 pub fn scaling() -> Value {
     let model: Model = model_of(&sixty_levels(drive(40, 0.05, 1200.0)));
     let start = settled(&model);

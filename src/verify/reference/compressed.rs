@@ -1,18 +1,18 @@
-//! Which open contacts are compressed, though no force closes them?
+//! Which open contacts are compressed, although no force closes them?
 
 use crate::model::{ActiveSet, Model, Segment};
 
-/// Open contacts that let go by force and are compressed.
+/// Compressed open contacts that open when their force vanishes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Compressed {
-    /// Those that let go where their force vanished and have not come free since.
+    /// Contacts whose force vanished and that are not yet free.
     pub unladen: ActiveSet,
-    /// Layers of films that are squeezed thinner.
+    /// Layers of films that have become thinner.
     pub passed: ActiveSet,
 }
 
 impl Compressed {
-    /// Those of a state at a time \[s\] within a mesh cycle, contacts being closed as given.
+    /// The compressed contacts of a state at a time \[s\] within a mesh cycle, with the given closed contacts.
     pub fn of(
         model: &Model,
         (closed, segments): (ActiveSet, &[Segment]),
@@ -37,8 +37,8 @@ impl Compressed {
         found
     }
 
-    /// Takes note of the contacts that are closed after a change: a layer of a film that begins, or the flank, has passed all
-    /// layers before it, and has come free of those on the other side.
+    /// Updates after a change of the closed contacts: a closed layer of a film, or the closed flank, has passed all
+    /// layers before it, and is free of those on the other side.
     pub fn take_note(&mut self, model: &Model, closed: ActiveSet, segments: &[Segment]) {
         for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
             let own = ActiveSet::FREE.toggled(layer);

@@ -1,9 +1,9 @@
-//! Where a step leaves its contact state: samples of the margin, its minima, its zero.
+//! Where does a step leave its contact state? Samples of the margin, its minima, its zero.
 
-/// Margin of a contact, positive while it stays what it is, and its rate.
+/// Margin of a contact, positive while its state lasts, and its rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Margin {
-    /// Margin \[m\], of a force \[N\].
+    /// Margin \[m\], for a force \[N\].
     pub value: f64,
     /// Its rate \[m/s\], \[N/s\].
     pub rate: f64,
@@ -13,7 +13,7 @@ pub(super) struct Margin {
 pub(super) type Sample = (f64, Margin);
 
 impl Margin {
-    /// The margin of a contact on a side, for its deflection and the gap with their rates.
+    /// The margin of a contact on a side, from its deflection and the gap, with their rates.
     pub fn new(
         side: f64,
         closed: bool,
@@ -28,11 +28,11 @@ impl Margin {
     }
 }
 
-/// The first time in a step at which the margin turns negative; none where it does not.
+/// The first time in a step at which the margin becomes negative; `None` if it stays positive.
 ///
-/// `samples` are (time from the step's start, margin) in ascending order, the first one
-/// at 0 where the margin counts as positive whatever its round-off; `exact` gives the margin
-/// at any time of the step to round-off. Times are resolved to `resolution`.
+/// `samples` are (time from the step's start, margin) in ascending order, the first one at 0, where the margin counts
+/// as positive despite its round-off. `exact` returns the margin at any time of the step to round-off. Times are
+/// resolved to `resolution`.
 pub(super) fn first_crossing(
     samples: &[Sample],
     resolution: f64,
@@ -40,9 +40,9 @@ pub(super) fn first_crossing(
 ) -> Option<f64> {
     for (i, pair) in samples.windows(2).enumerate() {
         let [(left, before), (right, after)] = [pair[0], pair[1]];
-        // Samples carry the stage order only. Where they disagree with the exact margin
-        // about its sign it is zero within their error, and the exact one decides: whether
-        // there is a crossing, and on which side of the left sample it lies.
+        // Samples have only the order of the stages. If a sample and the exact margin have different signs, the margin
+        // is zero within the error of the sample. The exact one then decides whether there is a crossing, and on which
+        // side of the left sample it lies.
         if after.value < 0.0 && exact(right).value < 0.0 {
             let left = match i.checked_sub(1) {
                 Some(earlier) if exact(left).value < 0.0 => samples[earlier].0,
@@ -51,8 +51,7 @@ pub(super) fn first_crossing(
             return Some(zero(left, right, resolution, exact));
         }
         if before.rate < 0.0 && after.rate >= 0.0 {
-            // Twice what the rates could cover: a minimum far from the surface need not
-            // be looked up.
+            // Twice the distance that the rates can cover: a minimum far from the surface need not be computed.
             let reach = 2.0 * before.rate.abs().max(after.rate) * (right - left);
             if before.value > reach {
                 continue;
@@ -73,8 +72,8 @@ fn minimum(
     resolution: f64,
     mut exact: impl FnMut(f64) -> Margin,
 ) -> f64 {
-    // The margin is flat at its minimum: the square root of the resolution would do, and
-    // the full one costs little.
+    // The margin is flat at its minimum: the square root of the resolution would be enough, but the full one costs
+    // little.
     while right - left > resolution {
         let middle = 0.5 * (left + right);
         if middle <= left || middle >= right {
@@ -156,11 +155,11 @@ mod tests {
 
     #[test]
     fn zero_at_the_start_is_not_a_crossing_but_its_return_is() {
-        // Starts on the surface (below it by round-off), leaves, comes back at 0.3.
+        // Starts on the surface (below it by round-off), leaves, returns at 0.3.
         let f = |t: f64| (t * (0.3 - t) - 1e-18, 0.3 - 2.0 * t);
         let t = crossing(f, &TIMES).unwrap();
         assert!((t - 0.3).abs() < 1e-15);
-        // Comes back before the first sample.
+        // Returns before the first sample.
         let f = |t: f64| (t * (0.1 - t), 0.1 - 2.0 * t);
         let t = crossing(f, &TIMES).unwrap();
         assert!((t - 0.1).abs() < 1e-15, "{t}");
@@ -180,7 +179,7 @@ mod tests {
             rate: -1.0,
         };
         let mut samples = TIMES.map(|t| (t, exact(t)));
-        // The sample at 0.5 is just beyond the surface, but says it is not; then the reverse.
+        // The sample at 0.5 is just beyond the surface, but has the other sign; then the reverse.
         samples[2].1.value = 1e-11;
         let t = first_crossing(&samples, 1e-17, exact).unwrap();
         assert!((t - (0.5 - 1e-12)).abs() < 2e-16, "{t}");

@@ -10,8 +10,7 @@
 //! found by fixed-point sweeps: with L the rate of the system, sweep m leaves an error of
 //! about `(L h)^{m+2}/(m+2)!`, and the caller keeps `L h ≤ 1`.
 
-/// Fixed-point sweeps a step: 1/22! is 9·10⁻²², with two sweeps to spare against
-/// round-off at `L h = 1`.
+/// Fixed-point sweeps per step: 1/22! is 9·10⁻²², with two additional sweeps against round-off at `L h = 1`.
 const SWEEPS: usize = 20;
 
 /// Nodes and coefficients of an s-stage rule.
@@ -33,7 +32,7 @@ impl GaussRule {
         for i in 0..stages {
             // Zeros of P_s in descending order from the usual cosine guess.
             let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (stages as f64 + 0.5)).cos();
-            // Newton doubles the digits of a guess good to two: five steps are plenty.
+            // Newton's method doubles the digits of a guess with two digits: five steps are enough.
             for _ in 0..8 {
                 let (value, slope) = legendre(stages, x);
                 x -= value / slope;
@@ -45,7 +44,7 @@ impl GaussRule {
         let mut coefficients = Vec::with_capacity(stages * stages);
         for &c in &nodes {
             for j in 0..stages {
-                // ℓ_j has degree s − 1, so the rule itself, shrunk to [0, c], is exact.
+                // ℓ_j has degree s − 1, so that the rule itself, scaled to [0, c], is exact.
                 let sum: f64 = nodes
                     .iter()
                     .zip(&weights)
@@ -66,8 +65,8 @@ impl GaussRule {
         self.nodes.len()
     }
 
-    /// Solves the stages of a step of length `h` from `start`: afterwards `stages` holds the
-    /// increments `Σ a_ij K_j` times h, `slopes` the K_i, both s × n.
+    /// Solves the stages of a step of length `h` from `start`: afterwards `stages` contains the increments `Σ a_ij K_j`
+    /// times h, `slopes` the K_i, both s × n.
     ///
     /// `derivative(fraction, state, out)` is the vector field at a fraction of the step.
     pub fn solve(
@@ -131,7 +130,7 @@ pub(super) struct StageWork {
 }
 
 impl StageWork {
-    /// For a rule with `stages` stages and a state of length `n`.
+    /// Stage values for a rule with `stages` stages and a state of length `n`.
     pub fn new(stages: usize, n: usize) -> Self {
         Self {
             states: vec![0.0; stages * n],
@@ -140,12 +139,12 @@ impl StageWork {
     }
 }
 
-/// A state carried with the round-off of its sums (Kahan 1965).
+/// A state with the round-off of its sums (Kahan 1965).
 #[derive(Debug, Clone)]
 pub(super) struct Compensated {
     /// The value.
     pub value: Vec<f64>,
-    /// What the value lacks.
+    /// The round-off of the value.
     rest: Vec<f64>,
 }
 
@@ -161,7 +160,7 @@ impl Compensated {
         let increment = increment + self.rest[component];
         let old = self.value[component];
         let new = old + increment;
-        // Knuth's two-sum: exact whichever of the two is larger.
+        // Knuth's two-sum: exact for any order of magnitudes.
         let back = new - old;
         self.rest[component] = (old - (new - back)) + (increment - back);
         self.value[component] = new;
@@ -221,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Error of the unit oscillator after one turn in `steps` steps.
+    /// Error of the unit oscillator after one period in `steps` steps.
     fn error(stages: usize, steps: usize) -> f64 {
         let rule = GaussRule::new(stages);
         let mut work = StageWork::new(stages, 2);

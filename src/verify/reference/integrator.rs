@@ -10,27 +10,27 @@ use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
 
-/// Most changes of contact state in one mesh cycle before the integration is given up.
+/// Most changes of contact state in one mesh cycle before the integration stops.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
-/// A contact opens or closes.
+/// A change of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// The contacts that are closed before.
+    /// The closed contacts before.
     pub from: ActiveSet,
-    /// The contacts that are closed after.
+    /// The closed contacts after.
     pub to: ActiveSet,
-    /// The one that opens or closes.
+    /// The contact that opens or closes.
     pub contact: usize,
-    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
+    /// Rate of the deflection relative to the surface at the crossing, δ' − s b' \[m/s\].
     pub rate: f64,
 }
 
-/// What an integration leaves.
+/// Results of an integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passage {
     /// The trajectory at its end.
@@ -39,15 +39,15 @@ pub struct Passage {
     pub crossings: Vec<Crossing>,
 }
 
-/// A moment that an integration has come by.
+/// A moment of an integration, for an observer.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// Time that it stands for \[s\]: a weight of Gauss's rule, which integrates over time what is smooth in
-    /// the state to order 16; 0 where a smooth piece starts or ends.
+    /// Its weight \[s\]: a weight of Gauss's rule, which integrates smooth functions of the state over time to order
+    /// 16; 0 at the start and the end of a smooth piece.
     pub weight: f64,
     /// The segment of every contact.
     pub segments: &'a [Segment],
@@ -57,7 +57,7 @@ pub struct Moment<'a> {
     pub state: &'a [f64],
 }
 
-/// Why an integration was given up.
+/// Why an integration stopped.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ReferenceError {
     /// The state became non-finite.
@@ -71,16 +71,16 @@ pub enum ReferenceError {
     Chatter {
         /// The mesh cycle.
         cycle: u64,
-        /// The limit that was passed.
+        /// The exceeded limit.
         limit: u32,
     },
-    /// The integration has no rule for it.
+    /// The integrator does not support films of oil.
     #[error("the extended integrator cannot follow a film of oil; remove mesh.film")]
     Film,
-    /// The integration has no rule for it.
+    /// The integrator does not support rigid stops here.
     #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
     RigidStop,
-    /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
+    /// The trajectory touches a surface so closely that the arithmetic cannot distinguish a touch from a crossing.
     #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
     Touch {
         /// The mesh cycle.
@@ -116,12 +116,12 @@ impl<'m> Reference<'m> {
     /// Advances `cycles` whole mesh cycles from `start`.
     ///
     /// # Errors
-    /// [`ReferenceError`] where the state becomes non-finite or the contact chatters.
+    /// [`ReferenceError`] if the state becomes non-finite or the contact chatters.
     pub fn advance(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
         self.advance_watched(start, cycles, &mut |_| {})
     }
 
-    /// As [`Reference::advance`]; shows the moments that integrals over time take, in order.
+    /// As [`Reference::advance`]; also passes to `watch` the moments for integrals over time, in order.
     ///
     /// # Errors
     /// As [`Reference::advance`].
@@ -160,28 +160,28 @@ impl<'m> Reference<'m> {
     }
 }
 
-/// What may end a contact's state.
+/// Conditions that can end a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Watched {
-    /// Its deflection, at its surface.
+    /// Its deflection reaches its surface.
     Deflection,
-    /// The push of its spring and damper, at zero.
+    /// The push of its spring and damper vanishes.
     Push,
-    /// The velocity of its slider, at zero.
+    /// The velocity of its slider vanishes.
     Slide,
-    /// Its depth, where the next layer of its film gives way to it.
+    /// Its depth reaches the next layer of its film.
     Depth,
-    /// The force of a rigid stop, at zero.
+    /// The force of a rigid stop vanishes.
     Hold,
 }
 
-/// An integration under way.
+/// A running integration.
 pub(super) struct Integration<'r> {
     pub(super) reference: &'r Reference<'r>,
     pub(super) cycle: u64,
     pub(super) contact: ActiveSet,
     compressed: Compressed,
-    /// Rigid stops that a step starts from with neither distance nor speed.
+    /// Rigid stops at which a step starts with zero distance and speed.
     pub(super) leaving: ActiveSet,
     /// The segment of every contact.
     pub(super) segments: Vec<Segment>,
@@ -216,7 +216,7 @@ impl Integration<'_> {
         Ok(())
     }
 
-    /// Takes up new lines and gaps, where contacts may open and close.
+    /// Updates lines and gaps, at which contacts may open and close.
     fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
@@ -224,7 +224,7 @@ impl Integration<'_> {
             if contact.release.of_stop() {
                 continue;
             }
-            // A force that vanishes steps with the stiffness too.
+            // A vanishing force also jumps with the stiffness.
             if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
             }
@@ -241,7 +241,7 @@ impl Integration<'_> {
         self.compressed = Compressed::of(model, closed, at, &self.state.value);
     }
 
-    /// What ends the present state of a contact, whichever comes first.
+    /// Conditions that end the present state of a contact; the first one counts.
     fn watched(&self, contact: usize) -> &'static [Watched] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
@@ -276,7 +276,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Advances to the next breakpoint or to the next crossing; gives the time reached.
+    /// Advances to the next breakpoint or to the next crossing; returns the time reached.
     fn smooth_piece(
         &mut self,
         start: f64,
@@ -305,8 +305,8 @@ impl Integration<'_> {
         Ok(end)
     }
 
-    /// One step from `left` to `right`, or to the first crossing, whose time is given; the `last` one of a
-    /// smooth piece, where nothing crosses.
+    /// One step from `left` to `right`, or to the first crossing, whose time is returned; `last` if it is the last one
+    /// of a smooth piece without a crossing.
     fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
         let h = right - left;
         let model = self.reference.model;
@@ -334,7 +334,7 @@ impl Integration<'_> {
                 self.samples = samples;
                 if own {
                     probed = true;
-                    // The stages are those of the whole step again.
+                    // Restore the stages of the whole step.
                     self.advance(left, h);
                 }
                 if let Some(tau) = found
@@ -345,7 +345,7 @@ impl Integration<'_> {
             }
         }
         let reached = match first {
-            // The crossing's time as it can be told: the state goes with the rounded one.
+            // The rounded time of the crossing, which is consistent with the state.
             Some((tau, ..)) => left + tau,
             None => right,
         };
@@ -375,7 +375,7 @@ impl Integration<'_> {
             *unladen = unladen.toggled(contact);
         }
         if was_unladen && watched == Watched::Deflection {
-            // It has come free; no force changes.
+            // It is free now; no force changes.
             return Ok(Some(reached));
         }
         let segment = self.segments[contact];
@@ -387,7 +387,7 @@ impl Integration<'_> {
         Ok(Some(reached))
     }
 
-    /// Shows the present state.
+    /// Passes the present state to the observer.
     fn show(&mut self, time: f64) {
         (self.watch)(Moment {
             cycle: self.cycle,
@@ -399,7 +399,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Shows the stages of the step just solved.
+    /// Passes the stages of the step just solved to the observer.
     fn show_stages(&mut self, left: f64, h: f64) {
         let rule = &self.reference.rule;
         let stages = self.work.states.chunks_exact(self.state.value.len());
@@ -434,7 +434,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Derivative by time of a state at a time.
+    /// Time derivative of a state.
     pub(super) fn slope(&self, state: &[f64], time: f64) -> Vec<f64> {
         let mut slope = vec![0.0; state.len()];
         let (model, active) = (self.reference.model, self.contact);

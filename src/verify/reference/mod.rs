@@ -1,19 +1,18 @@
-//! An independent event-driven integrator for cross-checks: what is the trajectory, to
-//! round-off, if nothing but [`Model::derivative`](crate::model::Model::derivative) is
-//! trusted? It imports `model` only and shares no code with the kernels.
+//! An independent event-driven integrator for cross-checks: what is the trajectory, to round-off, if only
+//! [`Model::derivative`](crate::model::Model::derivative) is trusted? It imports `model` only and shares no code with
+//! the kernels.
 //!
-//! Between breakpoints (segment boundaries, changes of contact state) the vector field is
-//! smooth and is integrated by Gauss collocation of order 16 with compensated summation.
-//! Crossings of the switching surfaces are located by Newton's method, every evaluation
-//! being an integration from the start of the step, so that a crossing is known to
-//! round-off. A minimum of the distance to a surface between two samples of a step is
-//! looked up, so that no pair of grazing crossings is passed over.
+//! Between breakpoints (segment boundaries, changes of contact state) the vector field is smooth and is integrated by
+//! Gauss collocation of order 16 with compensated summation. Newton's method locates crossings of the switching
+//! surfaces. Each of its evaluations is an integration from the start of the step, so that a crossing is known to
+//! round-off. A minimum of the distance to a surface between two samples of a step is computed, so that no pair of
+//! grazing crossings is missed.
 //!
-//! Speed is not its aim; its step and its rule are fixed, and
-//! [`Reference::refined`] halves the step to show that the answer does not move.
+//! Speed is not a goal. The step and the rule are fixed, and [`Reference::refined`] halves the step to show that the
+//! result does not change.
 //!
-//! [`Extended`] answers the same to some 30 digits by Taylor series in numbers of two doubles,
-//! and shares no method with [`Reference`].
+//! [`Extended`] computes the same to some 30 digits by Taylor series in numbers of two doubles, and shares no method
+//! with [`Reference`].
 
 mod compressed;
 mod crossing;

@@ -1,13 +1,13 @@
-//! With what force do spring and damper of a contact push, and how fast does that change?
+//! What is the push of a contact's spring and damper, and its rate?
 
 use super::crossing::Margin;
 use crate::model::{MeshGain, Model, Segment};
 
-/// Round-off of a difference of places, in units of these.
+/// Round-off of a difference of positions, relative to these.
 const AT_LIMIT: f64 = 1e-14;
 
-/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] that a contact on a segment has or, being open,
-/// would have, and its rate \[N/s\], in a state whose derivative by time is `slope`.
+/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] of a contact on a segment (of an open one, as if it were closed),
+/// and its rate \[N/s\], in a state with time derivative `slope`.
 pub(super) fn push(
     model: &Model,
     contact: usize,
@@ -34,8 +34,8 @@ pub(super) fn push(
     }
 }
 
-/// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\]: of the places that it is the
-/// difference of.
+/// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\], from the positions whose
+/// difference it is.
 pub(super) fn round_off(model: &Model, contact: usize, state: &[f64]) -> f64 {
     let own = model.sliders.iter().find(|slider| slider.has(contact));
     let place = own.map_or(0.0, |slider| state[slider.block].abs());
@@ -51,7 +51,7 @@ pub(super) fn round_off(model: &Model, contact: usize, state: &[f64]) -> f64 {
     AT_LIMIT * (model.contacts[contact].half_gap.abs() + place + parts)
 }
 
-/// The velocity `s δ'` \[m/s\] of a slider that slips, and its rate \[m/s²\], in a state with its derivative by time.
+/// The velocity `s δ'` \[m/s\] of a slipping slider, and its rate \[m/s²\], in a state with its time derivative.
 pub(super) fn sliding(
     model: &Model,
     slip: usize,

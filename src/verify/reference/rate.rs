@@ -1,9 +1,9 @@
-//! How fast does anything in a model move at most? It sets the longest step.
+//! What is the fastest rate in a model? It sets the longest step.
 
 use crate::model::Model;
 
-/// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
-/// the mesh spring and damper on top, decay, excitation.
+/// An upper bound \[1/s\] of the rates in the model: natural frequencies including the mesh spring and damper, decay,
+/// excitation.
 pub(super) fn fastest_rate(model: &Model) -> f64 {
     let mut natural = 0.0f64;
     let mut decay = 0.0f64;
@@ -28,6 +28,6 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
     error
         .chain(ripple)
         .fold(structure + 2.0 * decay, f64::max)
-        // A free body has no rate of its own; the mesh cycle then sets the step.
+        // A free body has no rate; the mesh cycle then sets the step.
         .max(1.0 / model.period())
 }

@@ -1,4 +1,4 @@
-//! What must balance over many cycles: energy, and the free rotation of the whole drive.
+//! Balances over many cycles: energy, and the free rotation of the whole drive.
 
 use super::report::{drives_of, worse};
 use super::{Line, Subjects, Trouble, drives};
@@ -31,8 +31,8 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// The neutral pair moves as its start and its torques say, whatever the rest does. Friction
-/// and ripple, which move it too, are left out.
+/// The neutral pair moves according to its start and its torques, independent of the other modes. Friction and ripple,
+/// which also move it, are left out.
 pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let (place, speed) = (1e-6, 1e-4);
     let mut lines = Vec::new();
@@ -77,7 +77,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             ),
             "free rotation",
             worst,
-            // One rounding a window, all of them one way.
+            // One rounding per window, all in one direction.
             windows as f64 * f64::EPSILON,
             "relative",
         ));

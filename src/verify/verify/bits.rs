@@ -1,4 +1,4 @@
-//! Results are the same bits however the work is cut and on however many threads it is done.
+//! Results have the same bits for any division of the work and any number of threads.
 
 use super::drives;
 use super::drives::default_gears;
@@ -9,7 +9,7 @@ use crate::analysis::{MultistabilityConfig, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
 use crate::numerics::random::PointSeed;
 
-/// Integrating in one go and in two.
+/// Integration in one piece and in two.
 pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
@@ -46,7 +46,7 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// Runs some work on a pool of so many threads.
+/// Runs some work on a pool of `threads` threads.
 fn on_threads<T: Send>(
     threads: usize,
     work: impl FnOnce() -> Result<T, Trouble> + Send,

@@ -1,7 +1,7 @@
-//! The kernels under test, by name, and what is asked of them.
+//! The kernels under test, by name, and the methods that the checks need.
 //!
-//! Kernels are statically dispatched over observers, so that they cannot stand in one list.
-//! [`Propagator`] is what the checks need of them, one question a method.
+//! Kernels are statically dispatched over observers, so that a list cannot contain them. [`Propagator`] is their
+//! interface for the checks, with one method per quantity.
 
 use super::Trouble;
 use crate::analysis::orbits::floquet;
@@ -27,18 +27,18 @@ pub struct Candidate {
     pub name: String,
     /// Whether it follows stiffness that varies within a segment.
     follows_variation: bool,
-    /// Round-off it is allowed, in units of the structured kernel's.
+    /// Allowed round-off, in units of the structured kernel's.
     pub round_off: f64,
-    /// Over many cycles it is tested on one of so many.
+    /// Divisor for the number of cycles in long tests.
     pub one_of: u64,
     prepare: Box<Prepare>,
 }
 
-/// A product of dense operators adds up a hundred terms a step, and the round-off of its table is
-/// the same in every cycle.
+/// A product of dense operators adds about a hundred terms per step, and the round-off of its table is the same in
+/// every cycle.
 const TABLE_ROUND_OFF: f64 = 10.0;
 
-/// Integrating with tables takes several times as long as without.
+/// Integration with tables takes several times as long as without.
 const ONE_OF_TABLE_CYCLES: u64 = 5;
 
 type Prepared<'m> = Result<Box<dyn Propagator + 'm>, Trouble>;
@@ -59,8 +59,7 @@ impl Candidate {
         }
     }
 
-    /// A kernel whose tables `prepare` builds for a model; it does not claim to follow stiffness
-    /// that varies within a segment.
+    /// A kernel whose tables `prepare` builds for a model. It does not support stiffness that varies within a segment.
     pub fn of_tables(
         name: impl Into<String>,
         prepare: impl for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync + 'static,
@@ -74,7 +73,7 @@ impl Candidate {
         }
     }
 
-    /// Whether the kernel claims to integrate a model.
+    /// Whether the kernel supports a model.
     pub fn serves(&self, model: &Model) -> bool {
         let constant = || (model.first_cycle().segments.iter()).all(|s| s.stiffness.is_constant());
         self.follows_variation || constant()
@@ -89,8 +88,8 @@ impl Candidate {
     }
 }
 
-/// The kernels that claim to be exact between events: closed modes, and the structured one on
-/// every instruction set of this machine it has code for; the one that takes every drive last.
+/// The kernels that are exact between events: closed modes, and the structured one for every instruction set of this
+/// machine with code. The last one supports every drive.
 pub fn kernels() -> Vec<Candidate> {
     let volterra = |set: InstructionSet| {
         Candidate::new(format!("volterra {}", set.name()), move |model| {
@@ -113,14 +112,14 @@ pub fn kernels() -> Vec<Candidate> {
         .collect()
 }
 
-/// Where an integration ended and the events on its way.
+/// End and events of an integration.
 #[derive(Debug, Clone)]
 pub struct Passage {
     /// The trajectory at its end.
     pub end: TrajectoryState,
     /// Every change of contact state.
     pub events: Vec<Event>,
-    /// The work done, as the kernel counted it.
+    /// The work, as counted by the kernel.
     pub counters: Counters,
 }
 
@@ -129,22 +128,22 @@ pub struct Passage {
 pub struct VolumeGrowth {
     /// Sum of all exponents, per mesh cycle.
     pub sum: f64,
-    /// Part of the time in contact.
+    /// Fraction of the time in contact.
     pub contact: f64,
 }
 
-/// What the checks ask of a kernel that was built for a model.
+/// The interface of a kernel for one model, for the checks.
 pub trait Propagator {
     /// Advances whole mesh cycles.
     ///
     /// # Errors
-    /// [`Stop`], as of every method here.
+    /// [`Stop`], for all methods of this trait.
     fn passage(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, Stop>;
 
     /// Carries tangents along one mesh cycle.
     fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop>;
 
-    /// Relative residual of the energy balance over some cycles; none when nothing moved.
+    /// Relative residual of the energy balance over some cycles; `None` if nothing moved.
     fn energy_residual(
         &self,
         model: &Model,
@@ -178,7 +177,7 @@ pub trait Propagator {
     /// Exponents from tangents and from a twin.
     ///
     /// # Errors
-    /// The kernel gives up.
+    /// The kernel stops.
     fn lyapunov(
         &self,
         model: &Model,
@@ -189,11 +188,11 @@ pub trait Propagator {
     /// Coexisting attractors, probed on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// The kernel gives up.
+    /// The kernel stops.
     fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, Trouble>;
 }
 
-/// Keeps every event.
+/// Stores every event.
 #[derive(Debug, Default)]
 struct Events(Vec<Event>);
 

@@ -1,4 +1,4 @@
-//! Kernels against closed forms.
+//! Comparison of kernels with closed forms.
 
 use super::candidate::Candidate;
 use super::drives::{self, quiet, structure};
@@ -11,8 +11,8 @@ use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
 use std::f64::consts::PI;
 
-/// In constant contact a mesh cycle is one affine map: the kernel's multipliers against the
-/// eigenvalues of a product of matrix exponentials.
+/// In constant contact a mesh cycle is one affine map: the kernel's multipliers compared with the eigenvalues of a
+/// product of matrix exponentials.
 pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut lines = Vec::new();
     let mut exact = Vec::new();
@@ -50,18 +50,18 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// Exponents per cycle of the affine map of constant contact, largest first: products of
-/// matrix exponentials of the linear part of [`Model::derivative`], neutral blocks left out.
+/// Exponents per cycle of the affine map of constant contact, largest first: products of matrix exponentials of the
+/// linear part of [`Model::derivative`], without neutral blocks.
 ///
-/// Exponentials (Padé, scaling and squaring) and eigenvalues (Schur) are those of nalgebra; kernels and
-/// their multipliers use another library.
+/// Exponentials (Padé, scaling and squaring) and eigenvalues (Schur) come from nalgebra; kernels and their multipliers
+/// use another library.
 ///
 /// # Errors
-/// [`Trouble::Missing`] where an eigenvalue does not converge.
+/// [`Trouble::Missing`] if an eigenvalue does not converge.
 pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
-    /// So large that the constant part is lost in round-off.
+    /// So large that the constant part disappears in round-off.
     const LARGE: f64 = 1e6;
-    /// Steps of the Schur iteration for every row.
+    /// Steps of the Schur iteration per row.
     const STEPS: usize = 1000;
     let n = model.modes();
     let felt: Vec<usize> = (0..2 * n)
@@ -70,7 +70,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
     let m = felt.len();
     let natural = model.blocks.iter().map(|block| block.natural_frequency());
     let fastest = natural.fold(2e4, f64::max);
-    // Velocities in units of the fastest mode's keep the matrix balanced.
+    // Velocities in units of the fastest mode's velocity keep the matrix balanced.
     let unit = |i: usize| if i < n { 1.0 } else { fastest };
     let mut map = DMatrix::<f64>::identity(m, m);
     for (index, segment) in model.first_cycle().segments.iter().enumerate() {
@@ -105,12 +105,12 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
 
 const GAP: f64 = 10e-6;
 
-/// A mass between stops at ± d, shaken: unit mass, stiffness κ², damping ratio ζ.
+/// A mass between stops at ± d, with harmonic excitation: unit mass, stiffness κ², damping ratio ζ.
 struct Shaken {
     speed: f64,
     /// Constant force \[N/√kg\].
     push: f64,
-    /// Phase of the shaker, so that the stop is reached within a mesh cycle.
+    /// Phase of the excitation, so that the mass reaches the stop within a mesh cycle.
     phase: f64,
 }
 
@@ -131,7 +131,7 @@ impl Shaken {
         ]
     }
 
-    /// `A = d √((κ² − ω²)² + (2 ζ κ ω)²)`, d counted from the deflection under the constant force.
+    /// `A = d √((κ² − ω²)² + (2 ζ κ ω)²)`, with d measured from the deflection under the constant force.
     fn grazing(&self) -> f64 {
         let [stiff, loss] = self.impedance();
         (GAP - self.push / (Self::NATURAL * Self::NATURAL)) * stiff.hypot(loss)
@@ -144,7 +144,7 @@ impl Shaken {
         let drive = Drive {
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
-                // Of a shaft with 20 teeth: the mesh frequency.
+                // For a shaft with 20 teeth: the mesh frequency.
                 order: 20.0,
                 amplitude,
                 phase: self.phase,
@@ -158,7 +158,7 @@ impl Shaken {
         Ok(Model::new(&structure, &drive, point)?)
     }
 
-    /// Whether the forced vibration, started on it, meets a stop within two cycles.
+    /// Whether the forced vibration, started on it, reaches a stop within two cycles.
     fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, Trouble> {
         let model = self.model(amplitude)?;
         let [stiff, loss] = self.impedance();
@@ -172,8 +172,7 @@ impl Shaken {
     }
 }
 
-/// The amplitude of the shaker at which a stop is first touched, bisected between "no event"
-/// and "some events".
+/// The excitation amplitude at which a stop is first touched, bisected between "no event" and "some events".
 pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
@@ -201,9 +200,9 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// A mass that falls onto an undamped spring and bounces for ever. With the acceleration a of
-/// the load and `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`, then takes turns of
-/// `t = 2 (π − atan(ω v / a)) / ω` on the spring and `2 v / a` in the air.
+/// A mass that falls onto an undamped spring and bounces forever. With the acceleration a from the load and
+/// `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` on the
+/// spring and `2 v / a` in the air, alternately.
 pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
@@ -240,7 +239,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!("{}: times of {bounces} bounces", kernel.name),
             "parabolas and half sines in turn",
             worst,
-            // With the number of bounces squared: energy drifts, and with it their period.
+            // The error grows with the square of the number of bounces: energy drifts, and with it their period.
             subjects.extent.pick(1e-10, 1e-6) * kernel.round_off,
             "cycles",
         ));
@@ -278,7 +277,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         gyroscopic: false,
     };
     let drive = quiet(GAP, &[stiffness], &[], 0.0);
-    // Less than half a turn a mesh cycle, so that the angle tells the frequency.
+    // Less than half a period per mesh cycle, so that the angle determines the frequency.
     let point = OperatingPoint {
         load: 1.0,
         speed: 4000.0,

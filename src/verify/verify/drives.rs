@@ -1,6 +1,5 @@
-//! The drives on which kernels are tested, from one degree of freedom to forty modes; all of
-//! them rattle. The largest is the default drive, read from the manifest `flex80` as it was
-//! when the program was built.
+//! The drives on which kernels are tested, from one degree of freedom to forty modes; all of them rattle. The largest
+//! is the default drive, from the manifest `flex80` at the time of the build.
 
 use super::Trouble;
 use super::candidate::Propagator;
@@ -17,7 +16,7 @@ use std::path::Path;
 
 const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
 
-/// Steps a mesh cycle with which a drive is brought into rattle.
+/// Steps per mesh cycle for the transient into rattle.
 const STEPS: u32 = 2000;
 
 /// Mesh cycles after which it rattles.
@@ -40,12 +39,12 @@ impl Case {
     /// Its piecewise-linear system.
     ///
     /// # Errors
-    /// A value out of its range.
+    /// A value is out of its range.
     pub fn model(&self) -> Result<Model, Trouble> {
         Ok(Model::new(&self.structure, &self.drive, self.point)?)
     }
 
-    /// The case at full load on a nearly even mesh, hardly shaken: contact never opens.
+    /// The case at full load on a nearly even mesh with small excitation: contact never opens.
     pub fn in_constant_contact(&self) -> Self {
         let mut case = self.clone();
         for harmonic in &mut case.drive.transmission_error {
@@ -60,8 +59,8 @@ impl Case {
     }
 }
 
-/// The state of a model after some cycles from static equilibrium, by small steps: no kernel
-/// under test decides where it is tested.
+/// The state of a model after some cycles from static equilibrium, by small steps, so that no kernel under test
+/// determines its test.
 ///
 /// # Errors
 /// The trajectory diverges.
@@ -71,8 +70,8 @@ pub fn rattling(model: &Model) -> Result<TrajectoryState, Trouble> {
     Ok(kernel.passage(&start, TRANSIENT)?.end)
 }
 
-/// A structure with the given frequencies \[rad/s\], damping ratio of the elastic modes, mesh
-/// and torque participations, and nothing else.
+/// A structure with only the given frequencies \[rad/s\], damping ratio of the elastic modes, and mesh and torque
+/// participations.
 pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
     ModalStructure {
         teeth: 20,
@@ -109,8 +108,8 @@ pub fn cases() -> Result<Vec<Case>, Trouble> {
     ])
 }
 
-/// The mesh of the default drive as its drawing gives it, misaligned by 0.2 mrad: stiffness that
-/// varies, a load centroid that wanders, friction that turns round.
+/// The mesh of the default drive from its drawing, misaligned by 0.2 mrad: stiffness that varies, a load centroid that
+/// moves, friction that changes its direction.
 fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
     let gears = default_gears()?;
     let mut inputs = MeshTableInputs::of_gears(&gears);
@@ -146,7 +145,7 @@ pub fn grid() -> Result<Vec<Case>, Trouble> {
     Ok(job()?.points.iter().map(case).collect())
 }
 
-/// A mesh and no excitation: levels of stiffness that end at some places, the last one at 1.
+/// A mesh without excitation: levels of stiffness that end at the given phases, the last one at 1.
 pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
     Drive {
         coast: None,
@@ -164,8 +163,7 @@ pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive
     }
 }
 
-/// Two levels of stiffness, as of a pair with contact ratio 1.6, and one harmonic of
-/// transmission error.
+/// Two levels of stiffness, like a pair with contact ratio 1.6, and one harmonic of transmission error.
 fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
@@ -178,7 +176,7 @@ const STRONG_RATTLE: OperatingPoint = OperatingPoint {
     speed: 1200.0,
 };
 
-/// The relative rotation alone, rigid.
+/// Only the relative rotation, rigid.
 fn one_degree() -> Case {
     Case {
         name: "1 degree of freedom".to_owned(),
@@ -251,7 +249,7 @@ fn job() -> Result<Job, Trouble> {
 /// Shafts, bearings and gears of the default drive.
 ///
 /// # Errors
-/// Its manifest is not what it should be.
+/// Its manifest is not as expected.
 pub fn shafts() -> Result<FlexibleDrive, Trouble> {
     let job = job()?;
     match job.points.first().map(|point| point.model.source) {

@@ -1,4 +1,4 @@
-//! Tangents and Lyapunov exponents, each by two ways that share nothing.
+//! Tangents and Lyapunov exponents, each computed by two independent methods.
 
 use super::candidate::Candidate;
 use super::report::{drives_of, worse};
@@ -10,14 +10,14 @@ use crate::reference::Reference;
 /// Steps of the differences, displacements and velocities.
 const STEP: [f64; 2] = [1e-11, 1e-7];
 
-/// Largest difference of two vectors, first and second half each against its largest entry.
+/// Largest difference of two vectors, each half relative to its largest entry.
 fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let n = b.len() / 2;
     let mut worst = 0.0f64;
     for part in [0..n, n..2 * n] {
         let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in part {
-            // The neutral pair's displacement moves nothing else: no difference, and no scale.
+            // The neutral pair's displacement affects nothing else: no difference, and no scale.
             if a[i] != b[i] {
                 worst = worse(worst, (a[i] - b[i]).abs() / scale);
             }
@@ -26,8 +26,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     worst
 }
 
-/// Columns of the one-cycle tangent map through events, against central differences of the
-/// reference.
+/// Columns of the one-cycle tangent map through events, compared with central differences of the reference.
 pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let columns = subjects.extent.pick(4, 80);
     let mut lines = Vec::new();
@@ -93,10 +92,10 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// Volume of tangent space shrinks by the trace of the flow: twice every mode's growth, and
-/// `−c Σ w·A·g` while in contact; saltation matrices have determinant 1.
+/// Volume of tangent space shrinks by the trace of the flow: twice every mode's growth, and `−c Σ w·A·g` while in
+/// contact; saltation matrices have determinant 1.
 ///
-/// Holds where the direction of the mesh force does not turn.
+/// Valid if the direction of the mesh force is constant.
 fn exact_sum(model: &Model, contact: f64) -> f64 {
     let felt = (0..model.modes()).filter(|i| !model.neutral.contains(i));
     let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
@@ -110,12 +109,12 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
     model.period() * (flow - damping * coupling * contact)
 }
 
-/// Cycles over which the growth of volume is followed, a multiple of ten.
+/// Cycles for the growth of volume, a multiple of ten.
 fn volume_cycles(subjects: &Subjects, kernel: &Candidate) -> u64 {
     subjects.extent.pick(200, 5000) / kernel.one_of
 }
 
-/// Sum of all exponents through rattle against the mean trace and the saltations.
+/// Sum of all exponents through rattle, compared with the mean trace and the saltations.
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
     let mut fit = 0;
@@ -155,14 +154,14 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(subjects.kernels.iter().zip(found).map(line).collect())
 }
 
-/// An exponent above this, per mesh cycle, is chaos for the check of twins.
+/// An exponent above this, per mesh cycle, counts as chaos in the check of twins.
 const CHAOTIC: f64 = 0.1;
 
-/// The largest exponent from tangents and from a twin, in chaos; elsewhere neither of them
-/// aligns within so few cycles.
+/// The largest exponent from tangents and from a twin, in chaos; in other motion neither of them aligns within so few
+/// cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
-    // As many cycles as a twin is integrated.
+    // The number of cycles of a twin.
     let cycles = 320;
     let mut lines = Vec::new();
     for case in &subjects.cases {

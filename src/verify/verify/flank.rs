@@ -1,15 +1,15 @@
-//! A flank of one stiffness everywhere, for closed forms.
+//! A flank with the same stiffness everywhere, for closed forms.
 
 use crate::gear::{FlankLaw, PairCompliance, PathOfContact};
 
-/// Teeth of the same compliance wherever they meet, on rigid bodies.
+/// Teeth with the same compliance everywhere, on rigid bodies.
 pub struct EvenFlank {
     path: PathOfContact,
     compliance: PairCompliance,
 }
 
 impl EvenFlank {
-    /// A path of the given contact ratio; `stiffness`: that of a pair times width \[N/m²\].
+    /// A path with the given contact ratio; `stiffness`: stiffness of a pair times width \[N/m²\].
     pub fn new(contact_ratio: f64, stiffness: f64) -> Self {
         let base_pitch = 11.8e-3;
         let start = -0.3 * base_pitch;

@@ -10,7 +10,7 @@ use crate::gear::{
 };
 use crate::store::{Origin, TableStore};
 
-/// The steel pair of another code: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
+/// The steel pair of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
 fn published_pair() -> Result<Flanks, Trouble> {
     Ok(Flanks::new(&GearPair {
         teeth: [62, 62],
@@ -39,10 +39,9 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     )])
 }
 
-/// Mean stiffness of that pair without shared bodies, as the other code computes it (its rule of
-/// thumb, ε b E/18, gives 4.0966e8 N/m): by cantilevers on a fitted foundation, which count some of
-/// the root twice and are 5 % softer than elastic teeth; such codes differ by 5 % themselves, by the
-/// lever of the load and the root angle.
+/// Mean stiffness of that pair without shared bodies, from the other program (its rule of thumb, ε b E/18, gives
+/// 4.0966e8 N/m). It uses cantilevers on a fitted foundation, which count a part of the root twice and are 5 % softer
+/// than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     const PLACES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;
@@ -68,8 +67,8 @@ pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     )])
 }
 
-/// A misaligned flank bears on a wedge of length `√(2 F / (k' ε))`, on which stiffness and load
-/// centroid follow.
+/// A misaligned flank carries load on a wedge of length `√(2 F / (k' ε))`, which determines stiffness and load
+/// centroid.
 pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     let width = 20e-3;
     let stiffness = 4e8 / width;
@@ -111,8 +110,7 @@ pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     ])
 }
 
-/// A table against the load sharing it tabulates, between its nodes; and what comes back from
-/// the disk against what went there.
+/// A table compared with its load sharing, between its nodes; and after writing and reading.
 pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let gears = default_gears()?;
     let inputs = MeshTableInputs {
@@ -196,7 +194,7 @@ fn numbers(table: &MeshTable) -> Vec<f64> {
     .collect()
 }
 
-/// How many numbers of two tables differ in any bit.
+/// Number of values of two tables that differ in any bit.
 pub(super) fn differing(a: &MeshTable, b: &MeshTable) -> usize {
     let (a, b) = (numbers(a), numbers(b));
     let unequal = a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits());

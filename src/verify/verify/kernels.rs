@@ -1,5 +1,5 @@
-//! Kernels against integrators that share nothing with them but the model: one in doubles,
-//! and one in extended precision that knows the trajectory to some 30 digits.
+//! Comparison of kernels with independent integrators that share only the model: one in doubles, and one in extended
+//! precision with some 30 digits.
 
 use super::candidate::{Candidate, Passage};
 use super::drives::{self, Case};
@@ -9,22 +9,21 @@ use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
-/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one
-/// before.
+/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one before.
 struct Truth {
     model: Model,
     norm: EnergyNorm,
     cycles: Vec<(TrajectoryState, ExtendedPassage)>,
 }
 
-/// How far a kernel goes astray.
+/// Errors of a kernel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Departure {
-    /// Of states after one cycle, energy norm \[half gaps\].
+    /// Error of states after one cycle, energy norm \[half gaps\].
     state: f64,
-    /// Of event times \[cycles\].
+    /// Error of event times \[cycles\].
     time: f64,
-    /// Cycles with another sequence of events, or counted otherwise than shown.
+    /// Cycles with another sequence of events, or with counters that disagree with it.
     strays: usize,
 }
 
@@ -81,7 +80,7 @@ impl Truth {
         Ok(worst)
     }
 
-    /// The same of the reference integrator, states only.
+    /// The same for the reference integrator, states only.
     fn departure_of_reference(&self, cycles: usize) -> Result<f64, Trouble> {
         let reference = Reference::new(&self.model);
         let mut worst = 0.0f64;
@@ -95,7 +94,7 @@ impl Truth {
 
 const EXTENDED: &str = "integrator of 30 digits";
 
-/// Why a kernel of tables is not compared on a drive.
+/// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
 /// Trajectories under one heading.
@@ -148,8 +147,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!("{}: times of {events} events", kernel.name),
             EXTENDED,
             all.time,
-            // The slower a surface is crossed the less its time is defined: among many events some
-            // are slow.
+            // The slower the crossing of a surface, the less its time is defined; among many events some are slow.
             subjects.extent.pick(1e-13, 1e-12),
             "cycles",
         ));
@@ -177,7 +175,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// Many cycles without an event, where errors add up and are not mixed by rattle.
+/// Many cycles without an event, where errors accumulate without being mixed by rattle.
 pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(20, 1000);
     let mut known = Vec::new();

@@ -1,11 +1,10 @@
 //! The validation ladder: is this build right on this machine?
 //!
-//! Each check compares a part of the program with something that shares no code with it: a
-//! closed form, a published value, another integrator, itself on other threads. Its lines say
-//! what is compared with what, how far apart they are, and how far they may be. Nothing here
-//! reads a file of the user's; the drives are built in ([`drives`]).
+//! Each check compares a part of the program with something that shares no code with it: a closed form, a published
+//! value, another integrator, itself on other threads. Its lines contain the compared quantities, their difference, and
+//! its bound. The checks read no file of the user; the drives are built in ([`drives`]).
 //!
-//! A kernel is one entry of [`candidate::kernels`] and meets every check that concerns kernels.
+//! A kernel is one entry of [`candidate::kernels`] and undergoes every check of kernels.
 
 mod balances;
 
@@ -37,7 +36,7 @@ use std::time::Instant;
 pub struct Check {
     /// Its name.
     pub name: &'static str,
-    /// Where its lines stand.
+    /// Group of its lines.
     pub group: Group,
     run: fn(&Subjects) -> Result<Vec<Line>, Trouble>,
 }
@@ -82,8 +81,8 @@ const fn check(
     Check { name, group, run }
 }
 
-/// Carries out checks one after the other. `watch` is told of every check before it starts. A
-/// check that cannot be carried out is a line that fails, with the reason.
+/// Runs checks one after the other. Calls `watch` with every check before it starts. A check that cannot run becomes a
+/// failed line with the reason.
 pub fn run(subjects: &Subjects, checks: &[Check], watch: &mut dyn FnMut(&Check)) -> Report {
     let started = Instant::now();
     let mut findings = Vec::new();

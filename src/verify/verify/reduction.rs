@@ -1,5 +1,5 @@
-//! What a reduction or a coarse step costs, in physical quantities of the default drive. These
-//! are tolerances of engineering, not of arithmetic.
+//! How large are the errors of a reduction or a coarse step, in physical quantities of the default drive? The bounds
+//! are engineering tolerances, not arithmetic ones.
 
 use super::candidate::Propagator;
 use super::drives::{self, Case};
@@ -7,10 +7,10 @@ use super::{Line, Subjects, Trouble};
 use crate::model::Model;
 use crate::propagate::Stepping;
 
-/// Mesh cycles left out before a statistic.
+/// Mesh cycles skipped before a statistic.
 const TRANSIENT: u64 = 300;
 
-/// Share of the residual flexibility of modes 21 to 40 in the mesh's own.
+/// Ratio of the residual flexibility of modes 21 to 40 to the flexibility of the mesh.
 pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let drive = subjects.default_drive()?;
     let flexibility = drive.structure.truncated(20, true)?.residual_flexibility;

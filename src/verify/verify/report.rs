@@ -1,10 +1,10 @@
-//! What the checks found: lines with a value and its bound.
+//! Results of the checks: lines with a value and its bound.
 
 use super::{Extent, Trouble};
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// How far a value may go.
+/// Bound of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -15,7 +15,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether a value keeps it; NaN keeps none.
+    /// Whether a value satisfies the bound (NaN never does).
     pub fn holds(self, value: f64) -> bool {
         match self {
             Self::AtMost(most) => value <= most,
@@ -33,7 +33,7 @@ impl fmt::Display for Bound {
     }
 }
 
-/// A number as the report writes it: short, never rounded to zero.
+/// A number in the format of the report: short, never rounded to zero.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-2..1e4).contains(&size) {
@@ -46,12 +46,12 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// The larger of two deviations; one that is not a number is larger than any.
+/// The larger of two deviations; NaN is larger than any.
 pub(super) fn worse(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
-/// How many drives of those that a check is about a kernel was tested on.
+/// How many of the drives of a check were tested with a kernel.
 pub(super) fn drives_of(tested: usize, all: usize) -> String {
     if tested == all {
         format!("{all} drives")
@@ -63,17 +63,17 @@ pub(super) fn drives_of(tested: usize, all: usize) -> String {
 /// One comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// What is compared.
+    /// Compared quantity.
     pub what: String,
-    /// With what.
+    /// Reference.
     pub against: &'static str,
-    /// How far apart they are.
+    /// Difference.
     pub value: f64,
-    /// How far they may be.
+    /// Bound of the difference.
     pub bound: Bound,
     /// Unit of the value and its bound.
     pub unit: &'static str,
-    /// Left out, for the reason in `against`: no verdict.
+    /// Skipped, for the reason in `against`: no verdict.
     pub skipped: bool,
 }
 
@@ -114,7 +114,7 @@ impl Line {
         }
     }
 
-    /// A comparison that the kernel does not claim to stand.
+    /// A comparison that the kernel does not support.
     pub(super) fn skipped(what: impl Into<String>, reason: &'static str) -> Self {
         Self {
             skipped: true,
@@ -122,7 +122,7 @@ impl Line {
         }
     }
 
-    /// The line of a check that could not be carried out: it fails.
+    /// The failed line of a check that could not run.
     pub(super) fn failed(trouble: &Trouble) -> Self {
         Self {
             what: format!("not carried out: {trouble}"),
@@ -134,20 +134,19 @@ impl Line {
         }
     }
 
-    /// Whether the value keeps its bound.
+    /// Whether the value satisfies its bound.
     pub fn passed(&self) -> bool {
         !self.skipped && self.bound.holds(self.value)
     }
 
-    /// Whether the value breaks its bound.
+    /// Whether the value violates its bound.
     pub fn breaks_bound(&self) -> bool {
         !self.skipped && !self.bound.holds(self.value)
     }
 }
 
 impl Serialize for Line {
-    /// As written, and `passed`, null where the line was skipped. A value that is not finite is
-    /// null.
+    /// The fields, and `passed`, which is null for a skipped line. A value that is not finite becomes null.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeStruct;
         let mut line = serializer.serialize_struct("Line", 6)?;
@@ -161,8 +160,8 @@ impl Serialize for Line {
     }
 }
 
-/// Parts of the ladder. Figures of exactness and of fidelity are kept apart: a tolerance of a
-/// few per cent says nothing about arithmetic.
+/// Parts of the ladder. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
+/// nothing about arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Group {
@@ -172,15 +171,15 @@ pub enum Group {
     Structure,
     /// Exactness: gears and their mesh tables.
     Gears,
-    /// Exactness: kernels against integrators that share nothing with them.
+    /// Exactness: kernels compared with independent integrators.
     Kernels,
-    /// Exactness: what is conserved.
+    /// Exactness: conserved quantities.
     Balances,
     /// Exactness: tangents and exponents.
     Exponents,
     /// Exactness: equal bits.
     Bits,
-    /// Fidelity: what is approximate on purpose.
+    /// Fidelity: deliberate approximations.
     Fidelity,
 }
 
@@ -200,27 +199,27 @@ impl Group {
     }
 }
 
-/// What one check found.
+/// Results of one check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the check.
     pub check: &'static str,
-    /// Where its lines stand.
+    /// Group of its lines.
     pub group: Group,
-    /// How long it took \[s\].
+    /// Its duration \[s\].
     pub seconds: f64,
     /// Its lines.
     pub lines: Vec<Line>,
 }
 
-/// What all checks found.
+/// Results of all checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// How much was integrated.
+    /// Amount of integration.
     pub extent: Extent,
-    /// How long it took \[s\].
+    /// Duration \[s\].
     pub seconds: f64,
-    /// Check by check.
+    /// Results by check.
     pub findings: Vec<Finding>,
 }
 
@@ -235,17 +234,17 @@ impl Report {
         self.lines().filter(|line| line.breaks_bound()).count()
     }
 
-    /// Lines left out.
+    /// Skipped lines.
     pub fn skips(&self) -> usize {
         self.lines().filter(|line| line.skipped).count()
     }
 
-    /// Whether there are lines that pass and none that fails.
+    /// Whether some lines pass and none fails.
     pub fn passed(&self) -> bool {
         self.failures() == 0 && self.lines().any(Line::passed)
     }
 
-    /// Exit status of a program: 0 where all lines pass, else 1.
+    /// Exit status of a program: 0 if all lines pass, else 1.
     pub fn status(&self) -> u8 {
         u8::from(!self.passed())
     }

@@ -1,5 +1,5 @@
-//! The fixed-small-step kernel converges to the trajectory at its order: 2 while the contact
-//! state lasts, 1 where it changes.
+//! Does the kernel with fixed small steps converge to the trajectory at its order? The order is 2 while the contact
+//! state lasts, 1 at its changes.
 
 use super::candidate::Propagator;
 use super::drives;
@@ -9,8 +9,8 @@ use crate::model::{InitialState, Model, TrajectoryState};
 use crate::propagate::Stepping;
 use crate::reference::Reference;
 
-/// Step counts of each rung beside its own: a single error depends on where the events fall
-/// between two kicks, a geometric mean over neighbours does not.
+/// Neighbouring step counts of each rung. A single error depends on where the events fall between two kicks, a
+/// geometric mean over neighbours does not.
 const NEIGHBOURS: u32 = 8;
 
 /// Slope of the error against the step, by least squares on logarithms.
@@ -56,7 +56,7 @@ fn order_through_events(model: &Model, cycles: u32) -> Result<f64, Trouble> {
     let mut passed = 0;
     while passed < cycles {
         let exact = reference.advance(&start, 1)?;
-        // Without an event the order is higher, in free flight there is no error.
+        // Without an event the order is higher, and in free flight there is no error.
         if !exact.crossings.is_empty() {
             passed += 1;
             for (steps, log) in &mut ladder {

@@ -1,5 +1,5 @@
-//! Beam elements, discs, bearings and ties against published natural frequencies, within half
-//! a unit of the last digit printed, and the default drive against another assembly.
+//! Beam elements, discs, bearings and ties compared with published natural frequencies, within half a unit of the last
+//! digit printed, and the default drive compared with another assembly.
 
 use super::report::worse;
 use super::{Line, Subjects, Trouble, drives};
@@ -9,8 +9,7 @@ use std::f64::consts::TAU;
 /// Modes of the default drive from an independent finite-element assembly.
 const ASSEMBLY: &str = include_str!("../../../tests/data/default-drive.modal.toml");
 
-/// The steel shaft of both rotors: 1.5 m × 50 mm in six Timoshenko elements with Cowper's shear
-/// coefficient.
+/// The steel shaft of both rotors: 1.5 m × 50 mm in six Timoshenko elements with Cowper's shear coefficient.
 struct Rotor(Assembly);
 
 impl Rotor {
@@ -43,7 +42,7 @@ impl Rotor {
         Ok(self)
     }
 
-    /// Elastic frequencies \[rad/s\]; the axial and the turning motion are free.
+    /// Elastic frequencies \[rad/s\]; the axial motion and the rotation are free.
     fn frequencies(&self, elastic: usize) -> Result<Vec<f64>, ShaftError> {
         let matrices = self.0.matrices()?;
         let modes = Modes::lowest(&matrices.mass, &matrices.stiffness, elastic + 2, 2)?;
@@ -116,8 +115,8 @@ fn add_torsional_spring(
     assembly.add_beam(from, to, &spring)
 }
 
-/// Branched geared system: 400e-6 kg m² drives through 1e4 N m/rad the first of two equal gears
-/// of 25e-6 in rigid mesh; 700e-6 hang on each gear by 5e3.
+/// Branched geared system: 400e-6 kg m² drives the first of two equal gears of 25e-6 in rigid mesh through 1e4 N m/rad;
+/// on each gear is an inertia of 700e-6 behind 5e3 N m/rad.
 pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut assembly = Assembly::new();
     let [motor, gear_1, gear_2, load_1, load_2] = [(); 5].map(|()| assembly.add_node());

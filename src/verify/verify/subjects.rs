@@ -1,11 +1,11 @@
-//! On what, and at what length, are checks carried out?
+//! Which kernels and drives do checks use, and for how many cycles?
 
 use super::Trouble;
 use super::candidate::{self, Candidate};
 use super::drives::{self, Case};
 use strum::IntoStaticStr;
 
-/// How much is integrated.
+/// Amount of integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Extent {
@@ -30,15 +30,15 @@ impl Extent {
     }
 }
 
-/// What the checks are carried out on.
+/// Kernels and drives of the checks.
 pub struct Subjects {
-    /// How much is integrated.
+    /// Amount of integration.
     pub extent: Extent,
-    /// The kernels under test; the last one where a check takes one only.
+    /// The kernels under test. Checks of a single kernel use the last one.
     pub kernels: Vec<Candidate>,
     /// The drives on which kernels are tested; the default drive last.
     pub cases: Vec<Case>,
-    /// More operating points of the default drive, where a kernel is compared over single cycles.
+    /// More operating points of the default drive, for comparisons of kernels over single cycles.
     pub grid: Vec<Case>,
 }
 
@@ -63,7 +63,7 @@ impl Subjects {
         })
     }
 
-    /// The kernel of a check that takes one only: the last, as users run it.
+    /// The kernel for checks of a single one: the last, which is the default for users.
     pub(super) fn kernel(&self) -> Result<&Candidate, Trouble> {
         self.kernels.last().ok_or(Trouble::Missing {
             what: "a kernel to test",

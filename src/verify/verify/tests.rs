@@ -1,4 +1,4 @@
-//! Does the ladder show a kernel that is wrong? One coefficient off by a part in 10⁹ has to.
+//! Does the ladder detect a wrong kernel? It must detect an error of 10⁻⁹ in one coefficient.
 
 use super::candidate::Candidate;
 use super::*;
@@ -7,15 +7,15 @@ use crate::propagate::{
     ClosedModes, Counters, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra,
 };
 
-/// Checks that every kernel has to pass, quick enough for a test.
+/// Checks that every kernel must pass and that are quick enough for a test.
 const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
 
-/// The structured kernel of a model that was tampered with.
+/// The structured kernel of a deliberately changed model.
 fn tampered(tamper: fn(&mut Model)) -> Candidate {
     Candidate::new("tampered", move |model| {
         let mut other = model.clone();
         tamper(&mut other);
-        // A few models for the time of a test.
+        // Leaks a few models during a test.
         Box::new(Volterra::new(Box::leak(Box::new(other)), f64::EPSILON, 100))
     })
 }
@@ -61,7 +61,7 @@ fn a_sound_kernel_passes() {
     assert!(!report.to_string().contains("FAIL"));
 }
 
-/// The balance of a wrong drive is as good as that of a right one: no check finds everything.
+/// The balance of a wrong drive is as good as that of a right one: no check detects everything.
 #[test]
 fn a_stiffness_off_by_a_part_in_a_billion_fails() {
     let report = ladder(tampered(|model| {
@@ -100,8 +100,8 @@ fn so_does_every_other_coefficient() {
     }
 }
 
-/// A kernel of tables that stands on another half gap fails as well; what it does not claim to
-/// integrate is said and is no verdict.
+/// A kernel with tables for another half gap fails as well. Unsupported models are reported as skipped, without a
+/// verdict.
 #[test]
 fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     let wrong = |part: f64| {
@@ -135,7 +135,7 @@ fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     assert_eq!(failing(&report), ["cycle"], "{report}");
 }
 
-/// Nothing but lines left out is nothing shown.
+/// A report with only skipped lines proves nothing.
 #[test]
 fn a_report_of_skips_alone_does_not_pass() {
     let report = Report {
@@ -151,7 +151,7 @@ fn a_report_of_skips_alone_does_not_pass() {
     assert_eq!((report.failures(), report.status()), (0, 1));
 }
 
-/// A kernel that finds every event but tells of none.
+/// A kernel that finds every event but reports none.
 struct Silent<'m>(Volterra<'m>);
 
 impl Kernel for Silent<'_> {
@@ -186,7 +186,7 @@ fn events_that_are_not_told_fail() {
     );
 }
 
-/// A kernel that gives up fails its checks and says why; the others go on.
+/// A kernel that stops fails its checks with the reason; the other checks go on.
 #[test]
 fn a_kernel_that_gives_up_is_a_line() {
     let impatient = Candidate::new("impatient", |model| {
@@ -213,7 +213,7 @@ fn checks_have_names_of_their_own_and_groups_are_together() {
     }
 }
 
-/// Nothing carried out is nothing shown.
+/// An empty report proves nothing.
 #[test]
 fn an_empty_report_does_not_pass() {
     let report = run(&subjects(tampered(|_| ())), &[], &mut |_| ());

@@ -51,12 +51,12 @@ impl Display for Report {
 }
 
 impl Report {
-    /// Widths of the columns but the first and the last, in characters.
+    /// Widths of all columns except the first and the last, in characters.
     fn widths(&self) -> [usize; 5] {
         let mut widths = [0; 5];
         for row in self.findings.iter().flat_map(rows) {
             let cells = [row.check, &row.what, row.against, &row.value, &row.bound];
-            // What could not be carried out, or was left out, says why, at length.
+            // Failed and skipped checks have a long text with the reason.
             let long = match row.verdict {
                 "skip" => Some(2),
                 _ => row.against.is_empty().then_some(1),

@@ -1,4 +1,4 @@
-//! Why a check could not be carried out.
+//! Why could a check not run?
 
 use crate::analysis::{CalledOff, SliceError};
 use crate::gear::{GearError, MeshTableError, SharingError};
@@ -11,10 +11,10 @@ use crate::store::MeshFetchError;
 use crate::structure::ModeCount;
 use std::error::Error;
 
-/// Why a check could not be carried out.
+/// Why a check could not run.
 #[derive(Debug, thiserror::Error)]
 pub enum Trouble {
-    /// A kernel gave up.
+    /// A kernel stopped.
     #[error(transparent)]
     Stop(#[from] Stop),
     /// A kernel's tables cannot be built.
@@ -23,19 +23,19 @@ pub enum Trouble {
     /// A kernel of another crate cannot be built.
     #[error(transparent)]
     Kernel(Box<dyn Error + Send + Sync>),
-    /// The reference integrator gave up.
+    /// The reference integrator stopped.
     #[error("the reference integrator stopped: {0}")]
     Reference(#[from] ReferenceError),
     /// A structure cannot be assembled.
     #[error(transparent)]
     Shaft(#[from] ShaftError),
-    /// A structure has fewer modes than are to stay.
+    /// A structure has fewer modes than requested.
     #[error(transparent)]
     ModeCount(#[from] ModeCount),
     /// Gears do not mesh.
     #[error(transparent)]
     Gear(#[from] GearError),
-    /// A load cannot be shared out.
+    /// A load cannot be distributed.
     #[error(transparent)]
     Sharing(#[from] SharingError),
     /// A mesh table cannot be computed.
@@ -50,10 +50,10 @@ pub enum Trouble {
     /// The built-in drive cannot be read.
     #[error("the manifest of the built-in drive has errors: {0}")]
     Manifest(#[from] ManifestErrors),
-    /// There is no such slice of initial states.
+    /// The slice of initial states does not exist.
     #[error(transparent)]
     Slice(#[from] SliceError),
-    /// An analysis ended without an answer.
+    /// An analysis ended without a result.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// A temporary folder cannot be used.
@@ -65,10 +65,10 @@ pub enum Trouble {
     /// Numbers cannot be compared byte by byte.
     #[error("bytes: {0}")]
     Bytes(#[from] postcard::Error),
-    /// Something that the check rests on is not there.
+    /// A prerequisite of the check is missing.
     #[error("{what} is missing")]
     Missing {
-        /// What.
+        /// Its description.
         what: &'static str,
     },
 }

@@ -20,23 +20,23 @@ pub struct Oscillator {
     pub frequency: f64,
 }
 
-/// Where it is.
+/// Its state.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub time: f64,
     pub x: f64,
     pub v: f64,
-    /// Place of the slider.
+    /// Position of the slider.
     pub s: f64,
     /// 0 while it sticks, else the direction of its slip.
     pub way: f64,
 }
 
-/// Parts of the shorter natural period at which a sign is looked at.
+/// Number of samples of a sign per shorter natural period.
 const LOOKS: f64 = 2e3;
 
 impl Oscillator {
-    /// Displacement and velocity a while after a state, without an event in between.
+    /// Displacement and velocity some time after a state, without an event in between.
     fn after(&self, from: &State, tau: f64) -> [f64; 2] {
         let sticks = from.way == 0.0;
         let stiffness = self.stiffness + if sticks { self.spring } else { 0.0 };
@@ -60,7 +60,7 @@ impl Oscillator {
         ]
     }
 
-    /// What stays positive until the next event, and the way that this leads to.
+    /// Margins that are positive until the next event, and the slip direction after it.
     fn margins(&self, from: &State, [x, v]: [f64; 2]) -> [(f64, f64); 2] {
         if from.way != 0.0 {
             return [(from.way * v, 0.0); 2];
@@ -69,7 +69,7 @@ impl Oscillator {
         [1.0, -1.0].map(|way| (most - way * (x - from.s), way))
     }
 
-    /// The state at a time, and the times of all events up to there.
+    /// The state at a time, and the times of all events until then.
     pub fn follow(&self, start: State, end: f64) -> (State, Vec<f64>) {
         let (mut state, mut events) = (start, Vec::new());
         let look = 1.0 / (self.stiffness + self.spring).sqrt().max(self.frequency) / LOOKS;

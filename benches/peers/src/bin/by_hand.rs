@@ -1,12 +1,13 @@
-//! What does a program cost that is written by hand for one drive?
+//! How fast is a program written by hand for one drive?
 //!
 //! ```text
 //! scripts/record peers by-hand    builds this with by_hand/peer.c, runs it and records it under benches/runs/
 //! ```
 //!
 //! The default drive with mirrored flanks rattles at 1200 rad/s under 5 % load. The C program and two kernels of atlas
-//! advance the same states in turn, bare and with one tangent, in one process on one thread. The clock is the thread's
-//! processor time; set-up is outside. The C program must follow `volterra` over five cycles, or nothing is recorded.
+//! advance the same states alternately, without and with one tangent, in one process on one thread. The clock is the
+//! thread's processor time, without set-up. If the C program does not follow `volterra` over five cycles, nothing is
+//! recorded.
 
 #[path = "../clock.rs"]
 mod clock;
@@ -29,20 +30,20 @@ const MODES: [usize; 4] = [2, 6, 20, 40];
 /// Cycles over which the motions are compared.
 const COMPARED: u64 = 5;
 
-/// Largest distance of two motions after them, in half gaps, and of their tangents by their length.
+/// Largest distance of two motions after them, in half gaps, and of their tangents relative to their length.
 const ACCEPTED: f64 = 1e-9;
 
 /// Cycles before the first state.
 const TRANSIENT: u64 = 200;
 
-/// Cycles under the clock from each state, and states: each is where `volterra` came to from the one before.
+/// Timed cycles from each state, and number of states: each is where `volterra` ends from the one before.
 const STRETCH: u64 = 200;
 const STRETCHES: usize = 101;
 
 /// Entries of a tangent at its start.
 const TANGENT: f64 = 1e-9;
 
-/// How a stretch ended, and the seconds it took.
+/// End of a stretch, and its duration in seconds.
 struct Run {
     end: TrajectoryState,
     tangents: Tangents,
@@ -61,8 +62,8 @@ fn main() {
     println!("{record:#}");
 }
 
-/// The default drive of its manifest, at one point and with its lowest modes; without friction, which turns round at the
-/// pitch point and would make more systems.
+/// The default drive of its manifest, at one point and with its lowest modes. Without friction, whose change of
+/// direction at the pitch point would need more systems.
 fn model(modes: usize) -> Model {
     let text = include_str!("../../../../manifests/flex80.toml");
     let (head, rest) = text.split_once("[grid]").expect("a grid");
@@ -91,7 +92,7 @@ fn case(modes: usize) -> Value {
         &advance(&volterra, &start, COMPARED, 1),
         &start,
     );
-    // Written so that what is no number is refused.
+    // The comparison also refuses NaN.
     let same = distance.iter().all(|d| *d <= ACCEPTED);
     assert!(
         same,
@@ -170,8 +171,8 @@ fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64, count: u
     }
 }
 
-/// Distances of the peer's motion, in half gaps, and of its tangent, by its length, from those of a kernel. Modes that no
-/// flank feels are left out.
+/// Distances of the peer's motion, in half gaps, and of its tangent, relative to its length, from those of a kernel,
+/// without modes that have no participation in a flank.
 fn distances(
     model: &Model,
     by_hand: &mut HandWritten,
@@ -185,13 +186,13 @@ fn distances(
     [0, 1].map(|column| norm.length(&by_hand.difference(column, ends[column])) / units[column])
 }
 
-/// The second of two runs: the first one brings the tables to the caches.
+/// The second of two runs: the first one loads the tables into the caches.
 fn warm(mut seconds: impl FnMut() -> f64) -> f64 {
     seconds();
     seconds()
 }
 
-/// First quartile, median and third.
+/// First quartile, median and third quartile.
 fn quartiles(mut times: Vec<f64>) -> [f64; 3] {
     times.sort_by(f64::total_cmp);
     [1, 2, 3].map(|quarter| times[(times.len() - 1) * quarter / 4])

@@ -1,4 +1,4 @@
-//! What followed orbits a folder holds: branches, bifurcations and curves as `atlas follow` wrote them.
+//! Which followed orbits are in a folder? Reads the branches, bifurcations and curves that `atlas follow` wrote.
 
 mod summary;
 
@@ -16,15 +16,15 @@ pub use summary::FollowedSummary;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Followed {
     pub job: Option<String>,
-    /// The axes, with the values that orbits have.
+    /// The axes, with the values at which orbits exist.
     pub axes: Vec<Axis>,
-    /// Units that the manifest gives axes in, by their name.
+    /// Units of the axes in the manifest, by name.
     pub units: BTreeMap<String, String>,
-    /// Place of the axis that orbits are followed over.
+    /// Index of the axis over which orbits are followed.
     pub over: usize,
-    /// Place of the second axis of curves.
+    /// Index of the second axis of curves.
     pub second: Option<usize>,
-    /// Places of the axes that expressions give, which go with those.
+    /// Indices of the axes that are expressions of these two.
     derived: Vec<usize>,
     /// Orbits of every branch, in order.
     pub branches: BTreeMap<u64, Vec<Orbit>>,
@@ -54,7 +54,7 @@ pub(super) struct Bifurcation {
     /// Value of every axis.
     pub at: Vec<f64>,
     pub branch: u64,
-    /// Place of the orbit before it.
+    /// Index of the orbit before it.
     pub after: usize,
     pub kind: String,
     pub detail: String,
@@ -71,13 +71,13 @@ pub(super) struct Curve {
 }
 
 impl Bifurcation {
-    /// Whether it is an end of the branch and no bifurcation.
+    /// Whether it is an end of the branch instead of a bifurcation.
     pub fn is_end(&self) -> bool {
         self.kind == "end"
     }
 
-    /// Why the branch ends, without what it was lost at and where it came from; none where it was to be
-    /// followed one way only.
+    /// Why the branch ends, without the place and the origin of the branch. `None` if the branch was to be followed in
+    /// one direction only.
     pub fn end(&self) -> Option<&str> {
         let reason = self.detail.split("; from ").next()?.split(": ").next()?;
         (self.is_end() && reason != "its first orbit").then_some(reason)
@@ -85,8 +85,8 @@ impl Bifurcation {
 }
 
 impl Curve {
-    /// Its points of codimension two. Notes at its ends say why it ends; those of an onset, whether it is
-    /// one.
+    /// Its points of codimension two. Notes at its ends give the reason for the end; those of an onset say whether it
+    /// is one.
     pub fn codimension_two(&self) -> impl Iterator<Item = (&[f64], &str)> {
         let inner = self.points.len().saturating_sub(1);
         let points = self.points.iter().take(inner).skip(1);
@@ -95,7 +95,7 @@ impl Curve {
     }
 }
 
-/// Values of the axes that a picture or a comparison holds.
+/// Values of the axes that are fixed in a picture or a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Held {
     /// Name and value of each.
@@ -104,13 +104,13 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// Whether a place of the tables has these values.
+    /// Whether a row of the tables has these values.
     pub fn holds(&self, at: &[f64]) -> bool {
         let own = self.places.iter().zip(&self.values);
         own.clone().all(|(&place, (_, value))| at[place] == *value)
     }
 
-    /// Whether a place on axes of these names, which may have another order, has these values.
+    /// Whether values on axes with these names, possibly in another order, agree with these.
     pub fn holds_named(&self, names: &[String], at: &[f64]) -> bool {
         self.values.iter().all(|(name, value)| {
             let place = names.iter().position(|own| own == name);
@@ -120,10 +120,10 @@ impl Held {
 }
 
 impl Followed {
-    /// Reads them; none where nothing was followed.
+    /// Reads the tables; `None` if the folder has no followed orbits.
     ///
     /// # Errors
-    /// A table cannot be read, lacks a value, or does not say what was followed.
+    /// A table cannot be read, lacks a value, or does not name the followed axis.
     pub fn read(folder: &Path) -> Result<Option<Self>, ReportError> {
         let table = match ResultTable::read(folder, TableKind::Branches) {
             Err(StoreError::Missing { .. }) => return Ok(None),
@@ -176,12 +176,12 @@ impl Followed {
         }))
     }
 
-    /// The axis that orbits are followed over.
+    /// The axis over which orbits are followed.
     pub fn axis(&self) -> &Axis {
         &self.axes[self.over]
     }
 
-    /// The lines that orbits are followed on: the values met of all axes but the followed one.
+    /// The lines on which orbits are followed: the combinations of values of all axes except the followed one.
     pub fn lines(&self) -> Vec<Held> {
         self.held(
             &[self.over],
@@ -189,7 +189,7 @@ impl Followed {
         )
     }
 
-    /// The planes of the curves: the values met of all axes but those two.
+    /// The planes of the curves: the combinations of values of all axes except these two.
     pub fn planes(&self, second: usize) -> Vec<Held> {
         let points = self.curves.values().flat_map(|curve| &curve.points);
         self.held(&[self.over, second], points.map(|(at, _)| &at[..]))

@@ -1,4 +1,4 @@
-//! What the tables of followed orbits say, as numbers.
+//! A summary of the tables of followed orbits, in numbers.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use super::Followed;
 /// Followed orbits in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FollowedSummary {
-    /// The axis that orbits are followed over.
+    /// The axis over which orbits are followed.
     pub over: String,
     /// Its unit.
     pub unit: String,
-    /// The second axis of the curves, where there is one.
+    /// The second axis of the curves, if any.
     pub second: Option<String>,
-    /// Smallest and largest value of the followed axis that an orbit has.
+    /// Smallest and largest value of the followed axis among the orbits.
     pub range: [f64; 2],
     /// Combinations of values of the other axes.
     pub lines: usize,
@@ -23,22 +23,22 @@ pub struct FollowedSummary {
     pub branches: usize,
     /// Their orbits.
     pub orbits: usize,
-    /// Those of them that are stable.
+    /// Stable orbits among them.
     pub stable_orbits: usize,
     /// Bifurcations by kind.
     pub bifurcations: BTreeMap<String, usize>,
-    /// Neighbours on a branch with another contact sequence.
+    /// Neighbours on a branch with different contact sequences.
     pub changes_of_sequence: usize,
-    /// Why branches end.
+    /// Reasons for the ends of branches.
     pub ends: BTreeMap<String, usize>,
     /// Curves by kind.
     pub curves: BTreeMap<String, usize>,
-    /// Points of codimension two on them, by what happens there.
+    /// Points of codimension two on them, by kind.
     pub codimension_two: BTreeMap<String, usize>,
 }
 
 impl FollowedSummary {
-    /// Of followed orbits.
+    /// The summary of followed orbits.
     pub(in crate::report) fn of(followed: &Followed) -> Self {
         let axis = followed.axis();
         let orbits = || followed.branches.values().flatten();
@@ -76,7 +76,7 @@ fn counted<'a>(words: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> 
     counts
 }
 
-/// Whether two contact sequences are one, whichever change comes first.
+/// Whether two contact sequences are cyclic shifts of each other.
 fn alike(a: &str, b: &str) -> bool {
     let [a, b]: [Vec<&str>; 2] = [a, b].map(|text| text.split_whitespace().collect());
     let turned = |shift: usize| a[shift..].iter().chain(&a[..shift]).eq(&b);

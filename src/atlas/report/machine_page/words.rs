@@ -118,7 +118,7 @@ pub fn three_digits(value: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Where pages move by themselves, figures between nodes are not what they seem.
+    /// If the kernel moves pages (NUMA balancing), bandwidths between nodes are not reliable.
     #[test]
     fn balancing_is_said_where_it_is_on() {
         let words = |numa_balancing| {

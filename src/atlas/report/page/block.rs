@@ -1,7 +1,7 @@
 //! Arrays as text within a page: little-endian, byte plane after byte plane, deflated, in base64.
 //!
-//! Neighbours of a column mostly agree in their leading bytes, so that planes shrink further than
-//! numbers one after the other. Browsers inflate what is in the zlib format on their own.
+//! Neighbours of a column mostly agree in their leading bytes, so that byte planes compress better than a sequence of
+//! whole numbers. Browsers can inflate the zlib format without a library.
 
 use std::io::Write;
 
@@ -20,7 +20,7 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// Takes up what [`packed`] gave; gives its number.
+    /// Appends the output of [`packed`]; returns its number.
     pub fn push(&mut self, packed: String) -> usize {
         self.bytes += packed.len() as u64;
         self.texts.push(packed);
@@ -28,23 +28,23 @@ impl Blocks {
         self.texts.len() - 1
     }
 
-    /// Says that the first picture needs the arrays from a number on.
+    /// Marks the arrays from a number on as needed by the first picture.
     pub fn come_first(&mut self, from: usize) {
         self.is_first[from..].fill(true);
     }
 
-    /// Characters of all of them.
+    /// Characters of all arrays.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// How many there are.
+    /// Number of arrays.
     pub fn count(&self) -> usize {
         self.texts.len()
     }
 
-    /// Appends elements with those that the first picture needs, or with the others, in the order of their
-    /// numbers; their texts are gone afterwards.
+    /// Appends elements with the arrays that the first picture needs, or with the others, in the order of their
+    /// numbers. Consumes their texts.
     pub fn write(&mut self, first: bool, html: &mut String) {
         let all = self.texts.iter_mut().zip(&self.is_first).enumerate();
         for (number, (text, _)) in all.filter(|(_, (_, is_first))| **is_first == first) {
@@ -55,7 +55,7 @@ impl Blocks {
     }
 }
 
-/// Numbers of which NaN stands for none.
+/// Numbers; NaN stands for a missing one.
 pub(super) fn numbers(values: &[f64]) -> String {
     packed(&planes(values.iter().map(|value| value.to_le_bytes())))
 }
@@ -82,10 +82,10 @@ fn planes<const N: usize>(elements: impl ExactSizeIterator<Item = [u8; N]>) -> V
     bytes
 }
 
-/// Deflated with the head and the checksum of zlib, in base64.
+/// Deflates bytes, with the header and the checksum of zlib, and encodes them in base64.
 fn packed(bytes: &[u8]) -> String {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-    // A vector takes whatever is written to it.
+    // Writing to a vector cannot fail.
     let deflated = encoder.write_all(bytes).and_then(|()| encoder.finish());
     STANDARD.encode(deflated.unwrap_or_default())
 }

@@ -1,4 +1,4 @@
-//! The columns of a table while its rows are gathered for a page, and as arrays of the page.
+//! The columns of a table while they are read for a page, and as arrays of the page.
 
 use std::collections::HashMap;
 
@@ -7,18 +7,18 @@ use serde_json::{Value, json};
 use super::block;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError};
 
-/// What stands for a list that is not there, among the lengths of lists.
+/// The length that stands for a missing list.
 const NO_LIST: u32 = u32::MAX;
 
-/// Numbers of a column that tell how small it gets.
+/// Numbers of a column that are packed to estimate its size.
 const PART: usize = 1 << 15;
 
 /// The values of a column.
 #[derive(Debug)]
 enum Values {
-    /// NaN where there is none.
+    /// NaN if there is none.
     Numbers(Vec<f64>),
-    /// Places in `texts` from 1, 0 where there is none.
+    /// Indices in `texts` from 1; 0 if there is none.
     Texts {
         codes: Vec<u32>,
         texts: Vec<String>,
@@ -31,14 +31,14 @@ enum Values {
     },
 }
 
-/// A column that is being gathered.
+/// A column while it is being read.
 #[derive(Debug)]
 pub(super) struct Gathered {
     pub head: ColumnHead,
     values: Values,
 }
 
-/// A column as texts for [`super::block::Blocks`], and what the page has to know of it.
+/// A column as texts for [`super::block::Blocks`], and its description for the page.
 pub(super) struct Packed {
     head: ColumnHead,
     arrays: Vec<(&'static str, String)>,
@@ -52,7 +52,7 @@ impl Packed {
         self.arrays.iter().map(|(_, text)| text.len() as u64).sum()
     }
 
-    /// Puts its arrays among those of the page; gives what the page says of the column.
+    /// Adds its arrays to those of the page; returns the description of the column.
     pub fn embed(self, blocks: &mut block::Blocks) -> Value {
         let kind = match self.head.kind {
             ColumnKind::Whole => "whole",
@@ -80,7 +80,7 @@ impl Packed {
 }
 
 impl Gathered {
-    /// Without rows.
+    /// A column without rows.
     pub fn new(head: ColumnHead) -> Self {
         let values = match head.kind {
             ColumnKind::Whole | ColumnKind::Number => Values::Numbers(Vec::new()),
@@ -97,7 +97,7 @@ impl Gathered {
         Self { head, values }
     }
 
-    /// Takes up those of the rows of a part of its table that are wanted.
+    /// Appends the `wanted` rows of a part of the table.
     ///
     /// # Errors
     /// The part has no such column.
@@ -147,7 +147,7 @@ impl Gathered {
         Ok(())
     }
 
-    /// Bytes that its values take.
+    /// Size of its values in bytes.
     pub fn bytes(&self) -> u64 {
         let bytes = match &self.values {
             Values::Numbers(values) => 8 * values.len(),
@@ -166,7 +166,7 @@ impl Gathered {
         }
     }
 
-    /// Brings its rows into another order, or leaves some out: `rows` are the places that they have now.
+    /// Reorders its rows, or removes some: `rows` are their present indices.
     pub fn rearrange(&mut self, rows: &[usize]) {
         match &mut self.values {
             Values::Numbers(values) => *values = rows.iter().map(|&row| values[row]).collect(),
@@ -189,7 +189,7 @@ impl Gathered {
         }
     }
 
-    /// Characters of its arrays, by those of a part of its numbers.
+    /// Estimated characters of its arrays, extrapolated from a part of its numbers.
     pub fn likely_bytes(&self) -> u64 {
         let (Values::Numbers(values)
         | Values::Lists {
@@ -204,7 +204,7 @@ impl Gathered {
         block::numbers(part).len() as u64 * whole / (part.len() as u64).max(1)
     }
 
-    /// As it goes into a page.
+    /// The column in the form for a page.
     pub fn packed(self) -> Packed {
         let arrays = match &self.values {
             Values::Numbers(values) => vec![("block", block::numbers(values))],

@@ -1,4 +1,4 @@
-//! What a page says of a results folder beside its tables: axes, kinds of motion, records of runs.
+//! The description of a results folder in a page besides its tables: axes, kinds of motion, records of runs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +30,7 @@ const KINDS: [&str; 10] = [
     "end",
 ];
 
-/// Of a folder with points or followed orbits.
+/// The description of a folder with points or followed orbits.
 ///
 /// # Errors
 /// Followed orbits cannot be read.
@@ -66,7 +66,7 @@ pub(super) fn of_results(
         })
         .collect();
     let all = 0..axes.len();
-    // Which axes are held where something goes along two of them, or along one.
+    // The fixed axes, for each axis or pair of axes that a picture varies.
     let held: Vec<Vec<Vec<usize>>> = (all.clone())
         .map(|first| {
             (all.clone())
@@ -116,7 +116,7 @@ pub(super) fn of_results(
     }))
 }
 
-/// Of a folder with a traced trajectory alone.
+/// The description of a folder with only a traced trajectory.
 ///
 /// # Errors
 /// Its table cannot be read.
@@ -125,7 +125,7 @@ pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
     Ok(json!({ "job": head.metadata("job") }))
 }
 
-/// Adds what holds for all folders: records, the trace's own words, this program, colours.
+/// Adds the parts that all folders have: records, descriptions of the trace, this program, colours.
 ///
 /// # Errors
 /// A table cannot be read.

@@ -1,9 +1,9 @@
-//! One HTML file that explores a results folder: it needs no other file, no network and no program but a browser.
+//! One HTML file that explores a results folder: it needs no other file and no network, only a browser.
 //!
-//! The page is a skeleton (`assets/page.html`) with styles and programs of its own, the library of plots
+//! The page consists of a skeleton (`assets/page.html`) with styles and programs, the library of plots
 //! [uPlot](https://github.com/leeoniya/uPlot) (MIT, `vendor/`), and the tables of the folder as arrays. Its programs
-//! only show: whatever is counted, classified or summarised is so by the same code as for `atlas show`
-//! and `atlas plot`. Same folder, same bytes.
+//! only display. All counts, classes and summaries come from the code of `atlas show` and `atlas plot`. The same folder
+//! gives the same bytes.
 
 mod block;
 mod columns;
@@ -27,7 +27,7 @@ use table::{Embedded, embed, embed_points};
 /// The skeleton, with a place for each of the parts below.
 const PAGE: &str = include_str!("assets/page.html");
 
-/// Styles: those of the library, then the page's own.
+/// Styles: first those of the library, then those of the page.
 const STYLES: [&str; 2] = [
     include_str!("vendor/uPlot-1.6.32.min.css"),
     include_str!("assets/style.css"),
@@ -36,7 +36,7 @@ const STYLES: [&str; 2] = [
 /// Licence of the library.
 const LICENCE: &str = include_str!("vendor/LICENSE-uPlot.txt");
 
-/// Programs: the library, then the page's own, one a view, in the order in which they need each other.
+/// Programs: first the library, then those of the page, one per view, in the order of their dependencies.
 const PROGRAMS: [&str; 13] = [
     include_str!("vendor/uPlot-1.6.32.iife.min.js"),
     include_str!("assets/data.js"),
@@ -53,10 +53,10 @@ const PROGRAMS: [&str; 13] = [
     include_str!("assets/main.js"),
 ];
 
-/// What a page is to hold.
+/// Options of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PageRequest {
-    /// Characters that tables may take in the file; skeleton, programs and records come on top.
+    /// Limit for the characters of the tables; skeleton, programs and records are additional.
     pub most_bytes: u64,
 }
 
@@ -74,12 +74,12 @@ impl Default for PageRequest {
 pub struct ResultsPage {
     /// The file.
     pub html: String,
-    /// What it leaves out for want of room, a line a table.
+    /// Parts that did not fit, one line per table.
     pub left_out: Vec<String>,
 }
 
-/// Makes the page of a folder that `atlas run`, `atlas follow` or `atlas trace` wrote. Points, followed orbits and small
-/// tables come first; of what is left of the room each further table gets an even share.
+/// Makes the page of a folder that `atlas run`, `atlas follow` or `atlas trace` wrote. Points, followed orbits and
+/// small tables come first. The other tables share the remaining room equally.
 ///
 /// # Errors
 /// There are no results in the folder, or they cannot be read, or are not what was written.
@@ -106,7 +106,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         }
         .into());
     };
-    // Axes and motions, which the map begins with.
+    // Axes and motions, with which the map begins.
     blocks.come_first(0);
     head::complete(&mut told, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
@@ -120,7 +120,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         left_out.extend(embedded.left_out);
     };
     if holds(TableKind::Points) {
-        // A quarter is kept for the tables that tell more of single points.
+        // A quarter of the room is for the tables with details of single points.
         let most = request.most_bytes - request.most_bytes / 4;
         take(embed_points(folder, &axes(&told), most, &mut blocks)?);
     }
@@ -138,7 +138,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
     })
 }
 
-/// The tables beside the points, those that are small come first: what they do not take is left to the others.
+/// The tables besides the points. Small tables come first, so that the others can use the rest of the room.
 fn in_order(present: &[TableKind]) -> Vec<TableKind> {
     const LARGE: [TableKind; 7] = [
         TableKind::Orders,
@@ -155,14 +155,14 @@ fn in_order(present: &[TableKind]) -> Vec<TableKind> {
     all.filter(|kind| present.contains(kind)).collect()
 }
 
-/// Names of the axes that the head of a page tells.
+/// Names of the axes in the head of a page.
 fn axes(told: &Value) -> Vec<String> {
     let axes = told["axes"].as_array().into_iter().flatten();
     axes.filter_map(|axis| Some(axis["name"].as_str()?.to_owned()))
         .collect()
 }
 
-/// The folder's own name, wherever it lies.
+/// The name of the folder without its path.
 fn name(folder: &Path) -> PathBuf {
     let whole = folder
         .canonicalize()
@@ -170,10 +170,10 @@ fn name(folder: &Path) -> PathBuf {
     whole.file_name().map(PathBuf::from).unwrap_or(whole)
 }
 
-/// The skeleton with its parts in their places. What the folder says comes last and is not looked at again.
+/// The skeleton with its parts inserted. Text from the folder is inserted last, so that it is not searched for marks.
 fn written(told: &Value, mut blocks: Blocks) -> String {
     let title = told["job"].as_str().or(told["folder"].as_str());
-    // Pages of many points are large: room for all of it at once, and no copy of a block.
+    // Pages with many points are large: allocate the whole size at once, and copy no block.
     let mut html = String::with_capacity(blocks.bytes() as usize + PAGE.len());
     let mut rest = PAGE;
     while let Some((before, (place, after))) = (rest.split_once("{{"))
@@ -202,7 +202,7 @@ fn in_html(text: &str) -> String {
         .replace('>', "&gt;")
 }
 
-/// JSON as the content of a script element, which neither ends it nor starts a comment.
+/// JSON as the content of a script element. It must neither end the element nor start a comment.
 fn in_script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }

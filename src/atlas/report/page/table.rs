@@ -1,8 +1,7 @@
-//! A table of a results folder as arrays of a page, of which there is room for so many bytes.
+//! How does a table of a results folder fit into the room of a page?
 //!
-//! Of a table of points columns are left out that do not fit, the last first. Of other tables all rows of
-//! some points are kept, one of two, of four, and so on, so that what is there of a point is whole; of tables
-//! that are not of points so many of the rows.
+//! A table of points loses the last columns that do not fit. Other tables keep all rows of some points: one of two, of
+//! four, and so on, so that the data of a point stay complete. Tables without points keep a part of their rows.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,41 +13,41 @@ use super::columns::{Gathered, Packed};
 use crate::report::numbers::plural;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
-/// Columns of a table of points that a page cannot do without.
+/// Columns of a table of points that a page needs.
 const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 
-/// Columns beside axes that the first picture of points shows.
+/// Columns besides the axes that the first picture of points shows.
 const SHOWN_FIRST: [&str; 3] = ["lambda_max", "errors_verified", "direction"];
 
-/// Numbers that are gathered of a table of points at a time: 32 MB.
+/// Numbers of a table of points that are read at a time: 32 MB.
 const TOGETHER: usize = 1 << 22;
 
-/// What is gathered may be this much larger than its room: it is packed after.
+/// Data that are read may exceed their room by this factor, because packing shrinks them.
 const SHRINKS: u64 = 4;
 
-/// What a page holds of a table.
+/// A table in the form for a page.
 pub(super) struct Embedded {
     /// For the page: name, rows, columns.
     pub told: Value,
-    /// What is left out for want of room, in words.
+    /// Description of the parts that did not fit.
     pub left_out: Option<String>,
 }
 
 /// The rows of a table that a page has room for.
 struct Rows {
     columns: Vec<Gathered>,
-    /// What rows are kept or left out by: the point, or else their number.
+    /// The keys that select rows: the point, or else the number of the row.
     keys: Vec<u64>,
-    /// All points that have rows; empty where rows are not of points.
+    /// All points that have rows; empty if rows do not belong to points.
     points: BTreeSet<u64>,
     /// Rows of the table.
     all: u64,
-    /// One of two to this power is kept.
+    /// One of `2^thinned` is kept.
     thinned: u32,
 }
 
-/// Whether a point or a row is among the one of `2^thinned` that are kept. Numbers are scattered, so that those kept
-/// follow no axis of a grid.
+/// Whether a point or a row is among the one of `2^thinned` that are kept. The numbers are hashed, so that the
+/// selection follows no axis of a grid.
 fn is_kept(key: u64, thinned: u32) -> bool {
     // The golden ratio times 2^64 (Knuth 1998, section 6.4).
     let scattered = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -56,7 +55,7 @@ fn is_kept(key: u64, thinned: u32) -> bool {
 }
 
 impl Rows {
-    /// Reads a table; rows are thinned where they take more than `most` bytes.
+    /// Reads a table; thins its rows if they take more than `most` bytes.
     fn read(folder: &Path, kind: TableKind, most: u64) -> Result<Self, StoreError> {
         let heads = ResultTable::head(folder, kind)?.columns()?;
         let names: Vec<String> = heads.iter().map(|head| head.name.clone()).collect();
@@ -105,7 +104,7 @@ impl Rows {
         self.columns.iter().map(Gathered::bytes).sum()
     }
 
-    /// Keeps every second of what is kept, on the average; none where only one was.
+    /// Keeps every second of the kept points or rows on average; none if only one was left.
     fn thin(&mut self) {
         self.thinned += 1;
         let kept: Vec<usize> = (0..self.keys.len())
@@ -121,7 +120,7 @@ impl Rows {
         self.keys = order.iter().map(|&row| self.keys[row]).collect();
     }
 
-    /// What was left out of the rows, in words.
+    /// Description of the rows that were left out.
     fn left_out(&self, name: &str) -> Option<String> {
         let kept: BTreeSet<u64> = self.keys.iter().copied().collect();
         let all = if self.points.is_empty() {
@@ -133,8 +132,8 @@ impl Rows {
     }
 }
 
-/// Embeds a table of points, in the order of their numbers: all its rows, and the columns that there is room for.
-/// Columns are read few at a time, because all of them take a gigabyte of memory where points are a million.
+/// Embeds a table of points, in the order of their numbers: all its rows, and the columns that fit. Columns are read in
+/// small groups, because all columns of a million points take a gigabyte of memory.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -150,7 +149,7 @@ pub(super) fn embed_points(
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
     let together = (TOGETHER / order.len().max(1)).max(1);
     let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
-    // Lists are as large as many columns: each is read alone.
+    // Lists are as large as many columns, so that each is read alone.
     let alike = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
     for heads in alike.flat_map(|heads| heads.chunks(together)) {
         let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
@@ -169,7 +168,7 @@ pub(super) fn embed_points(
                 empty.push(name);
                 continue;
             }
-            // Packing takes most of the time: what will hardly fit is not packed.
+            // Packing takes most of the time: skip columns that will hardly fit.
             let likely = needed || column.likely_bytes() <= 2 * room;
             let packed = likely.then(|| column.packed());
             match packed.filter(|packed| needed || packed.bytes() <= room) {
@@ -199,7 +198,7 @@ pub(super) fn embed_points(
     })
 }
 
-/// Places of the rows of a table of points, in the order of their numbers.
+/// Indices of the rows of a table of points, in the order of their numbers.
 fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
     let mut ids = Vec::new();
     ResultTable::scan(folder, TableKind::Points, &["point_id"], |part| {
@@ -211,7 +210,7 @@ fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
     Ok(order)
 }
 
-/// Embeds another table: all its columns, and the rows that there is room for.
+/// Embeds another table: all its columns, and the rows that fit.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -231,7 +230,7 @@ pub(super) fn embed(
             rows.columns.into_iter().partition(Gathered::is_empty);
         let packed: Vec<Packed> = columns.into_iter().map(Gathered::packed).collect();
         if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > most {
-            // What was gathered shrinks less than it might have: half of it is gathered next.
+            // The data compressed less than assumed: read half of them next.
             room = held / 2;
             continue;
         }
@@ -267,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Of a plane of 100 x 100 points every row and every column keeps some.
+    /// In a plane of 100 x 100 points, every row and every column keeps some.
     #[test]
     fn kept_points_follow_no_axis() {
         let kept: Vec<u64> = (0..10_000).filter(|&key| is_kept(key, 3)).collect();

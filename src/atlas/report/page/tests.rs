@@ -1,4 +1,4 @@
-//! Pages of folders that a run left unfinished, or split, or without a record.
+//! Pages of folders that are unfinished, or split, or without a record.
 
 use super::*;
 use crate::analysis::{Class, PointOutcome, Status};
@@ -62,7 +62,7 @@ fn failed_points_have_a_page_with_the_columns_that_it_needs() {
     for name in NEEDED_BY_PROGRAMS {
         assert!(names.contains(&name), "{name}");
     }
-    // A table without rows is there, and all its columns are told as empty.
+    // A table without rows is present, and all its columns are marked as empty.
     assert_eq!(head["tables"][1]["name"], "poincare");
     assert_eq!(head["tables"][1]["rows"], 0);
     assert_eq!(head["tables"][1]["columns"], json!([]));
@@ -96,7 +96,7 @@ fn only_transient_chaos_is_hatched() {
     assert_eq!(motions, wanted);
 }
 
-/// Columns that the programs take for granted.
+/// Columns that the programs of the page assume.
 const NEEDED_BY_PROGRAMS: [&str; 6] = ["point_id", "speed", "status", "reason", "class", "period"];
 
 #[test]

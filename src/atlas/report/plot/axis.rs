@@ -19,16 +19,16 @@ const PREFIXES: [(f64, &str); 7] = [
     (1e9, "G"),
 ];
 
-/// Values further from zero are drawn here: sums and quotients of what is drawn stay finite.
+/// Values further from zero are drawn here, so that sums and quotients of drawn values stay finite.
 const LARGEST: f64 = 1e290;
 
-/// A range of which the larger end is smaller is drawn as zero.
+/// A range whose larger end is smaller than this is drawn as zero.
 const SMALLEST: f64 = 1e-290;
 
-/// Width of a range over the larger of its ends, below which ticks could not be told apart.
+/// Relative width of a range below which the texts of neighbouring ticks would be equal.
 const NARROWEST: f64 = 1e-9;
 
-/// Largest fraction of a panel's side by which a place lies beyond it.
+/// Largest distance of a position beyond a panel, in sides of the panel.
 const BEYOND: f64 = 20.0;
 
 /// A range of values along one side of a panel.
@@ -48,7 +48,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis over `low..=high`, or room around them where they are one value or none.
+    /// A linear axis over `low..=high`, with room around them if they are one value or none.
     pub fn linear(name: &str, unit: &str, range: [f64; 2]) -> Self {
         let [low, high] = padded(ordered(range), 0.0);
         let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
@@ -63,7 +63,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis over `low..=high`, both positive; over some decades where they are not.
+    /// A logarithmic axis over `low..=high`, both positive; over some decades if they are not.
     pub fn logarithmic(name: &str, unit: &str, range: [f64; 2]) -> Self {
         let [low, high] = positive(range);
         Self {
@@ -88,7 +88,7 @@ impl Axis {
         }
     }
 
-    /// An axis for grid values: logarithmic where they are spaced like that.
+    /// An axis for grid values, logarithmic if they are logarithmically spaced.
     pub fn for_grid(name: &str, unit: &str, values: &[f64]) -> Self {
         if let [first, .., last] = values
             && *first > 0.0
@@ -104,7 +104,7 @@ impl Axis {
         Self::linear(name, unit, padded(range(values.iter().copied()), 0.02))
     }
 
-    /// The same in a unit of one's choice, of which `factor` make one of SI.
+    /// The same in another unit; `factor` of them make one SI unit.
     pub fn in_unit(mut self, name: &str, unit: &str, factor: f64) -> Self {
         self.label = format!("{name} [{unit}]");
         self.unit = unit.to_owned();
@@ -112,8 +112,8 @@ impl Axis {
         self
     }
 
-    /// Position of a value: 0 at the low end, 1 at the high end; of one far beyond, where
-    /// nothing is seen of it. NaN of what is no number.
+    /// Position of a value: 0 at the low end, 1 at the high end. Clamped far beyond the ends, where nothing is visible.
+    /// NaN for NaN.
     pub fn fraction(&self, value: f64) -> f64 {
         let fraction = if self.logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -130,7 +130,7 @@ impl Axis {
         }
         if self.logarithmic {
             let ticks = self.decade_ticks(wanted);
-            // Between neighbours of 1, 2, 5, 10 there is one of them, or none.
+            // Between neighbours of 1, 2, 5, 10 there is at most one of them.
             if ticks.len() > 1 || self.high > 10.0 * self.low {
                 return ticks;
             }
@@ -233,7 +233,7 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     if (1e-3..1e5).contains(&largest) {
         return (1.0, readable);
     }
-    // Of the smallest numbers the power itself would not fit.
+    // For the smallest numbers the power itself would overflow.
     let exponent = 3 * (largest.log10() / 3.0).floor().clamp(-100.0, 100.0) as i32;
     let power = power_of_ten(exponent);
     let shown = match unit {
@@ -253,7 +253,7 @@ pub(super) fn value_words(value: f64, unit: &str) -> String {
     }
 }
 
-/// The least and the greatest of some values with one unit: `1.2 … 12.5 µm`.
+/// The least and the greatest value with one unit: `1.2 … 12.5 µm`.
 pub(super) fn span_words([low, high]: [f64; 2], unit: &str) -> String {
     let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
     let [low, high] = [low, high].map(|value| minus(to_digits(value * factor, 3)));
@@ -297,7 +297,7 @@ fn nice_step(step: f64) -> f64 {
     mantissa.unwrap_or(10.0) * power
 }
 
-/// The ends of a range in order, as far out as is drawn; `[0, 1]` where one is no number.
+/// The ends of a range in ascending order, clamped to [`LARGEST`]; `[0, 1]` if one is NaN.
 fn ordered([low, high]: [f64; 2]) -> [f64; 2] {
     if low.is_nan() || high.is_nan() {
         return [0.0, 1.0];
@@ -306,11 +306,11 @@ fn ordered([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high].map(|end| end.clamp(-LARGEST, LARGEST))
 }
 
-/// The same of a range that is positive and spans something.
+/// The same for a range that is positive and has a width.
 fn positive(range: [f64; 2]) -> [f64; 2] {
     let [low, high] = ordered(range);
     let high = if high > SMALLEST { high } else { 1.0 };
-    // What lies six decades lower is not seen beside it on any axis that came to nothing.
+    // A range to zero starts six decades lower: smaller values are not visible anyway.
     let low = if low > SMALLEST { low } else { 1e-6 * high };
     if low < high * (1.0 - NARROWEST) {
         [low, high]
@@ -319,7 +319,7 @@ fn positive(range: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Smallest and largest of some values; `[0, 1]` of none.
+/// Smallest and largest value; `[0, 1]` if there is none.
 pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let bounds = values
         .filter(|value| value.is_finite())
@@ -337,7 +337,7 @@ pub(super) fn padded([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
     if width > NARROWEST * magnitude && magnitude > SMALLEST {
         return [low - margin * width, high + margin * width];
     }
-    // One value: as much room around it as it is large.
+    // A single value: the room around it is proportional to its size.
     let room = if magnitude > SMALLEST { 0.5 * magnitude } else { 1.0 };
     [low - room, high + room]
 }
@@ -414,8 +414,8 @@ mod tests {
         assert!((axis.fraction(10.0) - 0.5).abs() < 1e-12);
     }
 
-    /// Whatever the range, ticks are few and places finite: they are counted, so that a loop
-    /// without end shows as too many.
+    /// For any range, ticks are few and positions are finite. The test counts ticks, so that an endless loop shows as
+    /// too many.
     #[test]
     fn ticks_of_extreme_ranges_are_few_and_inside() {
         let ends = [

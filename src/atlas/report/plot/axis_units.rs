@@ -11,7 +11,7 @@ use crate::report::Axis as GridAxis;
 pub(super) struct AxisUnits(BTreeMap<String, Unit>);
 
 impl AxisUnits {
-    /// The first of the units asked for that fits an axis, else that of the manifest.
+    /// The first requested unit that fits an axis, else that of the manifest.
     pub fn new(axes: &[GridAxis], written: &BTreeMap<String, String>, asked: &[String]) -> Self {
         let of = |axis: &GridAxis| {
             let written = || Unit::of(written.get(&axis.name)?, &axis.unit);
@@ -23,7 +23,7 @@ impl AxisUnits {
         Self(shown.collect())
     }
 
-    /// An axis of a picture, made from name and unit of SI.
+    /// An axis of a picture, made from its name and SI unit.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
         let made = make(&axis.name, &axis.unit);
         match self.0.get(&axis.name) {

@@ -1,4 +1,4 @@
-//! A slice of initial states: which attractor each leads to.
+//! A slice of initial states: to which attractor does each lead?
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ struct Cell {
     ending: Ending,
 }
 
-/// A picture a point, or that of the point asked for.
+/// A picture per point, or only that of the requested point.
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
         what: What::Basins,
@@ -133,7 +133,7 @@ fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own:
         across: axis(0),
         up: axis(1),
     };
-    // Ticks and grid first: the cells cover the grid.
+    // Draw ticks and grid first: the cells cover the grid.
     panel.frame(canvas, true);
     let side = SIDE / count;
     let mut start = 0;
@@ -143,7 +143,7 @@ fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own:
         let run = cells[start..].iter().take_while(same).count();
         let [column, row] = first.at.map(|place| place as f64);
         let [x, y] = [LEFT + side * column, TOP + SIDE - side * (row + 1.0)];
-        // A little too large, because abutting edges show as seams in some viewers.
+        // Slightly enlarged, because abutting edges show as seams in some viewers.
         let right = (x + side * run as f64 + 0.3).min(panel.right);
         let bottom = (y + side + 0.3).min(panel.bottom);
         canvas.rectangle([x, y], [right, bottom], shade(&first.ending));
@@ -171,7 +171,7 @@ fn shade(ending: &Ending) -> super::canvas::Colour {
     }
 }
 
-/// The place of an attractor's strobe state.
+/// A mark at an attractor's strobe state.
 fn mark(canvas: &mut Canvas, at: Place, attractor: usize) {
     canvas.disc(at, 7.0, INK);
     canvas.disc(at, 5.6, super::canvas::Colour(255, 255, 255));

@@ -1,5 +1,5 @@
-//! The bifurcation diagram: Poincaré samples over one axis, a panel for each direction of a
-//! sweep, with the kind of motion as a strip below it, and λ at the bottom.
+//! The bifurcation diagram: Poincaré samples over one axis, a panel for each direction of a sweep, with the kind of
+//! motion as a strip below it, and λ at the bottom.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,14 +27,14 @@ const STRIP: f64 = 9.0;
 /// Lines at changes of motion.
 const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
 
-/// What the strobe panels show of every point.
+/// Samples of all points for the strobe panels.
 struct Samples {
     /// By `point_id`.
     values: BTreeMap<u64, Vec<f64>>,
     unit: String,
-    /// Name of the axis up.
+    /// Name of the vertical axis.
     label: String,
-    /// The same, short.
+    /// Its short name.
     symbol: String,
 }
 
@@ -128,7 +128,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             canvas.height = top + 74.0;
         }
         let found = counts(slice.points.iter().copied());
-        // λ and its key are below the panel, and beside the last of several.
+        // λ and its key are below the panel, and next to the last of several panels.
         let room = if with_lambda && !both { 358.0 } else { 446.0 };
         let used = key(
             &mut canvas,
@@ -173,7 +173,7 @@ fn strobe_panel(
     }
     let count = sweep.points.len() as f64;
     let radius = (0.14 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 2.0);
-    // Samples on the same half pixel are drawn once: a settled orbit is a dot or two.
+    // Samples on the same half pixel are drawn once: a settled orbit has one or two dots.
     let mut taken = BTreeSet::new();
     for point in &sweep.points {
         for value in samples.of(point) {
@@ -189,7 +189,7 @@ fn strobe_panel(
     }
 }
 
-/// The kind of motion of every point, below a panel, each up to halfway to its neighbours.
+/// The kind of motion of every point as a strip below a panel. Each point reaches halfway to its neighbours.
 fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
     let mut points: Vec<(f64, Motion)> = (sweep.points.iter())
         .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))

@@ -1,5 +1,5 @@
-//! Followed orbits over their axis: branches, stable and not, with their bifurcations; behind them the
-//! motions that points settled on.
+//! Followed orbits over their axis: stable and unstable branches with their bifurcations. Behind them are the motions
+//! on which points settled.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,13 +26,13 @@ const UNSTABLE: f64 = 1.1;
 /// Most periods in the key.
 const MOST_PERIODS: usize = 8;
 
-/// Largest RMS of a point that is shown over that of an orbit.
+/// Largest RMS of a shown point, divided by that of the orbits.
 const BEYOND: f64 = 1.5;
 
-/// Ends that the picture shows anyway.
+/// Ends that need no note, because the picture shows them.
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 
-/// A picture a line.
+/// A picture per line.
 pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Results>) -> Drawn {
     let lines = followed.lines();
     let count = lines.len();
@@ -45,7 +45,7 @@ pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Resu
     drawn
 }
 
-/// `load 0.05, mesh.half_gap 10 µm`.
+/// The fixed values in words: `load 0.05, mesh.half_gap 10 µm`.
 pub(super) fn words(followed: &Followed, shown: &AxisUnits, held: &Held) -> String {
     let values = held.values.iter().filter_map(|(name, value)| {
         let axis = followed.axes.iter().find(|axis| axis.name == *name)?;
@@ -54,7 +54,7 @@ pub(super) fn words(followed: &Followed, shown: &AxisUnits, held: &Held) -> Stri
     values.collect::<Vec<_>>().join(", ")
 }
 
-/// The same of the axes with several values for a file name, `-load=0.05`.
+/// The values of axes with several values, for a file name: `-load=0.05`.
 pub(super) fn suffix(followed: &Followed, held: &Held) -> String {
     let values = held.values.iter().filter_map(|(name, value)| {
         let axis = followed.axes.iter().find(|axis| axis.name == *name)?;
@@ -85,7 +85,7 @@ fn picture(
         .filter(|[x, _]| (across[0]..=across[1]).contains(x))
         .collect();
     let up = range(orbits().map(|orbit| orbit.rms));
-    // A violent point or two must not flatten the branches.
+    // A few violent points must not flatten the branches.
     let top = BEYOND * up[1];
     let (seen, beyond): (Vec<Place>, Vec<Place>) = settled.into_iter().partition(|p| p[1] <= top);
     let up = range(up.into_iter().chain(seen.iter().map(|[_, y]| *y)));
@@ -139,7 +139,7 @@ fn picture(
     };
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let found: Vec<&Bifurcation> = followed.bifurcations.iter().filter(shown).collect();
-    // What is frequent first: rarer kinds lie on it.
+    // Draw frequent kinds first, so that rarer kinds lie on top.
     for found in &found {
         *kinds.entry(&found.kind).or_insert(0) += 1;
     }
@@ -171,7 +171,7 @@ fn settled(followed: &Followed, line: &Held, results: &Results) -> Vec<Place> {
         .collect()
 }
 
-/// A branch in parts that are stable or not, parted at the bifurcations where that changes.
+/// A branch in stable and unstable parts, split at the bifurcations where stability changes.
 fn parts(over: usize, orbits: &[Orbit], found: &[&Bifurcation]) -> Vec<(bool, Vec<Place>)> {
     let mut parts: Vec<(bool, Vec<Place>)> = Vec::new();
     for (index, orbit) in orbits.iter().enumerate() {
@@ -256,7 +256,7 @@ mod tests {
         let orbits = orbits.map(|(x, stable)| orbit(x, stable));
         let [graze, fold] = [found("graze", 1.2, 1), found("fold", 1.5, 1)];
         let places = |xs: &[f64]| -> Vec<Place> { xs.iter().map(|x| [*x, 10.0 * x]).collect() };
-        // Without a bifurcation the next orbit is where it changes.
+        // Without a bifurcation, stability changes at the next orbit.
         let wanted = vec![
             (true, places(&[0.0, 1.0, 1.5])),
             (false, places(&[1.5, 2.0, 3.0])),

@@ -1,5 +1,4 @@
-//! Campbell diagram: natural frequencies over the speed, the rays of mesh and shaft orders, and where
-//! they meet.
+//! Campbell diagram: natural frequencies over the speed, the rays of mesh and shaft orders, and their intersections.
 
 use serde::Serialize;
 
@@ -21,12 +20,12 @@ const EDGE: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
 /// Most resonances listed beside the diagram.
 const MOST_LISTED: usize = 19;
-/// Part of a mode's elastic energy in the mesh from which it is drawn bold.
+/// Share of a mode's elastic energy in the mesh above which it is drawn bold.
 const IN_MESH: f64 = 0.05;
 /// Natural frequencies of modes with open contacts.
 const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
 
-/// How far outside the grid's speeds a resonance is still told, as a part of them: its flanks reach in.
+/// Distance of listed resonances outside the grid's speeds, relative to them: their flanks reach into the grid.
 pub const NEAR_GRID: f64 = 0.1;
 
 /// A natural frequency over the speed.
@@ -36,29 +35,29 @@ pub struct ModeLine {
     pub mode: usize,
     /// At each of [`Campbell::speeds`] \[Hz\].
     pub frequencies: Vec<f64>,
-    /// Part of its elastic energy that the closed contacts store.
+    /// Share of its elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 
-/// An excitation whose frequency goes with the speed.
+/// An excitation whose frequency is proportional to the speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ray {
     /// `2 × mesh`.
     pub name: String,
-    /// Periods a revolution of the pinion.
+    /// Periods per revolution of the pinion.
     pub order: f64,
-    /// Whether it is of the mesh, not of a shaft.
+    /// Whether it is an order of the mesh, not of a shaft.
     pub of_mesh: bool,
 }
 
-/// What a Campbell diagram shows.
+/// Contents of a Campbell diagram.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Campbell {
     /// Name of the job.
     pub job: String,
-    /// Unit of the manifest for speeds, if any.
+    /// Unit for speeds in the manifest, if any.
     pub unit: Option<String>,
-    /// Load and speed that modes were looked at, in words.
+    /// Load and speed at which modes were computed, in words.
     pub words: String,
     /// Lowest and highest speed of the grid \[rad/s\].
     pub grid: [f64; 2],
@@ -66,19 +65,19 @@ pub struct Campbell {
     pub speeds: Vec<f64>,
     /// Modes with all contacts open.
     pub open: Vec<ModeLine>,
-    /// Modes with those contacts closed that bear the static load.
+    /// Modes with the contacts closed that carry the static load.
     pub closed: Vec<ModeLine>,
     /// Excitations.
     pub rays: Vec<Ray>,
 }
 
-/// State of the contacts that bear the static load.
+/// State of the contacts that carry the static load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contacts {
-    /// Closed by their mean stiffness.
+    /// Closed, with their mean stiffness.
     Closed,
-    /// Open, as all others.
+    /// Open, like all others.
     Open,
 }
 
@@ -92,7 +91,7 @@ impl Contacts {
     }
 }
 
-/// A natural frequency met by an excitation at a speed of the grid, or within [`NEAR_GRID`] of them.
+/// A natural frequency that an excitation meets at a speed of the grid, or within [`NEAR_GRID`] of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resonance {
     /// Pinion speed \[rad/s\].
@@ -101,16 +100,16 @@ pub struct Resonance {
     pub frequency: f64,
     /// `2 × mesh`.
     pub excitation: String,
-    /// Whose mode it is.
+    /// Contact state of its mode.
     pub contacts: Contacts,
     /// The mode, from 1.
     pub mode: usize,
-    /// Part of its elastic energy that the closed contacts store.
+    /// Share of its elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 
 impl Campbell {
-    /// Where rays meet natural frequencies at speeds of the grid or near them, by speed.
+    /// Intersections of rays and natural frequencies at speeds of the grid or near them, by speed.
     pub fn resonances(&self) -> Vec<Resonance> {
         let [low, high] = self.grid;
         let near = low * (1.0 - NEAR_GRID)..=high * (1.0 + NEAR_GRID);
@@ -136,7 +135,7 @@ impl Campbell {
         found
     }
 
-    /// Where a ray meets a mode whose frequency is linear between the speeds: speed and frequency.
+    /// Intersections of a ray with a mode whose frequency is linear between the speeds: speed and frequency.
     fn meetings(&self, mode: &ModeLine, ray: &Ray) -> Vec<(f64, f64)> {
         let slope = ray.order / std::f64::consts::TAU;
         let above: Vec<(f64, f64)> = (self.speeds.iter().zip(&mode.frequencies))
@@ -144,7 +143,7 @@ impl Campbell {
             .collect();
         let between = above.windows(2).filter_map(|pair| {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
-            // An end that is met belongs to the interval behind it.
+            // An intersection at the end of an interval belongs to the next interval.
             let crosses = (a <= 0.0 && b > 0.0) || (a >= 0.0 && b < 0.0);
             let speed = from + (to - from) * a / (a - b);
             crosses.then_some((speed, slope * speed))
@@ -222,8 +221,7 @@ impl Campbell {
         }
     }
 
-    /// Rays with their names at the edge that they leave through; those that would cover another's are
-    /// left out.
+    /// Rays with their names at the edge where they leave the diagram. Names that would cover others are left out.
     fn rays(&self, canvas: &mut Canvas, panel: &Panel) {
         let mut taken: Vec<f64> = Vec::new();
         let last = self.speeds.last().copied().unwrap_or(1.0);
@@ -275,7 +273,7 @@ impl Campbell {
         );
         say(canvas, &near, INK);
         say(canvas, &format!("{closed} with contacts closed"), INK);
-        // Those that the mesh drives most, by speed.
+        // The modes with the largest share of the mesh, by speed.
         let mut leading: Vec<&Resonance> = of(Contacts::Closed).collect();
         leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
         leading.truncate(MOST_LISTED);
@@ -303,7 +301,7 @@ impl Campbell {
     }
 }
 
-/// The name of an order as short as the picture needs it: `2 × mesh of a and b` as `2 × a/b`.
+/// The short name of an order: `2 × mesh of a and b` becomes `2 × a/b`.
 fn brief(name: &str) -> String {
     name.replace("mesh of ", "").replace(" and ", "/")
 }
@@ -356,7 +354,8 @@ mod tests {
         let told = |ray: &str, contacts, mode| (ray.to_owned(), contacts, mode);
         let mut diagram = diagram();
         let found = diagram.resonances();
-        // 2 × mesh meets the first at 50, the second at 73.7 revolutions a second: within a tenth of 80 alone.
+        // 2 × mesh meets the first at 50, the second at 73.7 revolutions a second: only the latter is within a tenth of
+        // 80.
         let near = [
             told("2 × mesh", Closed, 2),
             told("1 × mesh", Closed, 1),
@@ -367,7 +366,7 @@ mod tests {
         // 20 n = 2900 + n between 100 and 200 revolutions a second.
         assert!((found[2].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
         assert!((found[2].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
-        // 500 Hz of the open mode are met at 25 and 12.5, below.
+        // The open mode has 500 Hz, which is met at 25 and 12.5, below.
         diagram.grid = [TAU * 27.0, TAU * 30.0];
         assert_eq!(met(&diagram), [told("1 × mesh", Open, 1)]);
         diagram.grid = [TAU * 28.0, TAU * 30.0];

@@ -1,5 +1,5 @@
-//! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
-//! both show the same because both are drawn from this list.
+//! A picture as shapes in pixels, x to the right and y down. SVG and PNG show the same because both are drawn from this
+//! list.
 
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
@@ -24,13 +24,13 @@ impl fmt::Display for Colour {
 
 /// Text and axes.
 pub(super) const INK: Colour = Colour(0x22, 0x22, 0x22);
-/// Second-rank text.
+/// Secondary text.
 pub(super) const SOFT: Colour = Colour(0x5c, 0x5c, 0x5c);
 /// Grid lines.
 pub(super) const FAINT: Colour = Colour(0xe2, 0xe2, 0xe2);
 /// Curves.
 pub(super) const BLUE: Colour = Colour(0x0b, 0x5c, 0x9e);
-/// What stands out against curves.
+/// Highlights on curves.
 pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
 
 /// Width of a picture \[px\] in SVG; PNG has twice as many pixels each way.
@@ -38,23 +38,23 @@ pub(super) const WIDTH: f64 = 960.0;
 /// Height of most pictures \[px\].
 const HEIGHT: f64 = 600.0;
 
-/// Coordinates further out are not seen on any picture \[px\].
+/// Coordinates further out are outside every picture \[px\].
 const FARTHEST: f64 = 1e4;
 
-/// Most characters of a text: more is a number or a name gone wrong.
+/// Most characters of a text: longer texts come from wrong numbers or names.
 const MOST_CHARACTERS: usize = 300;
 
-/// A place no further out than anything is seen; none where a coordinate is no number.
+/// A place clamped to [`FARTHEST`]; `None` if a coordinate is NaN.
 fn bounded([x, y]: Place) -> Option<Place> {
     let far = |coordinate: f64| coordinate.clamp(-FARTHEST, FARTHEST);
     (!x.is_nan() && !y.is_nan()).then(|| [far(x), far(y)])
 }
 
-/// Shapes of a picture, and places of a line, from which on those within a pixel of others are left out: more
-/// take minutes to draw and are not seen.
+/// From this number on, shapes of a picture and places of a line within a pixel of others are left out. More take
+/// minutes to draw without a visible difference.
 const MANY: usize = 50_000;
 
-/// A shape moved onto whole pixels, with what tells it from others; none of shapes that are never left out.
+/// A shape moved onto whole pixels, with a hash of its look; `None` for shapes that are never left out.
 fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
     let mut hash = DefaultHasher::new();
     let whole = |place: &mut Place, to: fn(f64) -> f64| *place = place.map(to);
@@ -81,7 +81,7 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
             (2, points.clone(), *colour, *width)
         }
         Shape::Polygon { points, colour } => {
-            // A marker keeps its form and is moved as a whole.
+            // A marker keeps its form and moves as a whole.
             let middle = [0, 1]
                 .map(|i| points.iter().map(|place| place[i]).sum::<f64>() / points.len() as f64);
             let step = middle.map(|middle| middle.round() - middle);
@@ -103,8 +103,8 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
     (shape, Some(hash.finish()))
 }
 
-/// The ends of a rectangle on whole pixels: one that is hardly larger than a pixel, as cells of large maps are,
-/// takes the pixel of its middle.
+/// The ends of a rectangle on whole pixels. A rectangle that is hardly larger than a pixel, such as a cell of a large
+/// map, becomes the pixel of its middle.
 fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
     if high - low <= 1.4 {
         let pixel = (0.5 * (low + high)).floor();
@@ -114,7 +114,7 @@ fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// A line with the first, lowest, highest and last of its places on each column of pixels.
+/// A line with the first, lowest, highest and last of its places in each column of pixels.
 fn outlined(points: &[Place]) -> Vec<Place> {
     let columns = points.chunk_by(|a, b| a[0].round() == b[0].round());
     let outline = columns.flat_map(|column| {
@@ -132,7 +132,7 @@ fn outlined(points: &[Place]) -> Vec<Place> {
     outline.collect()
 }
 
-/// Which end of a text is at its place.
+/// The end of a text that lies at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -140,7 +140,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// One thing drawn.
+/// A drawn element.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     Line {
@@ -163,7 +163,7 @@ pub(super) enum Shape {
         colour: Colour,
     },
     Text {
-        /// Where the baseline starts, has its middle, or ends.
+        /// Start, middle or end of the baseline.
         at: Place,
         text: String,
         /// Em size \[px\].
@@ -181,9 +181,9 @@ pub(super) struct Canvas {
     /// \[px\]
     pub height: f64,
     pub shapes: Vec<Shape>,
-    /// Shapes on whole pixels, hashed, from [`MANY`] on.
+    /// Hashes of the shapes on whole pixels, from [`MANY`] shapes on.
     seen: HashSet<u64>,
-    /// Shapes, and places of lines, that are within a pixel of others and were left out.
+    /// Number of shapes and places of lines that were left out because others are within a pixel.
     pub left_out: usize,
 }
 
@@ -211,7 +211,7 @@ impl Canvas {
         [WIDTH, self.height]
     }
 
-    /// Takes up a shape; one of very many only where none like it lies on the same pixels.
+    /// Adds a shape. If there are very many shapes, skips one that looks the same on pixels as an earlier shape.
     fn push(&mut self, shape: Shape) {
         if self.shapes.len() < MANY {
             return self.shapes.push(shape);
@@ -224,7 +224,7 @@ impl Canvas {
         }
     }
 
-    /// A line through some places; it is broken where one is nowhere.
+    /// A line through some places, interrupted at places with NaN.
     pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {
         let places: Vec<Option<Place>> = points.iter().copied().map(bounded).collect();
         for part in places.split(Option::is_none).filter(|part| part.len() > 1) {
@@ -262,12 +262,12 @@ impl Canvas {
         }
     }
 
-    /// A dashed line through some places, its dashes even along it.
+    /// A dashed line through some places, with even dashes along it.
     pub fn dashed_line(&mut self, points: &[Place], colour: Colour, width: f64) {
         self.patterned(points, [5.0, 3.5], colour, width);
     }
 
-    /// The same with dashes and gaps of one's choice \[px\].
+    /// The same with chosen dashes and gaps \[px\].
     pub fn patterned(&mut self, points: &[Place], pattern: [f64; 2], colour: Colour, width: f64) {
         let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
         let (mut left, mut gap) = (pattern[0], false);
@@ -375,7 +375,7 @@ impl Canvas {
         })
     }
 
-    /// Texts that reach beyond the canvas, and pairs of texts on each other.
+    /// Texts that extend beyond the canvas, and pairs of texts that overlap.
     pub fn faults(&self) -> Vec<String> {
         let boxes: Vec<(&str, [f64; 4])> = (self.shapes.iter().filter_map(text_box)).collect();
         let [width, height] = self.size();
@@ -394,7 +394,7 @@ impl Canvas {
     }
 }
 
-/// A text and what it covers: left, top, right, bottom.
+/// A text and the area that it covers: left, top, right, bottom.
 #[cfg(test)]
 fn text_box(shape: &Shape) -> Option<(&str, [f64; 4])> {
     let Shape::Text {
@@ -414,7 +414,7 @@ fn text_box(shape: &Shape) -> Option<(&str, [f64; 4])> {
         Anchor::Middle => -0.5 * width,
         Anchor::End => -width,
     };
-    // Digits and capitals rise 0.73 em above the baseline; what hangs below it may touch.
+    // Digits and capitals rise 0.73 em above the baseline; descenders may touch other texts.
     let rise = 0.73 * size;
     let covered = if *upwards {
         [x - rise, y - start - width, *x, y - start]
@@ -463,7 +463,7 @@ mod tests {
         let marks = canvas.shapes.len() - few - texts;
         assert_eq!(canvas.left_out, 400_000 - marks);
         assert!(marks < MANY, "{marks}");
-        // On each pixel that is left one of either colour and kind.
+        // Each remaining pixel has one of either colour and kind.
         assert!(canvas.seen.len() <= 4 * 12, "{}", canvas.seen.len());
         let line: Vec<Place> = (0..200_000)
             .map(|i| [f64::from(i) / 2e3, if i % 777 == 0 { 80.0 } else { 7.0 }])

@@ -1,9 +1,9 @@
-//! Colours that tell attractors and branches apart.
+//! Colours that distinguish attractors and branches.
 
 use super::canvas::Colour;
 
-/// Okabe and Ito's palette without black, told apart by colour-blind readers; neighbours
-/// differ in brightness too.
+/// Okabe and Ito's palette without black, which colour-blind readers can distinguish; neighbours differ in brightness
+/// too.
 const COLOURS: [Colour; 7] = [
     Colour(0x00, 0x72, 0xb2),
     Colour(0xe6, 0x9f, 0x00),
@@ -14,12 +14,12 @@ const COLOURS: [Colour; 7] = [
     Colour(0xcc, 0x79, 0xa7),
 ];
 
-/// The colour of the attractor or branch with a number; they come again after seven.
+/// The colour of the attractor or branch with a number; colours repeat after seven.
 pub(in crate::report) fn colour(number: usize) -> Colour {
     COLOURS[number % COLOURS.len()]
 }
 
-/// The colour of motions that settled on no attractor.
+/// The colour of motions that did not settle on an attractor.
 pub(super) fn lost(status: &str) -> Colour {
     match status {
         "not_converged" => Colour(0xd8, 0xd8, 0xd8),

@@ -1,4 +1,4 @@
-//! A grid of points as a grid of cells: the layout that the maps share.
+//! The layout of maps: a grid of points as a grid of cells.
 
 use std::collections::BTreeMap;
 
@@ -19,17 +19,17 @@ const LEFT: f64 = 92.0;
 const RIGHT: f64 = 735.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
-/// Where keys and colour bars start.
+/// Left edge of keys and colour bars.
 pub(super) const MARGIN: f64 = RIGHT + 24.0;
 /// Most cells of a map.
 const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
-/// Most values of an axis that all have a tick.
+/// Most values of an axis of which each has a tick.
 const FEW: usize = 12;
-/// Smallest em size of a letter alone in its cell \[px\], and of longer texts, which need more room about them.
+/// Smallest em size of a single letter in its cell \[px\], and of longer texts, which need more room around them.
 const SMALLEST: [f64; 2] = [6.5, 8.0];
-/// Most of the width of a cell that either takes.
+/// Largest share of a cell's width for either.
 const FILLED: [f64; 2] = [0.86, 0.75];
 
 /// Radius of a dot in the corner of a cell \[px\].
@@ -39,12 +39,12 @@ const ASIDE: f64 = 4.0;
 /// Smallest side of a cell with a dot \[px\].
 const DOTTED: f64 = 14.0;
 
-/// What became of the cells of a map.
+/// Counts of special cells in a drawn map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Drawn {
     /// Cells without a point.
     pub missing: usize,
-    /// Cells with a point that had no room for its text.
+    /// Cells with a point but without room for its text.
     pub unlettered: usize,
     /// Cells with a dot.
     pub dotted: usize,
@@ -54,14 +54,14 @@ pub(super) struct Drawn {
 pub(super) struct Cells<'a> {
     across: (usize, &'a GridAxis),
     up: (usize, &'a GridAxis),
-    /// For their units and ticks: cells are evenly spaced whatever their values.
+    /// For units and ticks only: cells are evenly spaced for any values.
     scales: [Axis; 2],
-    /// Of a refined grid: its places are the cells.
+    /// The columns of a refined grid: its places are the cells.
     refined: Option<&'a RefinedColumns>,
 }
 
 impl<'a> Cells<'a> {
-    /// None where fewer vary, or a map would have more cells than pixels.
+    /// The layout; `None` if fewer than two axes vary, or if the map would have more cells than pixels.
     pub fn new(results: &'a Results) -> Option<Self> {
         let axis = |index: usize| (index, &results.summary.axes[index]);
         let cells = |slow: usize, fast: usize| {
@@ -95,7 +95,7 @@ impl<'a> Cells<'a> {
         format!("{} and {}", self.up.1.name, self.across.1.name)
     }
 
-    /// Draws every point of a slice as `show` says, and the axes.
+    /// Draws every point of a slice with the look from `show`, and the axes.
     pub fn draw(
         &self,
         canvas: &mut Canvas,
@@ -119,8 +119,8 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// Draws the places of a refined plane in the colour that `show` gives them, hatched or not, and the axes
-    /// with the values of the undivided grid. Runs of places that look alike are one rectangle.
+    /// Draws the places of a refined plane in the colour from `show`, hatched or not, and the axes with the values of
+    /// the undivided grid. Adjacent places with the same look become one rectangle.
     fn draw_plane(
         &self,
         canvas: &mut Canvas,
@@ -134,7 +134,7 @@ impl<'a> Cells<'a> {
         ];
         let mut block =
             |rows: [usize; 2], columns: [usize; 2], (colour, hatched): (Colour, bool)| {
-                // A little too large, because abutting edges show as seams in some viewers.
+                // Slightly enlarged, because abutting edges show as seams in some viewers.
                 let left = LEFT + wide * columns[0] as f64;
                 let right = (LEFT + wide * columns[1] as f64 + 0.2).min(RIGHT);
                 let top = (BOTTOM - high * rows[1] as f64 - 0.2).max(TOP);
@@ -144,7 +144,7 @@ impl<'a> Cells<'a> {
                     hatch(canvas, [left, top], [right, bottom], ink_on(colour));
                 }
             };
-        // Runs of the row before that may go on, by their first column: end, first row, look.
+        // Runs of the previous row that may continue, by their first column: end, first row, look.
         let mut open: BTreeMap<usize, (usize, usize, (Colour, bool))> = BTreeMap::new();
         for row in 0..rows {
             let looks: Vec<Option<(Colour, bool)>> = (0..columns)
@@ -190,8 +190,8 @@ impl<'a> Cells<'a> {
             (RIGHT - LEFT) / columns as f64,
             (BOTTOM - TOP) / rows as f64,
         ];
-        // Larger cells are told apart by a white line; thin ones overlap a little, because
-        // abutting edges show as seams in some viewers.
+        // A white line separates larger cells. Thin cells overlap slightly, because abutting edges show as seams in
+        // some viewers.
         let gap = if wide.min(high) > 8.0 { 0.75 } else { -0.2 };
         let mut filled = vec![false; columns * rows];
         let (mut unlettered, mut dotted) = (0, 0);
@@ -230,7 +230,7 @@ impl<'a> Cells<'a> {
             };
             let at = [x + 0.5 * wide, y + 0.5 * high + 0.36 * size];
             if look.hatched {
-                // Lines behind letters make them hard to read.
+                // Lines behind letters make these hard to read.
                 let half = [0.5 * text_width(text, size) + 1.5, 0.5 * size];
                 let middle = [x + 0.5 * wide, y + 0.5 * high];
                 let [from, to] = [-1.0, 1.0].map(|sign| [0, 1].map(|i| middle[i] + sign * half[i]));
@@ -287,9 +287,9 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Ticks of an axis of cells, each in cells from the centre of the first: the values of the grid where
-/// they are few and all have room, else round values between them. Of a refined grid `step` cells lie
-/// between values of the undivided one. `room` is what a text takes, \[px\] as `cell` is.
+/// Ticks of an axis of cells, each in cells from the centre of the first. They are at all values of the grid if these
+/// are few and have room, else at round values. In a refined grid, `step` cells lie between values of the undivided
+/// one. `room` is the width of a text in \[px\], like `cell`.
 fn ticks(
     axis: &GridAxis,
     scale: &Axis,
@@ -316,7 +316,7 @@ fn ticks(
     kept
 }
 
-/// Ticks that have room beside the one kept before.
+/// Removes ticks that have no room beside the tick kept before.
 fn thinned(ticks: Vec<(f64, String)>, cell: f64, room: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
     let mut kept: Vec<(f64, String)> = Vec::new();
     for (place, text) in ticks {
@@ -330,7 +330,7 @@ fn thinned(ticks: Vec<(f64, String)>, cell: f64, room: impl Fn(&str) -> f64) -> 
     kept
 }
 
-/// Where a value lies among ascending ones, counted in them; none outside.
+/// Position of a value among ascending ones, in indices; `None` outside.
 fn place(values: &[f64], value: f64) -> Option<f64> {
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
     let upper = values.partition_point(|&known| known < value && !near(known, value));
@@ -346,7 +346,7 @@ fn position(axis: &GridAxis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
-/// Says below a key what crossed-out cells and dots are, and why there are no letters where there are none.
+/// Explains crossed-out cells, dots and missing letters below a key.
 pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
     let x = MARGIN;
     let say = |canvas: &mut Canvas, mut y: f64, words: &str| {

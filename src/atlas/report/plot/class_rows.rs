@@ -1,4 +1,4 @@
-//! The kind of motion over one axis: a row for each kind that occurs.
+//! The kind of motion over one axis: one row per kind that occurs.
 
 use std::collections::BTreeSet;
 
@@ -13,16 +13,16 @@ use super::what::What;
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 
-/// Heights of a row of many and of few \[px\].
+/// Heights of a row if rows are many or few \[px\].
 const ROW: [f64; 2] = [18.0, 40.0];
 /// Height of the panel unless rows are very many or few \[px\].
 const USUAL: f64 = 454.0;
-/// Least height of the panel \[px\]: its label needs as much.
+/// Smallest height of the panel \[px\], for its label.
 const LEAST: f64 = 116.0;
 
-/// Half the height of what is drawn of a point, at most \[px\].
+/// Largest half height of the mark of a point \[px\].
 const TALLEST: f64 = 9.0;
-/// Half the width of what is drawn of points that are far from each other, and least width \[px\].
+/// Half the width of the marks of distant points, and the smallest width \[px\].
 const WIDEST: f64 = 6.0;
 const LEAST_WIDTH: f64 = 1.0;
 
@@ -85,8 +85,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     drawn
 }
 
-/// Points that move alike, next to each other, as stretches of the axis \[px\]: each point halfway to
-/// its neighbours, or a few pixels to both sides where they are far; those that touch are one stretch.
+/// Adjacent points with one kind of motion, as intervals of the axis \[px\]. Each point reaches halfway to its
+/// neighbours, or a few pixels to both sides if they are far. Touching intervals are merged.
 fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Motion, [f64; 2])> {
     let mut places: Vec<(f64, Motion)> = (points.iter())
         .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
@@ -107,7 +107,7 @@ fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Moti
     stretches
 }
 
-/// A stretch, widened where it would not be seen.
+/// An interval, widened to the smallest visible width.
 fn at_least_seen([left, right]: [f64; 2]) -> [f64; 2] {
     let lack = (0.5 * (LEAST_WIDTH - (right - left))).max(0.0);
     [left - lack, right + lack]

@@ -1,4 +1,4 @@
-//! How the exponents of a point settled over the cycles measured, each with a band of one standard error.
+//! How did the exponents of a point settle over the measured cycles? Each has a band of one standard error.
 
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, Colour, Place, SOFT};
@@ -14,17 +14,17 @@ use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 
-/// Exponents drawn; more lie on each other.
+/// Most exponents that are drawn; more would overlap.
 const MOST: usize = 8;
 /// Standard errors to either side of a band.
 const BAND: f64 = 1.0;
 
-/// Whether any point has a course of its exponents.
+/// Whether any point has a history of its exponents.
 pub(super) fn is_there(results: &Results) -> bool {
     with_course(results).is_ok_and(|points| !points.is_empty())
 }
 
-/// Points that have one, by number.
+/// Numbers of the points that have a history.
 fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
     let mut found = HashSet::new();
     let columns = ["point_id", "course_cycles"];
@@ -81,7 +81,7 @@ fn pale(Colour(red, green, blue): Colour) -> Colour {
     Colour(red, green, blue)
 }
 
-/// Running estimates: those of the largest exponent at all places, then those of the next.
+/// Histories of estimates: the largest exponent at all times, then the next.
 struct Course {
     cycles: Vec<f64>,
     values: Vec<f64>,
@@ -89,7 +89,7 @@ struct Course {
 }
 
 impl Course {
-    /// Of the point of a number; empty where there is none.
+    /// The history of a point; empty if it has none.
     fn read(results: &Results, id: u64) -> Result<Self, StoreError> {
         let columns = [
             "point_id",

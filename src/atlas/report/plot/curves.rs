@@ -1,5 +1,5 @@
-//! Bifurcation curves in the plane of both followed axes, over the map of the largest exponent where
-//! points have both.
+//! Bifurcation curves in the plane of both followed axes. Behind them is the map of the largest exponent if points
+//! cover both axes.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
 const WHITE: Colour = Colour(255, 255, 255);
 
-/// The kind of the curve that is in closed form.
+/// The kind of the curve with a closed form.
 const ONSET: &str = "onset";
 
 /// Width of curves, of the onset of rattle, and of their edges on a map \[px\].
@@ -35,7 +35,7 @@ const WIDTH: f64 = 1.8;
 const ONSET_WIDTH: f64 = 3.6;
 const EDGE: f64 = 2.4;
 
-/// A picture a plane.
+/// A picture per plane.
 pub(super) fn draw(
     followed: &Followed,
     shown: &AxisUnits,
@@ -111,7 +111,7 @@ fn picture(
         panel.frame(&mut canvas, true);
     }
     let place = |at: Place| panel.at(at[0], at[1]);
-    // The onset last: it is the edge of all rattle.
+    // Draw the onset last: it is the edge of all rattle.
     let mut order = curves.clone();
     order.sort_by_key(|curve| curve.kind == ONSET);
     let mut kinds: BTreeMap<&str, Shown> = BTreeMap::new();
@@ -146,7 +146,7 @@ fn picture(
     canvas
 }
 
-/// Says beside the picture what curves and symbols are.
+/// Explains curves and symbols beside the picture.
 fn key(
     canvas: &mut Canvas,
     kinds: &BTreeMap<&str, Shown>,
@@ -177,7 +177,7 @@ fn key(
     }
 }
 
-/// What is drawn of a kind.
+/// Counts of a kind of curve.
 #[derive(Default)]
 struct Shown {
     curves: usize,
@@ -189,8 +189,8 @@ fn width(kind: &str) -> f64 {
     if kind == ONSET { ONSET_WIDTH } else { WIDTH }
 }
 
-/// The lines of a curve, and whether they are dashed. An onset, which is computed at even values of the
-/// axis that is not the load, is broken where it has none, and dashed where contact is unstable there.
+/// The lines of a curve, and whether they are dashed. An onset is computed at even values of the axis that is not the
+/// load. It is interrupted where it does not exist, and dashed where contact is unstable.
 fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, Vec<Place>)> {
     let place = |at: &[f64]| -> Place { axes.map(|axis| at[axis]) };
     if curve.kind != ONSET {
@@ -262,20 +262,20 @@ fn symbol(canvas: &mut Canvas, at: Place, index: usize) {
 /// The map of the largest exponent behind the curves.
 struct Map<'a> {
     points: Vec<&'a PointSummary>,
-    /// Places of both axes among those of the points.
+    /// Indices of both axes among those of the points.
     axes: [usize; 2],
     /// Ends of the cells on both axes: halfway between neighbouring values.
     ends: [Vec<f64>; 2],
-    /// Of a refined grid: its places, and which of both axes its columns are of.
+    /// For a refined grid: its places, and which of both axes its columns belong to.
     refined: Option<(Plane, usize)>,
     largest: f64,
     unit: &'a str,
-    /// The direction of the sweep, where there is one.
+    /// The direction of the sweep, if there is one.
     direction: Option<&'a str>,
 }
 
 impl<'a> Map<'a> {
-    /// Of the points in a plane; none where they do not spread over both axes or have no exponent.
+    /// The map of the points in a plane; `None` if they do not spread over both axes or have no exponent.
     fn of(
         followed: &Followed,
         axes: [usize; 2],
@@ -291,7 +291,7 @@ impl<'a> Map<'a> {
             found.filter(|place| grid[*place].values.len() > 1)
         };
         let axes = [place(axes[0])?, place(axes[1])?];
-        // Of two sweeps the one up.
+        // Of two sweeps, show the upward one.
         let direction = results.directions().first().copied();
         let points: Vec<&PointSummary> = (results.summary.all.iter())
             .filter(|point| plane.holds_named(&names, &point.axis_values))

@@ -1,4 +1,4 @@
-//! How values are shown: in which units, in decibels of which reference, on which axes, over which range.
+//! How are values shown? In which units, in decibels of which reference, on which axes, over which range?
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,14 +12,14 @@ use super::error::PlotError;
 use crate::report::numbers::number;
 use crate::units;
 
-/// How values are shown, as asked for.
+/// Requested display of values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Display {
-    /// Units to show, each of whatever it measures; else those of the manifest, and SI with prefixes.
+    /// Units to show. Other quantities have the unit of the manifest, or SI with prefixes.
     pub units: Vec<String>,
     /// Values as decibels of this amplitude.
     pub decibels: Option<Amount>,
-    /// Which axes are logarithmic; else that across where its values are spaced so.
+    /// Which axes are logarithmic; by default the horizontal axis if its values are logarithmically spaced.
     pub log: Option<Log>,
     /// Lowest and highest value shown.
     pub range: Option<[Amount; 2]>,
@@ -43,7 +43,7 @@ pub struct Amount {
     unit: String,
 }
 
-/// A text that is no number with a unit known here.
+/// The text is not a number with a known unit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is not a number, bare (SI) or with a unit such as \"1 um\" or \"20 N\"")]
 pub struct NoAmount {
@@ -75,7 +75,7 @@ impl fmt::Display for Amount {
 }
 
 impl Amount {
-    /// From this amount to another, whose unit holds for a number without one; none where that is no
+    /// The range from this amount to another, whose unit applies to a number without one; `None` if the other is not
     /// larger.
     pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
         if self.unit.is_empty() {
@@ -85,7 +85,7 @@ impl Amount {
         (low < top).then_some([self, high])
     }
 
-    /// In SI; none where it measures something else than the unit `si` does.
+    /// The amount in SI; `None` if it is another quantity than the unit `si`.
     fn si(&self, si: &str) -> Option<f64> {
         match self.unit.as_str() {
             "" => Some(self.number),
@@ -94,17 +94,17 @@ impl Amount {
     }
 }
 
-/// A unit to show values in.
+/// A unit of shown values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Unit {
-    /// How many make one of SI.
+    /// Number of these units in one SI unit.
     pub factor: f64,
     /// `µm`.
     pub text: String,
 }
 
 impl Unit {
-    /// A unit for values with the unit `si`; none where it measures something else.
+    /// A unit for values with the unit `si`; `None` if it belongs to another quantity.
     pub fn of(unit: &str, si: &str) -> Option<Self> {
         let text = unit.trim().replace('*', "·").replace("um", "µm");
         Some(Self {
@@ -127,7 +127,7 @@ impl Unit {
         })
     }
 
-    /// `6000 rpm` of a value in SI, with its digits as `number` writes them.
+    /// `6000 rpm` for a value in SI; `number` formats its digits.
     pub fn amount(&self, number: impl Fn(f64) -> String, value: f64) -> String {
         self.after(&number(value * self.factor))
     }
@@ -137,7 +137,7 @@ impl Unit {
         format!("{text} {}", self.text).trim_end().to_owned()
     }
 
-    /// The first of some that fits values with the unit `si`.
+    /// The first unit that fits values with the unit `si`.
     pub fn first(units: &[String], si: &str) -> Option<Self> {
         units.iter().find_map(|unit| Self::of(unit, si))
     }
@@ -148,7 +148,7 @@ impl Unit {
         Self { factor, text }
     }
 
-    /// `speed 6000 rpm`; a number alone where it has no unit.
+    /// `speed 6000 rpm`; a number alone if it has no unit.
     pub fn words(&self, name: &str, value: f64) -> String {
         let text = format!("{name} {} {}", number(value * self.factor), self.text);
         text.trim_end_matches(['–', ' ']).to_owned()
@@ -166,17 +166,17 @@ pub(super) struct Scale {
     range: [Option<f64>; 2],
 }
 
-/// Part of the largest value of a quantity below which one is round-off.
+/// Round-off limit, relative to the largest value of a quantity.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Powers are squares of amplitudes.
 const POWER: &str = "W";
 
 impl Scale {
-    /// Of values with a name and a unit of SI.
+    /// The scale for values with a name and an SI unit.
     ///
     /// # Errors
-    /// What was asked for is of another unit.
+    /// A requested unit belongs to another quantity.
     pub fn new(name: &str, si: &str, display: &Display) -> Result<Self, PlotError> {
         let unfit = |option: &'static str, amount: &Amount| PlotError::OtherUnit {
             option,
@@ -194,7 +194,7 @@ impl Scale {
         };
         let mut range = [None; 2];
         for (end, amount) in range.iter_mut().zip(display.range.iter().flatten()) {
-            // Of decibels a range is in decibels.
+            // The range of a decibel scale is in decibels.
             let si = if reference.is_some() { "dB" } else { si };
             *end = Some(amount.si(si).ok_or_else(|| unfit("--range", amount))?);
         }
@@ -214,7 +214,7 @@ impl Scale {
         self
     }
 
-    /// What is drawn of a value: itself or its level; none where the axis has no place for it.
+    /// The drawn form of a value: itself or its level; `None` if the axis cannot show it.
     pub fn shown(&self, value: f64) -> Option<f64> {
         let shown = match self.reference {
             Some(reference) => self.decade() * (value.abs() / reference).log10(),
@@ -223,8 +223,8 @@ impl Scale {
         (shown.is_finite() && (!self.logarithmic || shown > 0.0)).then_some(shown)
     }
 
-    /// The ends of an error bar; NaN at one that is beyond the axis. A level is of a size: the lower end of one that
-    /// may be nothing is beyond any.
+    /// The ends of an error bar; NaN at one that is beyond the axis. A level depends on the magnitude: if the bar
+    /// includes zero, it has no lower end.
     pub fn bar(&self, value: f64, error: f64) -> [f64; 2] {
         let [low, high] = match self.reference {
             Some(_) => [(value.abs() - error).max(0.0), value.abs() + error],
@@ -233,8 +233,8 @@ impl Scale {
         [low, high].map(|end| self.shown(end).unwrap_or(f64::NAN))
     }
 
-    /// Below which an axis of levels or decades does not reach for a value, by the largest shown of the same quantity: what is
-    /// less than [`ROUND_OFF`] of it is round-off. None of a linear axis, which such a value does not stretch.
+    /// Lower limit of an axis of levels or decades, given the largest shown value of the same quantity: values below
+    /// [`ROUND_OFF`] of it are round-off. `None` for a linear axis, because such values do not extend it.
     pub fn floor(&self, largest: f64) -> Option<f64> {
         match (self.reference.is_some(), self.logarithmic) {
             (true, _) => Some(largest + self.decade() * ROUND_OFF.log10()),
@@ -243,7 +243,7 @@ impl Scale {
         }
     }
 
-    /// Decibels of a factor of 10.
+    /// Decibels per factor of 10.
     fn decade(&self) -> f64 {
         if self.si == POWER { 10.0 } else { 20.0 }
     }
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(scale.shown(0.0), None);
         assert_eq!(scale.axis([0.0, 20.0]).label, "rms [dB re 1 µm]");
         assert_eq!(scale.floor(20.0), Some(20.0 - 180.0));
-        // A bar holds its value; that of one which may be nothing has no lower end.
+        // A bar contains its value; if it includes zero, it has no lower end.
         let double = 20.0 * 2.0_f64.log10();
         for value in [3e-5, -3e-5] {
             let found = scale.bar(value, 1e-5);

@@ -1,9 +1,9 @@
 //! A canvas as SVG text or PNG bytes, through the backends of `plotters`.
 //!
-//! The backends take whole pixels. SVG is therefore drawn ten times as large and scaled by
-//! its view box, PNG four times as large and averaged down by two, which also smooths edges.
-//! In SVG a picture of very many shapes is an image with its texts above it, so that no file grows with the
-//! number of points. Same canvas, same bytes.
+//! The backends take whole pixels. SVG is therefore drawn ten times as large and scaled by its view box, PNG four times
+//! as large and averaged down by two, which also smooths edges. In SVG a picture with very many shapes is an image with
+//! its texts above it, so that the size of the file does not grow with the number of points. The same canvas gives the
+//! same bytes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -19,13 +19,13 @@ use super::lettering::{FAMILY, LINE_PER_EM, font_is_ready};
 
 /// The SVG backend divides sizes by this to get the em.
 const SVG_SIZE_PER_EM: f64 = 1.24;
-/// Units of the SVG view box a pixel.
+/// Units of the SVG view box per pixel.
 const SVG_SCALE: f64 = 10.0;
-/// Pixels of a PNG a pixel of the canvas.
+/// Pixels of a PNG per pixel of the canvas.
 pub(super) const PNG_SCALE: usize = 2;
-/// How far beyond the picture shapes reach \[px\].
+/// Distance to which shapes may extend beyond the picture \[px\].
 const ASIDE: f64 = 100.0;
-/// Most shapes that an SVG document has as shapes: these take 2 MB.
+/// Most shapes that an SVG document contains as shapes: these take 2 MB.
 const MOST_SHAPES: usize = 20_000;
 /// Drawn pixels averaged into one of a PNG, each way.
 const OVERSAMPLING: usize = 2;
@@ -39,7 +39,7 @@ enum Medium {
 /// The canvas as an SVG document.
 ///
 /// # Errors
-/// The backend refuses.
+/// The backend fails.
 pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
     let [width, height] = canvas.size().map(|length| (length * SVG_SCALE) as u32);
     let pressed = canvas.shapes.len() > MOST_SHAPES;
@@ -70,7 +70,7 @@ pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
 /// The canvas as a PNG file.
 ///
 /// # Errors
-/// The backend or the encoder refuses.
+/// The backend or the encoder fails.
 pub(super) fn png(canvas: &Canvas) -> Result<Vec<u8>, PlotError> {
     image(canvas, |_| true)
 }
@@ -79,7 +79,7 @@ fn is_text(shape: &Shape) -> bool {
     matches!(shape, Shape::Text { .. })
 }
 
-/// Those shapes of a canvas that are `shown`, as a PNG file.
+/// The `shown` shapes of a canvas, as a PNG file.
 fn image(canvas: &Canvas, shown: impl Fn(&Shape) -> bool) -> Result<Vec<u8>, PlotError> {
     let scale = PNG_SCALE * OVERSAMPLING;
     let [width, height] = canvas.size().map(|length| length as usize * scale);
@@ -96,7 +96,7 @@ fn image(canvas: &Canvas, shown: impl Fn(&Shape) -> bool) -> Result<Vec<u8>, Plo
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Best);
-    // Flat colours: filters, made for photographs, make files a fifth larger here.
+    // Colours are flat: filters, which suit photographs, make files a fifth larger here.
     encoder.set_filter(png::FilterType::NoFilter);
     let mut writer = encoder.write_header().map_err(PlotError::drawing)?;
     writer
@@ -137,7 +137,7 @@ fn draw<B: DrawingBackend>(
     if !font_is_ready() {
         return Err(PlotError::drawing("the built-in font cannot be read"));
     }
-    // The bitmap backend visits every pixel of a shape, those beyond the picture as well.
+    // The bitmap backend visits every pixel of a shape, also beyond the picture.
     let size = canvas.size();
     let near = |place: f64, size: f64| (place.clamp(-ASIDE, size + ASIDE) * scale).round() as i32;
     let whole = |place: Place| (near(place[0], size[0]), near(place[1], size[1]));
@@ -156,8 +156,8 @@ fn draw<B: DrawingBackend>(
                 let places: Vec<(i32, i32)> = points.iter().copied().map(whole).collect();
                 match medium {
                     Medium::Svg => backend.draw_path(places, &style),
-                    // The backend makes one polygon of a thick path, which goes wrong where
-                    // the path crosses itself: separate lines with round joints instead.
+                    // The backend makes one polygon of a thick path, which is wrong if the path crosses itself. Draw
+                    // separate lines with round joints instead.
                     Medium::Bitmap => {
                         let pairs = places.windows(2).filter(|pair| pair[0] != pair[1]);
                         pairs
@@ -193,8 +193,8 @@ fn draw<B: DrawingBackend>(
                 upwards,
             } => {
                 let em = size * scale;
-                // Size as the backend counts it, and how far below the top of the text it
-                // puts the baseline.
+                // Text size in the unit of the backend, and the distance from the top of the text to its baseline
+                // there.
                 let (size, drop) = match medium {
                     Medium::Svg => (em * SVG_SIZE_PER_EM, 0.76 * em),
                     Medium::Bitmap => (em * LINE_PER_EM, 0.5 * em * LINE_PER_EM),
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(text.unwrap().text().unwrap().trim(), "a<b> & \"c\"");
     }
 
-    /// A mark on every second pixel, and a text: as a few shapes, and as very many.
+    /// A mark on every second pixel, and a text: as few shapes, and as very many.
     #[test]
     fn very_many_shapes_are_an_image_below_the_texts() {
         let of = |side: usize| {

@@ -1,4 +1,4 @@
-//! What can stand in the way of a picture, said with what to do about it.
+//! Why can a picture not be drawn, and what can the user do about it?
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -18,14 +18,14 @@ pub enum PlotError {
     /// A table cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The folder holds neither results nor followed orbits nor a trace.
+    /// The folder contains neither results nor followed orbits nor a trace.
     #[error(
         "nothing to draw in `{}`: give a folder with points.parquet (from `atlas run`), \
          branches.parquet (from `atlas follow`), trace.parquet (from `atlas trace`) or signals.parquet (from `atlas runup`), or a mesh table (from `atlas table`)",
         folder.display()
     )]
     Nothing {
-        /// The folder given.
+        /// The given folder.
         folder: PathBuf,
     },
     /// The table file cannot be used.
@@ -33,7 +33,7 @@ pub enum PlotError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         fault: CacheFault,
     },
     /// The data do not fit this picture.
@@ -44,51 +44,51 @@ pub enum PlotError {
         /// Why, and what would help.
         reason: String,
     },
-    /// Pictures asked for do not fit the data.
+    /// Requested pictures do not fit the data.
     #[error("no {} picture from `{}`: {reason}; available here: {available}", what.name(), path.display())]
     NotAvailable {
-        /// The picture asked for.
+        /// The requested picture.
         what: What,
-        /// The folder or file given.
+        /// The given folder or file.
         path: PathBuf,
         /// Why, and what would help.
         reason: String,
-        /// Pictures that it allows.
+        /// Pictures that are possible.
         available: String,
     },
-    /// No point of that number.
+    /// No point with that number.
     #[error(
         "no point {point_id} in these results; the column point_id of points.parquet lists all"
     )]
     UnknownPoint {
-        /// The number asked for.
+        /// The requested number.
         point_id: u64,
     },
-    /// No axis of that name.
+    /// No axis with that name.
     #[error("no grid axis `{name}` with more than one value; these have several: {known}")]
     UnknownAxis {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// Axes that can be plotted over.
         known: String,
     },
-    /// No axis of that name in one of the folders.
+    /// No axis with that name in one of the folders.
     #[error("no grid axis `{name}` in `{}`; its axes are: {known}", folder.display())]
     NoAxis {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The folder.
         folder: PathBuf,
         /// Its axes.
         known: String,
     },
-    /// Curves that go along the axis that they are to differ by.
+    /// Curves over an axis that is also to distinguish them.
     #[error("--over and --by name the same axis `{name}`; name two different axes")]
     SameAxis {
         /// The axis.
         name: String,
     },
-    /// Neither a kind of picture nor a column of numbers.
+    /// The text is neither a kind of picture nor a column of numbers.
     #[error(
         "no kind of picture and no column of numbers has the name `{name}`{}{}; `atlas plot {} --list` lists all",
         if *is_text { " (this column contains text)" } else { "" },
@@ -96,19 +96,19 @@ pub enum PlotError {
         folder.display()
     )]
     UnknownColumn {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Whether it is a column, but of texts.
+        /// Whether it is a column of texts.
         is_text: bool,
-        /// Names like it.
+        /// Similar names.
         nearest: Vec<String>,
         /// The folder.
         folder: PathBuf,
     },
-    /// A column of a table that is not there.
+    /// A column of a missing table.
     #[error("no {column}: there is no {table} in `{}`; `atlas plot {} --list` lists what can be drawn", folder.display(), folder.display())]
     NoTable {
-        /// The column asked for.
+        /// The requested column.
         column: String,
         /// The folder.
         folder: PathBuf,
@@ -129,46 +129,46 @@ pub enum PlotError {
     NoElement {
         /// The column.
         column: String,
-        /// The element asked for.
+        /// The requested element.
         element: String,
-        /// How many there are; none where the column holds no lists.
+        /// Number of elements; `None` if the column contains no lists.
         length: Option<usize>,
-        /// Their names, where they have some.
+        /// Their names, if any.
         names: Vec<String>,
     },
-    /// An option with a unit that does not fit.
+    /// The unit in an option does not fit.
     #[error("`{option} {given}` does not fit {name}, whose unit is {}", if unit == "1" { "1 (a plain number)" } else { unit })]
     OtherUnit {
         /// The option.
         option: &'static str,
-        /// What it was given.
+        /// Its value.
         given: String,
         /// The column or level.
         name: String,
         /// Its unit.
         unit: String,
     },
-    /// A unit that nothing drawn is measured in.
+    /// A unit that fits no drawn quantity.
     #[error("`--unit {unit}` does not fit any drawn quantity; their units are {drawn}")]
     UnusedUnit {
         /// The unit.
         unit: String,
-        /// Units of SI of what is drawn.
+        /// SI units of the drawn quantities.
         drawn: String,
     },
-    /// A picture of one folder, asked of several.
+    /// A picture of one folder, requested for several.
     #[error("{} pictures need a single folder; several folders are possible with columns (`--what deflection_rms`) and `--what orders`", what.name())]
     OneFolder {
         /// The picture.
         what: What,
     },
-    /// Columns of something else than results.
+    /// Columns were requested, but the source has no results.
     #[error("`{}` has no columns to draw; give a folder that `atlas run` wrote", folder.display())]
     NoColumns {
         /// The folder or file.
         folder: PathBuf,
     },
-    /// Measured points over another axis than the curves.
+    /// Measured points over another axis than that of the curves.
     #[error(
         "the first column of `{}` is `{column}`, but the curves are over `{over}`; give --over {column}, or rename the column",
         file.display()
@@ -181,7 +181,7 @@ pub enum PlotError {
         /// The axis of the curves.
         over: String,
     },
-    /// Measured points of a column that is not drawn.
+    /// Measured points for a column that is not drawn.
     #[error(
         "the second column of `{}` is `{column}`, which --what does not name; give --what {column}, or rename the column",
         file.display()
@@ -192,7 +192,7 @@ pub enum PlotError {
         /// Its second column.
         column: String,
     },
-    /// Measured points in a unit of something else.
+    /// Measured points in a unit of another quantity.
     #[error(
         "`{column} [{unit}]` in `{}` does not fit {column}, whose unit is {}",
         file.display(),
@@ -205,13 +205,13 @@ pub enum PlotError {
         column: String,
         /// Its unit there.
         unit: String,
-        /// Its unit of SI.
+        /// Its SI unit.
         si: String,
     },
-    /// The drawing library refuses.
+    /// The drawing library fails.
     #[error("a picture could not be drawn: {detail}")]
     Drawing {
-        /// Its own words.
+        /// Its message.
         detail: String,
     },
 }

@@ -3,7 +3,7 @@
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 
-/// How many points have averages with standard errors, and of how many these are not verified.
+/// Number of points that have averages with standard errors, and number of these whose errors are not verified.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Evidence {
     known: usize,
@@ -11,7 +11,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Of some points.
+    /// The evidence of some points.
     pub fn of<'p>(points: impl IntoIterator<Item = &'p PointSummary>) -> Self {
         let mut evidence = Self::default();
         for point in points {
@@ -21,7 +21,7 @@ impl Evidence {
         evidence
     }
 
-    /// Of these points and others.
+    /// The evidence of these points and others.
     pub fn and(self, other: Self) -> Self {
         Self {
             known: self.known + other.known,
@@ -29,7 +29,7 @@ impl Evidence {
         }
     }
 
-    /// For the line below a title; empty where all standard errors are verified.
+    /// Words for the line below a title; empty if all standard errors are verified.
     pub fn words(self) -> String {
         match self.unverified {
             0 => String::new(),

@@ -7,8 +7,8 @@ const PITCH: f64 = 7.0;
 /// Width of a line \[px\].
 const WIDTH: f64 = 0.9;
 
-/// Hatches a rectangle. All lines are of one family, so that they go on across neighbouring cells, however
-/// small these are.
+/// Hatches a rectangle. All rectangles share one family of lines, so that these continue across neighbouring cells of
+/// any size.
 pub(super) fn hatch(
     canvas: &mut Canvas,
     [left, top]: Place,
@@ -21,7 +21,7 @@ pub(super) fn hatch(
     for sum in (first..=last).map(|line| line as f64 * PITCH) {
         let low = [(sum - bottom).max(left), (sum - left).min(bottom)];
         let high = [(sum - top).min(right), (sum - right).max(top)];
-        // A corner alone is not drawn.
+        // Skip a line that only touches a corner.
         if high[0] - low[0] > 0.1 {
             canvas.line(&[low, high], colour, WIDTH);
         }

@@ -1,5 +1,4 @@
-//! Predictability of one chaotic point: how twins part, on the left, and how averages settle,
-//! on the right.
+//! Predictability of one chaotic point: how twins separate (left), and how averages settle (right).
 
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
@@ -15,12 +14,12 @@ use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
-/// Averages of fewer cycles remember each other; the line is drawn through the others.
+/// Averages over fewer cycles are correlated; the line is drawn through the others.
 const FROM: f64 = 10.0;
-/// Between the separations of single twins.
+/// The range between the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 
-/// What one quantity is over cycles: cycles, value, spread.
+/// A quantity over cycles: cycles, value, spread.
 type Curve = Vec<[f64; 3]>;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -57,7 +56,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     )))
 }
 
-/// What the tables say of a point.
+/// The data of a point from the tables.
 struct Found {
     separation: Curve,
     /// Averages of the contact force and of the mesh force.
@@ -183,7 +182,7 @@ fn separations(canvas: &mut Canvas, found: &Found) {
     );
 }
 
-/// Standard errors of mean forces over the cycles they are taken over.
+/// Standard errors of mean forces over the number of averaged cycles.
 fn averages(canvas: &mut Canvas, found: &Found) {
     let all = || found.averages.iter().flat_map(|(_, curve, _)| curve);
     let [low, high] = range(all().map(|p| p[2]).filter(|spread| *spread > 0.0));

@@ -1,4 +1,4 @@
-//! How a small kick off each periodic orbit of a point grows or decays from return to return.
+//! How does a small kick off each periodic orbit of a point grow or decay from return to return?
 
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, Place, SOFT};
@@ -17,7 +17,7 @@ const RIGHT: f64 = 660.0;
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
 
-/// How far beyond what is integrated linear predictions are shown, as a factor.
+/// Largest ratio of a shown linear prediction to the integrated distances.
 const BEYOND: f64 = 30.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -90,12 +90,12 @@ fn path(panel: &Panel, distances: &[f64]) -> Vec<Place> {
     distances.iter().enumerate().map(at).collect()
 }
 
-/// Whether a place lies between the panel's bottom and top: distances of nothing do not.
+/// Whether a place lies between the panel's bottom and top. Places of zero distances do not.
 fn shown(panel: &Panel, at: &Place) -> bool {
     (panel.top..=panel.bottom).contains(&at[1])
 }
 
-/// The straight lines of a path, as far as they lie between the panel's bottom and top.
+/// The straight segments of a path, clipped at the panel's bottom and top.
 fn parts(panel: &Panel, path: &[Place]) -> Vec<[Place; 2]> {
     let pairs = path.windows(2).map(|pair| [pair[0], pair[1]]);
     pairs.filter_map(|pair| within(panel, pair)).collect()

@@ -44,8 +44,8 @@ fn error(point: &PointSummary) -> f64 {
     point.stderr.unwrap_or(0.0)
 }
 
-/// λ with error bars: with the symbol of the motion or, where there are sweeps in both directions, as
-/// dots in the colour of the direction. Gives where its key ends \[px\].
+/// λ with error bars: with the symbol of the motion or, if there are sweeps in both directions, as dots in the colour
+/// of the direction. Returns the end of its key \[px\].
 pub(super) fn panel(
     canvas: &mut Canvas,
     [top, bottom]: [f64; 2],
@@ -91,7 +91,7 @@ pub(super) fn panel(
     legend(canvas, &sweeps, points, top + 12.0)
 }
 
-/// Names of what is drawn, from a height on; gives where they end \[px\].
+/// Names of curves and symbols, from a height down; returns the end \[px\].
 fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], mut y: f64) -> f64 {
     canvas.dashes([MARGIN, y], [MARGIN + SAMPLE, y], SOFT, 1.2);
     y += entry(canvas, [MARGIN, y], "λ = 0");
@@ -124,7 +124,7 @@ fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bo
     }
 }
 
-/// The points of one sweep; `own` colour where it is not the only one.
+/// The points of one sweep, in its `own` colour if there are several sweeps.
 fn symbols(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -155,7 +155,7 @@ fn symbols(
         }
         symbol(canvas, [x, panel.y(lambda)], point);
     }
-    // Points without λ stand on the lower edge, so that none is lost.
+    // Points without λ are on the lower edge, so that none is lost.
     for point in sweep.points.iter().filter(|point| point.lambda.is_none()) {
         let x = panel.x(point.axis_values[along]);
         symbol(canvas, [x, panel.bottom], point);

@@ -1,5 +1,5 @@
-//! The largest Lyapunov exponent over two axes: chaotic points in colour, all others by
-//! what they are. Transient chaos is hatched.
+//! The largest Lyapunov exponent over two axes: chaotic points in colour, all others by kind of motion. Transient chaos
+//! is hatched.
 
 use super::axis::Axis;
 use super::canvas::{Canvas, Colour};
@@ -22,8 +22,7 @@ fn calm(motion: Motion) -> Colour {
     }
 }
 
-/// The largest exponent of a chaotic point of the results: one scale for all slices, so that they
-/// compare.
+/// The largest exponent of a chaotic point of the results: one scale for all slices, so that they can be compared.
 pub(super) fn largest_of(results: &Results) -> f64 {
     let chaotic = (results.summary.all.iter()).filter(|point| Motion::of(point).is_chaos());
     chaotic.filter_map(|point| point.lambda).fold(0.0, f64::max)
@@ -38,7 +37,7 @@ pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     }
 }
 
-/// A cell of the key: what is not on the ramp, and what hatching means.
+/// A cell of the key, for motions outside the ramp and for hatching.
 fn sample(motion: Motion) -> Look {
     if motion.is_hatched() {
         Look {
@@ -88,7 +87,7 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             y = bottom + 26.0;
         }
         let bottom = HEIGHT[1] - 50.0;
-        // What hatching means comes first: a key of many kinds leaves some out.
+        // The entry of hatching comes first, because a key with many kinds leaves some out.
         let hatched = others
             .extract_if(.., |motion, _| motion.is_hatched())
             .collect();

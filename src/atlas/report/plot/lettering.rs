@@ -1,18 +1,18 @@
-//! How wide is a text, and how is it made to fit where it stands?
+//! How wide is a text, and how does it fit into its place?
 
 use std::sync::OnceLock;
 
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
-/// DejaVu Sans 2.37, cut down to Latin, Greek and symbols; licence beside it.
+/// DejaVu Sans 2.37, reduced to Latin, Greek and symbols; its licence is in the same folder.
 static FONT: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
-/// What SVG viewers look for. Verdana has the widths of DejaVu Sans.
+/// Font families for SVG viewers. Verdana has the widths of DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
-/// Ascent plus descent of DejaVu Sans over its em (1901 + 483 of 2048 units): bitmap sizes
-/// are given as that height.
+/// Ascent plus descent of DejaVu Sans over its em (1901 + 483 of 2048 units): the bitmap backend takes this height as
+/// the size.
 pub(super) const LINE_PER_EM: f64 = 2384.0 / 2048.0;
 
-/// Registers the font once; whether it could be read.
+/// Registers the font once; returns whether this worked.
 pub(super) fn font_is_ready() -> bool {
     static READY: OnceLock<bool> = OnceLock::new();
     *READY.get_or_init(|| register_font(FAMILY, FontStyle::Normal, FONT).is_ok())
@@ -20,7 +20,7 @@ pub(super) fn font_is_ready() -> bool {
 
 /// Width of a text \[px\].
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    // Measured large, because the answer comes in whole pixels.
+    // Measured at a large size, because the result is in whole pixels.
     const LARGE: f64 = 100.0;
     let font = FontDesc::new(
         FontFamily::Name(FAMILY),
@@ -28,7 +28,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         FontStyle::Normal,
     );
     let measured = if font_is_ready() { font.box_size(text).ok() } else { None };
-    // Letters are 0.6 em wide on average, should there be no font.
+    // Without a font: letters are 0.6 em wide on average.
     let width = measured.map_or_else(
         || 0.6 * LARGE * text.chars().count() as f64,
         |(width, _)| f64::from(width),
@@ -36,8 +36,8 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     width * size / LARGE
 }
 
-/// A text in one line that is no wider than `width` \[px\]: written smaller, down to `least`, and cut
-/// where that is not enough. Gives the em size with it.
+/// A text in one line no wider than `width` \[px\]: scaled down to at most `least`, and cut if that is not enough.
+/// Returns the text and its em size.
 pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, f64) {
     let wide = text_width(text, size);
     if wide <= width {
@@ -50,7 +50,7 @@ pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, 
     (cut(text, least, width), least)
 }
 
-/// A text in lines no wider than `width` \[px\], broken between words; a word that is wider is cut.
+/// A text in lines no wider than `width` \[px\], broken between words; a wider word is cut.
 pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
@@ -65,12 +65,12 @@ pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
-/// As many characters as fit, with an ellipsis where some do not.
+/// As many characters as fit, with an ellipsis if some do not.
 fn cut(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
     }
-    // Of a name gone wrong no more than anyone reads.
+    // Keep only a readable part of a name that is far too long.
     let mut kept: String = text.chars().take(300).collect();
     while kept.pop().is_some() {
         let shown = format!("{}…", kept.trim_end());
@@ -81,8 +81,8 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     "…".to_owned()
 }
 
-/// Heights near those wanted, in their order, `distance` from each other and between two bounds where
-/// there is room.
+/// Heights near the `wanted` ones, in the same order, `distance` from each other and between two bounds if there is
+/// room.
 pub(super) fn apart(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));

@@ -2,7 +2,7 @@
 
 use super::canvas::Colour;
 
-/// How a point looks in its cell.
+/// The look of a point in its cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Look {
     pub colour: Colour,

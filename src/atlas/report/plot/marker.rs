@@ -1,4 +1,4 @@
-//! How bifurcations look: one symbol, one colour and one name for every kind, in all pictures.
+//! The look of bifurcations: one symbol, one colour and one name per kind, in all pictures.
 
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, WIDTH};
 use super::lettering::wrapped;
@@ -21,7 +21,7 @@ pub(super) enum Marker {
     Bar,
 }
 
-/// Symbols without a meaning of their own, told apart when filled.
+/// Symbols without a fixed meaning, distinguishable when filled.
 pub(super) const OTHERS: [Marker; 5] = [
     Marker::Disc,
     Marker::Square,
@@ -31,7 +31,7 @@ pub(super) const OTHERS: [Marker; 5] = [
 ];
 
 impl Marker {
-    /// Of a bifurcation's kind.
+    /// The marker of a kind of bifurcation.
     pub fn of(kind: &str) -> Self {
         match kind {
             "fold" => Self::Disc,
@@ -45,12 +45,12 @@ impl Marker {
         }
     }
 
-    /// Draws it, closed symbols in white.
+    /// Draws it; closed symbols are white.
     pub fn draw(self, canvas: &mut Canvas, at: Place) {
         self.filled(canvas, at, WHITE);
     }
 
-    /// Draws it, closed symbols in a colour with an edge of ink.
+    /// Draws it; closed symbols have a colour and an edge of ink.
     pub fn filled(self, canvas: &mut Canvas, at: Place, fill: Colour) {
         self.sized(canvas, at, fill, 1.0);
     }
@@ -74,7 +74,7 @@ impl Marker {
                 canvas.line(&[from, to], INK, width);
             }
         };
-        // The edge of small symbols must leave something of their colour.
+        // The edge must not cover the whole colour of a small symbol.
         let edge = 1.3 * factor.min(1.0);
         match self {
             Self::Disc => {
@@ -96,7 +96,7 @@ impl Marker {
     }
 }
 
-/// The colour of a kind's curve: from Okabe and Ito's palette, told apart by colour-blind readers.
+/// The colour of a kind's curve, from Okabe and Ito's palette, which colour-blind readers can distinguish.
 pub(in crate::report) fn colour(kind: &str) -> Colour {
     match kind {
         "fold" => Colour(0xd5, 0x5e, 0x00),
@@ -107,7 +107,7 @@ pub(in crate::report) fn colour(kind: &str) -> Colour {
     }
 }
 
-/// `period doubling`; of an onset, of what.
+/// The name of a kind, for example `period doubling`; for an onset with its object.
 pub(in crate::report) fn name(kind: &str) -> String {
     match kind {
         "onset" => "onset of rattle".to_owned(),
@@ -118,8 +118,8 @@ pub(in crate::report) fn name(kind: &str) -> String {
 /// Width of the sample of an entry of a key \[px\].
 pub(super) const SAMPLE: f64 = 22.0;
 
-/// The words of an entry of a key, right of its sample, in as many lines as they take. Gives the
-/// height used \[px\].
+/// The words of an entry of a key, to the right of its sample, in as many lines as necessary. Returns the height used
+/// \[px\].
 pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) -> f64 {
     const PITCH: f64 = 22.0;
     const LINE: f64 = 15.0;

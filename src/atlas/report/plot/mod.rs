@@ -1,8 +1,7 @@
-//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone, and of
-//! a mesh table.
+//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone, and of a mesh table.
 //!
-//! Each kind of picture is a list of shapes on a [`canvas`] first, and one place makes SVG
-//! or PNG of it. Same files, same bytes.
+//! Each kind of picture is first a list of shapes on a [`canvas`], and one module turns it into SVG or PNG. The same
+//! files give the same bytes.
 
 mod axis;
 mod axis_units;
@@ -79,18 +78,18 @@ pub(super) use ramp::colours as ramp_colours;
 pub use request::{PlotRequest, USUAL_ORDERS};
 pub use what::What;
 
-/// What pictures of a mesh need.
+/// Requirement of pictures of a mesh.
 const MESH_NEEDED: &str =
     "this picture needs a mesh table, a file that `atlas table MANIFEST` writes";
 
-/// Where Campbell diagrams come from.
+/// Source of Campbell diagrams.
 const CAMPBELL_APART: &str = "results contain no natural frequencies; `atlas plot m.toml --what campbell` computes \
                               them from a manifest";
 
-/// What pictures of followed orbits need.
+/// Requirement of pictures of followed orbits.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
 
-/// What was given: a folder, which may be of several kinds at once, or a table file.
+/// The given source: a folder, which may be of several kinds at once, or a table file.
 struct Source {
     results: Option<Results>,
     /// Followed orbits, and the units of their axes.
@@ -100,11 +99,11 @@ struct Source {
     run_up: Option<RunUpFolder>,
 }
 
-/// Draws what was asked for, or all that the data of a folder or of a table file allow; columns of
-/// several folders go into one picture.
+/// Draws the requested pictures, or all that the data of a folder or of a table file allow. Columns of several folders
+/// go into one picture.
 ///
 /// # Errors
-/// There is nothing to plot, a file cannot be read, or what was asked for is not there.
+/// There is nothing to plot, a file cannot be read, or a requested item does not exist.
 pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
     let mut drawn = drawn(paths, request)?;
     drawn.say_what_was_thinned();
@@ -155,16 +154,16 @@ fn drawn(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
     Ok(drawn)
 }
 
-/// What can be drawn of a results folder.
+/// Possible pictures of a results folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawable {
     /// Kinds of pictures.
     pub kinds: Vec<What>,
-    /// Every column, by the name that it is asked for by.
+    /// Every column, by its name in requests.
     pub columns: Vec<ColumnHead>,
 }
 
-/// Says what can be drawn of a results folder.
+/// Lists the possible pictures of a results folder.
 ///
 /// # Errors
 /// It cannot be read.
@@ -191,7 +190,7 @@ impl Source {
             });
         }
         let holds = |kind: TableKind| path.join(kind.file_name()).exists();
-        // Where a record is, there were tables.
+        // A record proves that there were tables.
         let recorded = record_paths(path).is_ok_and(|records| !records.is_empty());
         let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
@@ -216,7 +215,7 @@ impl Source {
         })
     }
 
-    /// Draws all that the data allow, and says what was left out.
+    /// Draws all that the data allow, and notes what was left out.
     fn draw_all(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let mut drawn = Drawn::default();
         let usual = |what: &&What| match what {
@@ -240,7 +239,7 @@ impl Source {
         Ok(drawn)
     }
 
-    /// Draws a kind that was asked for.
+    /// Draws a requested kind.
     fn draw_one(&self, what: What, path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
         self.draw(what, request).map_err(|error| match error {
             PlotError::Unfit { what, reason } => {
@@ -256,7 +255,7 @@ impl Source {
         })
     }
 
-    /// The results, which columns are of.
+    /// The results that contain the columns.
     fn results_with_points(
         &self,
         path: &Path,
@@ -325,12 +324,12 @@ impl Source {
             What::Branches => self.followed.is_some(),
             What::Curves => (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some()),
             What::Phase => self.results.is_some() || self.recording.is_some(),
-            // Only where they were asked for: most results have neither.
+            // Only if the job requested them: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
             What::Basins => self.holds(TableKind::Basins),
             What::Multipliers | What::Kicks => self.holds(TableKind::Orbits),
             What::Convergence => (self.results.as_ref()).is_some_and(convergence::is_there),
-            // Few jobs ask for it: no word where none did.
+            // Few jobs request it: leave it out silently if none did.
             What::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
             }),

@@ -1,5 +1,4 @@
-//! What a point did, as the pictures show it: one colour, one symbol, one mark and one name for every
-//! kind of motion, in all of them.
+//! The look of a point's motion: one colour, one symbol, one mark and one name per kind of motion, in all pictures.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +12,7 @@ use super::ramp::ink_on;
 use crate::report::PointSummary;
 use crate::report::point::{CHAOTIC, TRANSIENT_CHAOS};
 
-/// Kind of motion, or why there is none; the calmest first.
+/// Kind of motion, or the reason for its absence; the calmest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::report) enum Motion {
     SteadyContact,
@@ -40,7 +39,7 @@ impl Motion {
         }
     }
 
-    /// Whether neighbours part exponentially, for a time at least.
+    /// Whether neighbouring trajectories separate exponentially, at least for a time.
     pub fn is_chaos(self) -> bool {
         matches!(self, Self::Chaotic | Self::TransientChaos)
     }
@@ -50,9 +49,9 @@ impl Motion {
         self == Self::TransientChaos
     }
 
-    /// Okabe and Ito's green and vermilion, for transient chaos a paler vermilion, and for periods a family of shades a prime factor, darker
-    /// after every doubling: told apart by colour-blind readers, as a test of them tells. Periods of one
-    /// shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) have their numbers on maps and rows of their own
+    /// Okabe and Ito's green and vermilion, a paler vermilion for transient chaos, and for periods a family of shades
+    /// per prime factor, darker after every doubling. Colour-blind readers can distinguish them; a test checks this.
+    /// Periods of one shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) differ by their numbers on maps and by their rows
     /// elsewhere.
     pub fn colour(self) -> Colour {
         match self {
@@ -78,7 +77,7 @@ impl Motion {
         }
     }
 
-    /// Its symbol on a curve: one a family of periods.
+    /// Its symbol on a curve: one per family of periods.
     pub(super) fn marker(self) -> Marker {
         match self {
             Self::Periodic(period) => match family(period).0 {
@@ -123,7 +122,7 @@ impl Motion {
     }
 }
 
-/// How often each kind of motion occurs.
+/// Number of points of each kind of motion.
 pub(super) fn counts<'p>(
     points: impl IntoIterator<Item = &'p PointSummary>,
 ) -> BTreeMap<Motion, usize> {
@@ -134,14 +133,14 @@ pub(super) fn counts<'p>(
     counts
 }
 
-/// A period without its factors of two, and how many there are; of an unknown period as of 1.
+/// A period without its factors of two, and the number of these factors. An unknown period counts as 1.
 fn family(period: u64) -> (u64, u32) {
     let doublings = period.max(1).trailing_zeros();
     (period.max(1) >> doublings, doublings)
 }
 
-/// The kinds of motion that a key of so many entries names, those that occur most, the calmest
-/// first; and how many it leaves out.
+/// The kinds of motion that a key with `most` entries names: the most frequent ones, the calmest first. Also the number
+/// of kinds that it leaves out.
 fn leading(counts: &BTreeMap<Motion, usize>, most: usize) -> (BTreeMap<Motion, usize>, usize) {
     let mut frequent: Vec<(Motion, usize)> = counts.iter().map(|(m, n)| (*m, *n)).collect();
     frequent.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -154,8 +153,7 @@ const PITCH: f64 = 24.0;
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [20.0, 18.0];
 
-/// A sample of a key: a cell of a map as it looks there, with the letter of its motion where the map has
-/// letters.
+/// A sample of a key: a cell with its look on the map, with the letter of its motion if the map has letters.
 pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &Look) {
     let (corner, colour) = ([x + SAMPLE[0], y + SAMPLE[1]], look.colour);
     canvas.rectangle([x, y], corner, colour);
@@ -180,8 +178,7 @@ pub(super) fn marker_sample(canvas: &mut Canvas, [x, y]: Place, motion: Motion) 
     motion.marker().filled(canvas, at, motion.colour());
 }
 
-/// Names with how often they occur, beside their samples, from a place down to a bottom. Gives the height
-/// used \[px\].
+/// Names with their counts, beside their samples, from a place down to a bottom. Returns the height used \[px\].
 pub(super) fn key(
     canvas: &mut Canvas,
     [x, top]: Place,
@@ -190,7 +187,7 @@ pub(super) fn key(
     sample: impl Fn(&mut Canvas, Place, Motion),
 ) -> f64 {
     let room = ((bottom - top) / PITCH).max(1.0) as usize;
-    // One line says how many are left out.
+    // One line gives the number of kinds that are left out.
     let most = if counts.len() > room { room.saturating_sub(1).max(1) } else { room };
     let (named, left) = leading(counts, most);
     let left_out = (left > 0).then(|| format!("… and {left} more classes"));
@@ -215,8 +212,8 @@ pub(super) fn key(
 mod tests {
     use super::*;
 
-    /// How colours look to readers without cones for red, green and blue light: linear RGB by
-    /// matrices of Machado, Oliveira and Fernandes (2009), severity 1.
+    /// Colours for readers with full colour vision and for readers without cones for red, green or blue light: linear
+    /// RGB by matrices of Machado, Oliveira and Fernandes (2009), severity 1.
     const SIGHTS: [[[f64; 3]; 3]; 4] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         [
@@ -240,7 +237,7 @@ mod tests {
         matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
-    /// CIE 1976 L*a*b* of a colour as it is seen (sRGB, D65).
+    /// CIE 1976 L*a*b* of a colour for a reader's vision (sRGB, D65).
     fn seen(colour: Colour, sight: &[[f64; 3]; 3]) -> [f64; 3] {
         let linear = [colour.0, colour.1, colour.2].map(|value| {
             let value = f64::from(value) / 255.0;
@@ -268,7 +265,7 @@ mod tests {
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
-    /// A difference of 2.3 is just noticed; eleven are seen between small marks.
+    /// A difference of 2.3 is just noticeable; a difference of eleven is visible between small marks.
     #[test]
     fn kinds_of_motion_differ_in_colour_to_every_reader() {
         let periods = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12].map(Motion::Periodic);

@@ -20,8 +20,8 @@ const TOP: f64 = 72.0;
 const SIDE: f64 = 520.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;
 
-/// Half the side of the plane shown, at least and at most; what lies further out is drawn at the
-/// edge, so that the circle stays visible.
+/// Smallest and largest half side of the shown plane. Multipliers further out are drawn at the edge, so that the circle
+/// stays visible.
 const EXTENT: [f64; 2] = [1.25, 4.0];
 
 /// Room around the outermost multiplier.
@@ -102,7 +102,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
     }
 }
 
-/// The leading multiplier, and its conjugate where it has one.
+/// The leading multiplier, and its conjugate if it is complex.
 fn leading(orbit: &Orbit) -> Vec<[f64; 2]> {
     match orbit.leading {
         None => Vec::new(),

@@ -1,4 +1,4 @@
-//! What pictures of periodic orbits have in common: whose orbits they show, and the key.
+//! The common parts of pictures of periodic orbits: the selection of points, and the key.
 
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
 use super::categories::colour;
@@ -14,7 +14,7 @@ use crate::report::orbits::Orbit;
 const MOST_ENTRIES: usize = 11;
 const ENTRY: f64 = 42.0;
 
-/// A picture for each point with orbits that show what is drawn, or for the point asked for.
+/// A picture for each point whose orbits have the drawn data, or for the requested point.
 pub(super) fn pictures(
     results: &Results,
     request: &PlotRequest,
@@ -65,7 +65,7 @@ pub(super) fn pictures(
     Ok(drawn)
 }
 
-/// The colour of an orbit by its place.
+/// The colour of an orbit by its index.
 pub(super) fn orbit_colour(place: usize) -> Colour {
     colour(place)
 }
@@ -97,8 +97,8 @@ pub(super) fn key(
 /// Distance between the centres of two numbers \[px\].
 const APART: f64 = 20.0;
 
-/// Numbers of orbits where they belong, or above or below where others stand there already, with a
-/// line to where they belong. The first of the list stand nearest.
+/// Numbers of orbits at their places. If other numbers are there, they move up or down, with a line to the place. The
+/// first of the list are nearest.
 pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     let mut taken: Vec<Place> = Vec::new();
     for (_, wanted) in wanted {
@@ -123,7 +123,7 @@ fn numbered(canvas: &mut Canvas, centre: Place, place: usize) {
     canvas.disc(centre, 9.5, Colour(255, 255, 255));
     canvas.disc(centre, 8.5, orbit_colour(place));
     let Colour(red, green, blue) = orbit_colour(place);
-    // Luminance of the colour decides which ink is read on it.
+    // The luminance of the colour decides between dark and white text.
     let light = 0.3 * f64::from(red) + 0.6 * f64::from(green) + 0.1 * f64::from(blue) > 130.0;
     let ink = if light { INK } else { Colour(255, 255, 255) };
     let text = (place + 1).to_string();

@@ -1,4 +1,4 @@
-//! Pictures over one axis: where its panels lie, and the sweeps along it.
+//! Pictures over one axis: the layout of its panels, and the sweeps along it.
 
 use super::axis::Axis;
 use super::canvas::{BLUE, Colour, RED};
@@ -15,7 +15,7 @@ pub(super) fn across(results: &Results, along: usize) -> Axis {
 
 /// Points of a slice that were computed in one direction.
 pub(super) struct Sweep<'a> {
-    /// `up` or `down`; empty where points are independent.
+    /// `up` or `down`; empty if points are independent.
     pub direction: &'a str,
     pub colour: Colour,
     pub points: Vec<&'a PointSummary>,

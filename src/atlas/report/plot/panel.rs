@@ -9,15 +9,15 @@ pub(super) const TICK_SIZE: f64 = 12.5;
 /// Em size of axis labels \[px\].
 pub(super) const LABEL_SIZE: f64 = 14.0;
 
-/// Where the label of an axis up has its baseline: left of the ticks, and in one line with
-/// those of panels above and below as long as ticks are short.
+/// Baseline of the label of a vertical axis: left of the ticks. If ticks are short, it is the same for panels above
+/// each other.
 pub(super) fn label_place(left: f64, widest_tick: f64) -> f64 {
     (left - 58.0)
         .min(left - 22.0 - widest_tick)
         .max(LABEL_SIZE + 4.0)
 }
 
-/// A rectangle of the canvas with an axis across and one up.
+/// A rectangle of the canvas with a horizontal and a vertical axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Panel {
     pub left: f64,
@@ -41,8 +41,8 @@ impl Panel {
         [self.x(x), self.y(y)]
     }
 
-    /// Grid lines, frame, ticks and labels. `named` panels carry the texts of the axis
-    /// across; of panels above each other the lowest does.
+    /// Grid lines, frame, ticks and labels. `named` panels have the texts of the horizontal axis; of panels above each
+    /// other, this is the lowest.
     pub fn frame(&self, canvas: &mut Canvas, named: bool) {
         self.ticks_across(canvas, named);
         let ticks = self.up.ticks(((self.bottom - self.top) / 40.0) as usize);
@@ -59,8 +59,8 @@ impl Panel {
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
     }
 
-    /// The label of the axis up with its baseline at a place: no longer than the panel is high, in two
-    /// lines where there is room for them.
+    /// The label of the vertical axis with its baseline at `x`: no longer than the height of the panel, in two lines if
+    /// they have room.
     fn label_up(&self, canvas: &mut Canvas, x: f64) {
         const LINE: f64 = 16.0;
         let (middle, length) = (
@@ -80,7 +80,7 @@ impl Panel {
         }
     }
 
-    /// Grid lines, ticks and, where `named`, texts of the axis across.
+    /// Grid lines, ticks and, if `named`, texts of the horizontal axis.
     pub fn ticks_across(&self, canvas: &mut Canvas, named: bool) {
         for (value, text) in self
             .across
@@ -101,7 +101,7 @@ impl Panel {
         }
     }
 
-    /// Dashed lines at values, with their names right of the panel, none on another.
+    /// Dashed lines at values, with their names to the right of the panel, without overlap.
     pub fn levels(&self, canvas: &mut Canvas, levels: &[(f64, &str)], colour: Colour) {
         let wanted: Vec<f64> = levels.iter().map(|(value, _)| self.y(*value)).collect();
         let places = apart(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);

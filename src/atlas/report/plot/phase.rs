@@ -18,7 +18,7 @@ use crate::store::TableKind;
 
 /// Most mesh cycles of an orbit.
 const MOST_CYCLES: u64 = 400;
-/// The orbit below the strobe samples.
+/// Colour of the orbit below the strobe samples.
 const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);
 
 fn panel(across: Axis, up: Axis) -> Panel {
@@ -32,8 +32,8 @@ fn panel(across: Axis, up: Axis) -> Panel {
     }
 }
 
-/// Poincaré samples of one point in a plane in which they differ: the point asked for, else the most
-/// chaotic, else the loudest.
+/// Poincaré samples of one point in a plane in which they differ: the requested point, else the most chaotic, else the
+/// one with the largest RMS.
 pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
         what: What::Phase,
@@ -67,7 +67,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         }
     };
     let section = Section::of(&table)?;
-    // The phase plane of a strobe has the deflection across.
+    // The phase plane of a strobe has the deflection on the horizontal axis.
     let [up, across] = match section.plane {
         [first, second] if first.column == "phase" => [second, first],
         [rate, deflection] => [rate, deflection],
@@ -105,7 +105,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
     )))
 }
 
-/// The orbit of a trace, with a dot where a mesh cycle starts.
+/// The orbit of a trace, with a dot at the start of each mesh cycle.
 pub(super) fn of_trace(recording: &Recording) -> Drawn {
     let rows = recording.first_cycles(MOST_CYCLES);
     let (deflection, rate) = (&recording.deflection[..rows], &recording.velocity[..rows]);

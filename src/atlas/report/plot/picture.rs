@@ -1,4 +1,4 @@
-//! A picture that is drawn, before it is a file.
+//! A drawn picture before it is written to a file.
 
 use super::canvas::Canvas;
 use super::draw;
@@ -14,7 +14,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// `name` may hold names of axes, which go into the name of a file.
+    /// `name` may contain names of axes; characters that do not fit into a file name are replaced.
     pub(super) fn new(name: String, canvas: Canvas) -> Self {
         let fits = |c: char| !c.is_control() && c != '/';
         let name = name.chars().map(|c| if fits(c) { c } else { '_' });
@@ -27,7 +27,7 @@ impl Picture {
     /// The picture as an SVG document, 960 pixels wide.
     ///
     /// # Errors
-    /// The drawing library refuses.
+    /// The drawing library fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         draw::svg(&self.canvas)
     }
@@ -35,7 +35,7 @@ impl Picture {
     /// The picture as a PNG file, 1920 pixels wide.
     ///
     /// # Errors
-    /// The drawing library refuses.
+    /// The drawing library fails.
     pub fn png(&self) -> Result<Vec<u8>, PlotError> {
         draw::png(&self.canvas)
     }
@@ -46,7 +46,7 @@ impl Picture {
 pub struct Drawn {
     /// The pictures, by kind.
     pub pictures: Vec<Picture>,
-    /// What was left out and why, a sentence each.
+    /// Omitted data with the reasons, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -58,12 +58,12 @@ impl Drawn {
         }
     }
 
-    /// Nothing yet, but a note if not all slices will be drawn.
+    /// No pictures yet, but a note if not all slices will be drawn.
     pub(super) fn of_slices(what: What, drawn: usize, all: usize) -> Self {
         Self::sliced(what.name(), drawn, all)
     }
 
-    /// The same of a kind of picture without a name of its own.
+    /// The same for a picture with a name that is not of its kind.
     pub(super) fn sliced(name: &str, drawn: usize, all: usize) -> Self {
         let mut notes = Vec::new();
         if drawn < all {
@@ -77,7 +77,7 @@ impl Drawn {
         }
     }
 
-    /// Notes how many marks of each picture lie on others.
+    /// Adds a note with the number of overlapping marks of each picture that were left out.
     pub(super) fn say_what_was_thinned(&mut self) {
         for picture in self.pictures.iter().filter(|own| own.canvas.left_out > 0) {
             self.notes.push(format!(
@@ -87,7 +87,7 @@ impl Drawn {
         }
     }
 
-    /// Takes up others.
+    /// Appends the pictures and notes of another.
     pub fn append(&mut self, other: Self) {
         self.pictures.extend(other.pictures);
         self.notes.extend(other.notes);

@@ -1,5 +1,5 @@
-//! The colour ramp for sizes: viridis (van der Walt and Smith, 2015; CC0), dark to bright,
-//! so that order survives colour blindness and grey printing.
+//! The colour ramp for magnitudes: viridis (van der Walt and Smith, 2015; CC0), dark to bright, so that the order is
+//! visible to colour-blind readers and in grey prints.
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, INK};
@@ -35,7 +35,7 @@ pub(super) fn viridis(fraction: f64) -> Colour {
     Colour(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
-/// Ink that reads on a colour.
+/// Ink that is legible on a colour.
 pub(super) fn ink_on(colour: Colour) -> Colour {
     let Colour(r, g, b) = colour;
     // Luma of ITU-R BT.601.
@@ -48,7 +48,7 @@ pub(super) fn bar(canvas: &mut Canvas, x: f64, [top, bottom]: [f64; 2], axis: &A
     const WIDTH: f64 = 18.0;
     const STEPS: usize = 64;
     for step in 0..STEPS {
-        // Each reaches below the one before: abutting edges show as seams in some viewers.
+        // Each step reaches below the one before, because abutting edges show as seams in some viewers.
         let y = |i: usize| bottom - (bottom - top) * i as f64 / STEPS as f64;
         let colour = viridis((step as f64 + 0.5) / STEPS as f64);
         let low = (y(step) + 1.0).min(bottom);

@@ -1,4 +1,4 @@
-//! A trace folder as the pictures need it.
+//! A trace folder in the form for pictures.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,9 +12,9 @@ use crate::store::{ResultTable, StoreError, TableKind};
 pub(super) struct Change {
     /// Mesh cycles since the start of the simulation.
     pub time: f64,
-    /// Of the drive flank; else of the coast flank.
+    /// Whether the drive flank changes its state; else the coast flank.
     pub drive: bool,
-    /// Into contact; else out of it.
+    /// Whether contact begins; else it ends.
     pub entry: bool,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Change {
 pub(super) struct Recording {
     pub job: String,
     point: String,
-    /// Mesh cycles since the start of the simulation, a value a sample.
+    /// Mesh cycles since the start of the simulation, one value per sample.
     pub time: Vec<f64>,
     phase: Vec<f64>,
     pub deflection: Vec<f64>,
@@ -86,7 +86,7 @@ impl Recording {
         self.phase[row] == 0.0
     }
 
-    /// Point, and the part shown of the recording.
+    /// The point, and the shown part of the recording.
     pub fn subtitle(&self, rows: usize) -> String {
         let mut parts = Vec::new();
         if !self.point.is_empty() {

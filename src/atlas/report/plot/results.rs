@@ -1,5 +1,5 @@
-//! A results folder as the pictures need it: its summary, the tables beside it, and the
-//! grid cut into slices over one or two axes.
+//! A results folder in the form for pictures: its summary, the other tables, and the grid cut into slices over one or
+//! two axes.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -23,31 +23,31 @@ pub(super) struct Results {
     pub job: String,
     /// Unit of every column of points.parquet.
     pub units: BTreeMap<String, String>,
-    /// Root mean square deflection of every point \[m\], where measured; empty where there is no table with
-    /// pictures of single points.
+    /// Root mean square deflection of every point \[m\], if measured; empty if no table with pictures of single points
+    /// exists.
     pub loudness: Vec<Option<f64>>,
-    /// What is missing, if anything.
+    /// A note on missing parts, if any.
     caveat: Option<String>,
-    /// Units to show axes in.
+    /// Units of axes in pictures.
     pub shown: AxisUnits,
 }
 
-/// Points with the same values on all axes but those of the picture.
+/// Points with the same values on all axes except those of the picture.
 pub(super) struct Slice<'a> {
     pub points: Vec<&'a PointSummary>,
-    /// The held axes with their values, and the size: `load 0.1  ·  60 points`.
+    /// The fixed axes with their values, and the size: `load 0.1  ·  60 points`.
     pub words: String,
-    /// The same for a file name, `-load=0.1`; empty when there is but one slice.
+    /// The same for a file name, `-load=0.1`; empty if there is only one slice.
     pub suffix: String,
-    /// The held axes with their values.
+    /// The fixed axes with their values.
     pub held: Vec<(usize, f64)>,
 }
 
 impl Results {
-    /// Reads a folder; axes are shown in the first of `units` that fits them, else in those of the manifest.
+    /// Reads a folder. Axes have the first of `units` that fits them, else the unit of the manifest.
     pub fn read(folder: &Path, units: &[String]) -> Result<Self, PlotError> {
-        // Which pictures there are follows from the tables: one that is gone must not be taken for
-        // one that was never asked for.
+        // The available pictures follow from the tables: a lost table must not look like one that the job did not
+        // request.
         let runs = read_runs(folder)?;
         for run in &runs {
             verify(folder, run)?;
@@ -89,7 +89,7 @@ impl Results {
         })
     }
 
-    /// A table beside the points; `None` where it does not exist.
+    /// A table besides the points; `None` if it does not exist.
     pub fn table(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
         match ResultTable::read(&self.folder, kind) {
             Ok(table) => Ok(Some(table)),
@@ -98,7 +98,7 @@ impl Results {
         }
     }
 
-    /// What a table beside the points says of itself, without its rows; `None` where it does not exist.
+    /// The head of a table besides the points, without its rows; `None` if it does not exist.
     pub fn head(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
         match ResultTable::head(&self.folder, kind) {
             Ok(table) => Ok(Some(table)),
@@ -112,20 +112,20 @@ impl Results {
         self.units.get(column).map_or("", String::as_str)
     }
 
-    /// Positions of the axes with more than one value, slowest first.
+    /// Indices of the axes with more than one value, slowest first.
     pub fn varied(&self) -> Vec<usize> {
         varied(&self.summary.axes).collect()
     }
 
-    /// Positions of the axes with more than one value that maps go along, slowest first.
+    /// Indices of the axes with more than one value that maps use, slowest first.
     pub fn spanning(&self) -> Vec<usize> {
         let Summary { axes, tied, .. } = &self.summary;
         let free = tied.free(axes.len()).into_iter();
         free.filter(|&axis| axes[axis].values.len() > 1).collect()
     }
 
-    /// The axis that pictures over one axis go along: the one named, else the swept one, else
-    /// the one with most values, the fastest of equals.
+    /// The axis of pictures over one axis: the named one, else the swept one, else the one with most values, the
+    /// fastest of equals.
     pub fn along(&self, what: What, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
@@ -155,8 +155,8 @@ impl Results {
         }
     }
 
-    /// The axis of a name, or where none is given the one that pictures over one axis go along but
-    /// for `except`; of points that have one place, the last.
+    /// The axis with a name. Without a name, the swept axis or else the axis with most values (the last of equals),
+    /// other than `except`.
     pub fn along_any(&self, name: Option<&str>, except: Option<&str>) -> Result<usize, PlotError> {
         let axes = &self.summary.axes;
         let name =
@@ -184,8 +184,8 @@ impl Results {
         }
     }
 
-    /// The grid cut along some axes, in the order of the held values, sweeps up and down
-    /// apart; at most [`MOST_SLICES`], with the number of all.
+    /// The grid cut along some axes, in the order of the fixed values, with separate slices for sweeps up and down; at
+    /// most [`MOST_SLICES`], with the number of all.
     pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
         self.cut(free, true)
     }
@@ -215,7 +215,7 @@ impl Results {
                 None => all.push(((key, direction), vec![point])),
             }
         }
-        // Stable: of equal values the sweep up, which has the smaller numbers, stays first.
+        // Stable sort: of equal values, the sweep up stays first, because its numbers are smaller.
         all.sort_by(|((a, _), _), ((b, _), _)| {
             let order = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
             order.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
@@ -259,8 +259,8 @@ impl Results {
         (slices.collect(), count)
     }
 
-    /// Axes along which points of a slice differ beside those that it goes along: the others of a list. The points of
-    /// a chain are one course, whatever is tied to the axis that it was carried along.
+    /// Axes on which points of a slice differ in addition to those of the slice: the other axes of a list. The points
+    /// of a chain form one course, even if other axes are tied to its axis.
     pub fn accompanying(&self, free: &[usize]) -> Vec<usize> {
         let Summary {
             axes,
@@ -278,8 +278,8 @@ impl Results {
         varied
     }
 
-    /// Places of points in lines over the first of the axes that a slice goes along: points that differ in other axes
-    /// than these are on no line together.
+    /// Indices of points in lines over the first axis of a slice. Points with different values on other axes are on
+    /// different lines.
     pub fn lines(&self, free: &[usize], points: &[&PointSummary]) -> Vec<Vec<usize>> {
         let others = self.accompanying(free);
         let mut lines: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
@@ -294,7 +294,7 @@ impl Results {
         lines.into_values().collect()
     }
 
-    /// What lines join where points of a slice differ in other axes than those that it goes along, in words.
+    /// Text that names the other axes in which points of a slice differ, and says whether lines join equal values.
     pub fn lines_words(&self, free: &[usize], points: &[&PointSummary]) -> String {
         let others = self.accompanying(free);
         let names: Vec<&str> = (others.iter())
@@ -308,7 +308,7 @@ impl Results {
         }
     }
 
-    /// The directions of the sweeps, `up` before `down`; empty where points are independent.
+    /// The directions of the sweeps, `up` before `down`; empty if points are independent.
     pub fn directions(&self) -> Vec<&str> {
         let met = |word: &&str| {
             let mut points = self.summary.all.iter();
@@ -317,7 +317,7 @@ impl Results {
         ["up", "down"].into_iter().filter(met).collect()
     }
 
-    /// The line below a title: the slice, and what is missing of the results.
+    /// The line below a title: the slice, and missing parts of the results.
     pub fn subtitle(&self, parts: &[&str]) -> String {
         let caveat = self.caveat.as_deref();
         let parts = parts.iter().copied().chain(caveat);
@@ -325,13 +325,13 @@ impl Results {
         parts.join("  ·  ")
     }
 
-    /// The place of a point in the summary.
+    /// The index of a point in the summary.
     pub fn place(&self, point_id: u64) -> Option<usize> {
         let points = &self.summary.all;
         (points.binary_search_by_key(&point_id, |point| point.point_id)).ok()
     }
 
-    /// An axis of a picture, in the unit that the manifest has for it; made from name and unit of SI.
+    /// An axis of a picture, in the unit of the manifest; made from its name and SI unit.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
         self.shown.axis(axis, make)
     }
@@ -341,7 +341,7 @@ impl Results {
         self.shown.words(axis, value)
     }
 
-    /// The point of a number.
+    /// The point with a number.
     pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
         let found = self.summary.all.iter().find(|p| p.point_id == point_id);
         found.ok_or(PlotError::UnknownPoint { point_id })
@@ -367,7 +367,7 @@ impl Results {
     }
 }
 
-/// Four digits, or all where four do not tell the values of the axis apart.
+/// Four digits, or all if four digits do not distinguish the values of the axis.
 pub(super) fn distinct(axis: &GridAxis, value: f64) -> String {
     let text = number(value);
     let same = axis.values.iter().filter(|other| number(**other) == text);

@@ -18,9 +18,9 @@ use crate::store::{ResultTable, StoreError, TableKind};
 
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
-/// Cells of a spectrogram, across and up.
+/// Columns and rows of a spectrogram.
 const CELLS: [usize; 2] = [342, 227];
-/// Part of the largest amplitude that is shown darkest, or at all: 80 dB.
+/// Lowest shown level, relative to the largest amplitude: −80 dB.
 const FLOOR: f64 = 1e-4;
 /// A folder that `atlas runup` wrote.
 pub(super) struct RunUpFolder(PathBuf);
@@ -97,7 +97,7 @@ fn column(table: &ResultTable, name: &str) -> Result<Vec<f64>, StoreError> {
 }
 
 impl RunUpFolder {
-    /// That at a path, where it is one.
+    /// The folder at a path, if it contains a run-up.
     pub fn at(path: &Path) -> Option<Self> {
         path.join(TableKind::Signals.file_name())
             .exists()
@@ -127,7 +127,7 @@ impl RunUpFolder {
                     .collect()
             })
             .collect();
-        // The mean is no vibration; under the window it reaches to line 1.
+        // The mean is not vibration; the window spreads it to line 1.
         let largest = spectra
             .iter()
             .flat_map(|own| own.iter().skip(2))
@@ -152,7 +152,7 @@ impl RunUpFolder {
                 *cell = cell.max(*amplitude);
             }
         }
-        // Where spectra are farther apart than cells, each reaches to the next.
+        // If spectra are farther apart than cells, each extends to the next.
         for at in 1..columns {
             let (before, own) = cells.split_at_mut(at * rows);
             if own[..rows].iter().all(|a| *a == 0.0) {

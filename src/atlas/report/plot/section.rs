@@ -1,5 +1,4 @@
-//! Which section of phase space the samples of poincare.parquet lie on: in words, and what tells
-//! its samples apart.
+//! On which section of phase space are the samples of poincare.parquet, and in which quantities do they differ?
 
 use super::error::PlotError;
 use crate::report::numbers::number;
@@ -34,13 +33,13 @@ const RATE: Quantity = Quantity {
 pub(super) struct Section {
     /// `at mesh phase 0`.
     pub words: String,
-    /// Two quantities that its samples differ in, the second more telling: where contact begins or ends all
-    /// have one deflection, at an extreme one rate, and a strobe sees one phase.
+    /// Two quantities in which its samples differ, the second with more information. All samples at entries or releases
+    /// have one deflection, those at an extreme one rate, and those of a strobe one phase.
     pub plane: [Quantity; 2],
 }
 
 impl Section {
-    /// The section of a table's samples, which is that of the first: a job has one.
+    /// The section of a table's samples: that of the first, because a job has only one.
     pub fn of(table: &ResultTable) -> Result<Self, PlotError> {
         let kind = table.text("section")?.into_iter().flatten().next();
         let phase = table.f64("phase")?.into_iter().flatten().next();

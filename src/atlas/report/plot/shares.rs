@@ -1,4 +1,4 @@
-//! Basin shares over one axis: a colour a branch, with 95 % intervals.
+//! Basin shares over one axis: one colour per branch, with 95 % intervals.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ const RIGHT: f64 = 690.0;
 const MARGIN: f64 = RIGHT + 24.0;
 /// Half the width of the ends of whiskers \[px\].
 const WHISKER: f64 = 3.0;
-/// By how much those of the next branch reach further \[px\].
+/// Additional half width of the whiskers of each next branch \[px\].
 const WIDER: f64 = 2.0;
 const BOTTOM: f64 = 526.0;
 
@@ -46,7 +46,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     for slice in slices {
         let title = format!("{}: basin shares over {name}", results.job);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        // A slice counts its own branches from 0, for the colours.
+        // A slice counts its branches from 0, for the colours.
         let mut own: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
         for (attractor, branch) in attractors.iter().zip(&followed) {
             let point = slice
@@ -66,7 +66,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             up: Axis::linear("share of probes", "1", [-0.03, 1.03]),
         };
         panel.frame(&mut canvas, true);
-        // Intervals of branches at one point lie on each other: below all lines and symbols.
+        // Intervals of branches at one point overlap: draw them below all lines and symbols.
         for (place, line) in own.values().enumerate() {
             intervals(&mut canvas, &panel, along, place, line);
         }
@@ -84,7 +84,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     Ok(drawn)
 }
 
-/// The intervals of a branch's shares, its whiskers a little wider than those of the branch before.
+/// The intervals of a branch's shares. Its whiskers are slightly wider than those of the branch before.
 fn intervals(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -120,7 +120,7 @@ fn draw_branch(
     }
 }
 
-/// Names of the branches: their kinds of motion, in the order met.
+/// Names of the branches: their kinds of motion, in the order of their first points.
 fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSummary, &Attractor)>>) {
     let at = [MARGIN, 84.0];
     let width = WIDTH - 6.0 - MARGIN;
@@ -156,7 +156,7 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
     }
 }
 
-/// A branch's kinds of motion in the order met along the axis, and its points with their RMS.
+/// A branch's kinds of motion in the order along the axis, and its points with their RMS.
 fn described(line: &[(&PointSummary, &Attractor)], along: usize) -> (String, String) {
     let mut line = line.to_vec();
     line.sort_by(|a, b| a.0.axis_values[along].total_cmp(&b.0.axis_values[along]));

@@ -1,5 +1,5 @@
-//! Spectral lines of all points of a results folder, of one signal: from spectra.parquet, for order cuts
-//! from orders.parquet where there are no spectra, or the deflection's from the harmonics in points.parquet.
+//! Spectral lines of one signal for all points of a results folder. They come from spectra.parquet. Without spectra,
+//! order cuts use orders.parquet, or for the deflection the harmonics in points.parquet.
 
 use super::column::{SUBORDERS, nearest};
 use super::error::PlotError;
@@ -8,7 +8,8 @@ use super::spectrum::unit_of;
 use super::what::What;
 use crate::store::{ResultTable, TableKind};
 
-/// What `signals` of the manifest calls the group of a signal, `bearing pinion 1 x`; none where it is of no group.
+/// The name in `signals` of the manifest for the group of a signal, such as `bearing pinion 1 x`; `None` if it belongs
+/// to no group.
 fn group(signal: &str) -> Option<&'static str> {
     const GROUPS: [(&str, &str); 7] = [
         ("deflection", "deflection"),
@@ -23,7 +24,7 @@ fn group(signal: &str) -> Option<&'static str> {
     GROUPS.iter().find(of).map(|(_, word)| *word)
 }
 
-/// How far from an order a line may lie to count as its line: the spacing of averaged spectra.
+/// Largest distance of a line from its order: the spacing of averaged spectra.
 const REACH: f64 = 1.0 / 64.0;
 
 /// A line.
@@ -31,9 +32,9 @@ const REACH: f64 = 1.0 / 64.0;
 pub(super) struct Line {
     /// Multiple of the mesh frequency.
     pub order: f64,
-    /// \[Hz\], where known.
+    /// \[Hz\], if known.
     pub frequency: Option<f64>,
-    /// In the unit of the signal.
+    /// Amplitude, in the unit of the signal.
     pub amplitude: f64,
 }
 
@@ -42,17 +43,17 @@ pub(super) struct Line {
 pub(super) struct SpectralLines {
     /// `force amplitude`.
     pub name: String,
-    /// Unit of SI.
+    /// SI unit.
     pub unit: String,
-    /// Lines of each point in ascending order, in the order of the summary; empty where it has none.
+    /// Lines of each point in ascending order, in the order of the summary; empty if it has none.
     pub lines: Vec<Vec<Line>>,
 }
 
 impl SpectralLines {
-    /// Lines of a signal.
+    /// Reads the lines of a signal.
     ///
     /// # Errors
-    /// There are none, or there is no such signal.
+    /// There are none, or the signal does not exist.
     pub fn read(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
         if let Some(table) = results.table(TableKind::Spectra)? {
             return Self::of_lines(results, &table, "spectra.parquet", what, signal);
@@ -66,7 +67,7 @@ impl SpectralLines {
         Self::of_harmonics(results, what, signal)
     }
 
-    /// Of a table with a row per line.
+    /// Reads the lines from a table with one row per line.
     fn of_lines(
         results: &Results,
         table: &ResultTable,
@@ -126,7 +127,7 @@ impl SpectralLines {
         })
     }
 
-    /// Of the deflection, from the lists of points.parquet.
+    /// Reads the lines of the deflection from the lists of points.parquet.
     fn of_harmonics(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
         let unfit = |reason: &str| PlotError::Unfit {
             what,
@@ -181,8 +182,8 @@ impl SpectralLines {
         })
     }
 
-    /// The amplitude of a point at an order: its largest line within a 64th of a mesh order, 0 where
-    /// it has lines but none there.
+    /// The amplitude of a point at an order: its largest line within a 64th of a mesh order. It is 0 if the point has
+    /// lines, but none there.
     pub fn at(&self, point: usize, order: f64) -> Option<f64> {
         let lines = &self.lines[point];
         let near = lines
@@ -191,7 +192,7 @@ impl SpectralLines {
         (!lines.is_empty()).then(|| near.map(|line| line.amplitude).fold(0.0, f64::max))
     }
 
-    /// Whether an order lies within the lines of any point.
+    /// Whether any point has lines up to an order.
     pub fn reach(&self, order: f64) -> bool {
         let last = self.lines.iter().filter_map(|lines| lines.last());
         last.fold(0.0_f64, |most, line| most.max(line.order)) + REACH > order

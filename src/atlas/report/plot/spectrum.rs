@@ -12,15 +12,15 @@ use super::what::What;
 use crate::report::numbers::to_digits;
 use crate::store::TableKind;
 
-/// Decades shown below the largest line; what is lower is round-off.
+/// Decades shown below the largest line; smaller values are round-off.
 const DECADES: f64 = 6.0;
-/// Orders shown unless there are fewer.
+/// Largest number of shown orders.
 const MOST_ORDERS: f64 = 16.0;
-/// Most orders that are written above their line with their amplitude.
+/// Most orders with their number and amplitude above their line.
 const MOST_NAMED: usize = 5;
-/// Width of what is written, and height of one of its two lines \[px\].
+/// Width of a name, and height of one of its two lines \[px\].
 const NAME: [f64; 2] = [76.0, 15.0];
-/// Room between a name and the frame \[px\].
+/// Distance between a name and the frame \[px\].
 const CLEAR: f64 = 4.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -53,7 +53,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         return Err(unfit(reason));
     }
     let start = ids.partition_point(|id| *id < Some(point.point_id));
-    // Between exact lines there is nothing; averaged power is a curve.
+    // Exact lines are separate; averaged power is a continuous curve.
     let exact = methods[start].as_deref() == Some("fourier");
     let lines = |signal: &str| -> Vec<[f64; 2]> {
         let end = ids.partition_point(|id| *id <= Some(point.point_id));
@@ -62,7 +62,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .filter_map(|row| Some([orders[row]?, amplitudes[row]?]))
             .collect()
     };
-    // One column holds both: `m (deflection) or N (force)`.
+    // One column has both units: `m (deflection) or N (force)`.
     let units = table.units()?.remove("amplitude").unwrap_or_default();
     let title = format!("{}: spectra over mesh orders", results.job);
     let chosen = request.point.is_none() && results.summary.all.len() > 1;
@@ -116,7 +116,7 @@ fn panel(
     let floor = largest * 10f64.powf(-DECADES);
     let smallest = shown.iter().map(|l| l[1]).fold(largest, f64::min);
     let low = smallest.clamp(floor, 0.1 * largest);
-    // Names of the highest peak stand below the upper edge.
+    // Leave room for the name of the highest peak below the upper edge.
     let part = (2.0 * NAME[1] + 8.0) / (bottom - top);
     let room = (largest / low).powf(part / (1.0 - part));
     let panel = Panel {
@@ -152,14 +152,14 @@ fn panel(
         let half = 0.5 * NAME[0];
         let middle = at[0].clamp(panel.left + half + CLEAR, panel.right - half - CLEAR);
         let free = |other: &f64| (other - middle).abs() > NAME[0];
-        // A name stands on no other line.
+        // A name must not cover another line.
         let covers = |place: &Place| {
             (place[0] - at[0]).abs() > 1.0
                 && (place[0] - middle).abs() < half
                 && place[1] < at[1] - 5.0
         };
         if named.len() < MOST_NAMED && named.iter().all(free) && !path.iter().any(covers) {
-            // In the unit of the axis, so that peaks compare.
+            // In the unit of the axis, so that peaks can be compared.
             let words = [
                 format!("order {}", to_digits(order, 3)),
                 panel.up.with_unit(amplitude),
@@ -174,9 +174,9 @@ fn panel(
     }
 }
 
-/// Lines that stand out from their surroundings, not the humps of broad-band motion.
+/// Lines that exceed their surroundings, in contrast to broad-band humps.
 fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
-    // The skirts of a windowed tone reach two lines far.
+    // The window spreads a tone to two neighbouring lines.
     const REACH: usize = 3;
     lines.windows(2 * REACH + 1).filter_map(|around| {
         let line = around[REACH];

@@ -1,5 +1,5 @@
-//! Pictures of made-up results of few and of many points: nothing written is cut off or stands on
-//! something else written, and what keys say is what is drawn.
+//! Pictures of made-up results with few and with many points: texts are complete and do not overlap, and keys agree
+//! with the drawing.
 
 use super::canvas::{Canvas, INK, Shape};
 use super::picture::Drawn;
@@ -11,7 +11,7 @@ use crate::analysis::{
 };
 use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
 
-/// How many points a slice has.
+/// Numbers of points of a slice.
 const SIZES: [usize; 4] = [1, 12, 80, 1000];
 
 /// A point of every kind, in turn, without an exponent where it failed.
@@ -104,7 +104,7 @@ fn attractor(class: Class, share: f64) -> AttractorOutcome {
     }
 }
 
-/// Results over `counts` loads and speeds, named as awkwardly as users name jobs.
+/// Results over `counts` loads and speeds, with awkward names like those of users.
 fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let axis = |name: &str, unit: &str| AxisColumn {
@@ -258,7 +258,7 @@ fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
     let folder = written([3, 80], SampleKind::Strobe);
     let canvas = one(folder.path(), What::Classes);
     let texts: Vec<&str> = canvas.texts().collect();
-    // Two digits have no room in eight pixels; one has.
+    // Two digits do not fit into eight pixels; one does.
     assert!(texts.contains(&"q") && texts.contains(&"400"), "{texts:?}");
     assert!(
         texts.iter().any(|text| text.contains("cells without")),
@@ -341,7 +341,7 @@ fn hatching(canvas: &Canvas) -> Vec<[[f64; 2]; 2]> {
 
 #[test]
 fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
-    // Of the twelve points 2 is chaotic and 5 transient chaos, in the second row and the second column.
+    // Of the twelve points, 2 is chaotic and 5 is transient chaos, in the second row and the second column.
     let folder = written([3, 4], SampleKind::Strobe);
     let picture = drawn(folder.path(), &[What::Lambda], None)
         .pictures
@@ -368,7 +368,7 @@ fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
     // On a disc in the colour of the cell, so that lines do not reach it.
     let is_dot = |shape: &&Shape| matches!(shape, Shape::Disc { centre, .. } if inside(*centre));
     assert_eq!(canvas.shapes.iter().filter(is_dot).count(), 2);
-    // All of it is in the file.
+    // The file contains all of it.
     let source = picture.svg().unwrap();
     let document = roxmltree::Document::parse(&source).unwrap();
     let lines = document
@@ -389,7 +389,7 @@ fn the_map_of_classes_has_transient_chaos_hatched_with_its_letter() {
     );
     assert!(texts.contains(&"transient chaos (1)"), "{texts:?}");
     assert!(hatching(&canvas).len() > 20);
-    // Its errors are not what this picture shows.
+    // This picture does not show its errors.
     assert!(
         !texts.iter().any(|text| text.contains("verified")),
         "{texts:?}"

@@ -10,12 +10,12 @@ use crate::report::numbers::number;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 838.0;
-/// Most mesh cycles shown: more are a black bar.
+/// Most mesh cycles shown: more would be a black bar.
 const MOST_CYCLES: u64 = 40;
-/// Most samples drawn of a curve; of more, the extremes of each stretch.
+/// Most samples drawn of a curve. A longer curve is reduced to the extremes of intervals.
 const MOST_SAMPLES: usize = 6000;
 
-/// Contact states, upwards, with their colours.
+/// Contact states, from bottom to top, with their colours.
 const STATES: [(&str, Colour); 3] = [
     ("coast", Colour(0xd5, 0x5e, 0x00)),
     ("free", Colour(0xdc, 0xdc, 0xdc)),
@@ -118,7 +118,7 @@ fn mark_changes(canvas: &mut Canvas, panel: &Panel, changes: &[Change], time: &[
     }
 }
 
-/// What the triangles mean, from a place downwards.
+/// The meaning of the triangles, from a place downwards.
 fn key(canvas: &mut Canvas, [x, y]: Place) {
     for (line, entry, name) in [(0.0, true, "contact begins"), (1.0, false, "contact ends")] {
         let at = [x + 5.0, y + 18.0 * line];
@@ -133,10 +133,10 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
     }
 }
 
-/// Points out of the gap where contact begins, into it where it ends.
+/// A triangle that points out of the gap at an entry, into it at a release.
 fn triangle(canvas: &mut Canvas, at: Place, change: &Change) {
     const SIZE: f64 = 4.5;
-    // The drive flank is above, and y goes down.
+    // The drive flank is at the top, and y points down.
     let up = change.drive == change.entry;
     let tip = if up { -SIZE } else { SIZE };
     let corners = [
@@ -149,12 +149,12 @@ fn triangle(canvas: &mut Canvas, at: Place, change: &Change) {
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }
 
-/// Whether a state of the contacts counts as one of [`STATES`]: with both flanks closed each of them is.
+/// Whether a state of the contacts counts as one of [`STATES`]. If both flanks are closed, both count.
 fn has(contact: &str, state: &str) -> bool {
     contact == state || (contact == "both" && state != "free")
 }
 
-/// One bar for each state, in a row of its own.
+/// One bar per state, each in a separate row.
 fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usize) {
     let height = (panel.bottom - panel.top) / STATES.len() as f64;
     for (row, (name, colour)) in STATES.iter().enumerate() {

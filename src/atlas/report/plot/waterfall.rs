@@ -1,4 +1,4 @@
-//! Spectral lines over an axis of the grid, such as the speed: orders or frequencies upwards, levels in
+//! Spectral lines over an axis of the grid, such as the speed: orders or frequencies on the vertical axis, levels in
 //! colour.
 
 use std::collections::BTreeMap;
@@ -21,15 +21,15 @@ const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Height of a cell \[px\].
 const ROW: f64 = 3.0;
-/// Least width of a column of cells \[px\]: narrower ones share one, the largest level of which is shown.
+/// Smallest width of a column of cells \[px\]. Narrower columns are merged, and the largest level is shown.
 const NARROWEST: f64 = 2.0;
-/// Half the width of the only spectrum \[px\].
+/// Half the width of a single spectrum \[px\].
 const ALONE: f64 = 30.0;
-/// Orders shown unless there are fewer.
+/// Largest number of shown orders.
 const MOST_ORDERS: f64 = 16.0;
-/// Colours told apart.
+/// Number of distinct colours.
 const SHADES: f64 = 64.0;
-/// Part of the largest amplitude that is shown darkest: 80 dB.
+/// Level of the darkest colour, relative to the largest amplitude: −80 dB.
 const FLOOR: f64 = 1e-4;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -121,12 +121,12 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     Ok(drawn)
 }
 
-/// Strips of the panel with the spectra that each shows: from half-way to one neighbour to half-way to
-/// the other, the ends as wide as their neighbours.
+/// Strips of the panel with the spectra that each shows. A strip reaches halfway to both neighbours; the outer ones are
+/// symmetric.
 fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Vec<&'a [Line]>)> {
     let mut columns = columns.to_vec();
     columns.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Those that would be too narrow are put together.
+    // Merge strips that would be too narrow.
     let mut merged: Vec<(f64, Vec<&[Line]>)> = Vec::new();
     for (x, lines) in columns {
         match merged.last_mut() {
@@ -153,7 +153,7 @@ fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Ve
         .collect()
 }
 
-/// One strip: the largest of the lines in every cell, cells of one shade as one rectangle.
+/// One strip: every cell shows the largest of its lines; adjacent cells of one shade become one rectangle.
 fn strip(
     canvas: &mut Canvas,
     panel: &Panel,

@@ -1,5 +1,5 @@
-//! One pass over the points of a results folder: what is kept of them does not grow with their
-//! number, unless all are asked for.
+//! One pass over the points of a results folder. Its memory does not grow with their number, unless all points are
+//! requested.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashSet};
@@ -14,16 +14,16 @@ use crate::report::point::{
 };
 use crate::store::{ResultTable, TableKind};
 
-/// Points listed of each kind; the others are counted.
+/// Most points listed of each kind; further ones are only counted.
 const MOST_LISTED: usize = 1000;
 
-/// Energy residual above which a warning is given, relative to the energy at work. Amplitudes go with
-/// the root of an energy: half of this is the seventh digit of one, well below the four that are shown.
-/// Kernels without errors of their own stay below 1e-11, and their points are not ok above 1e-9; those that
-/// step through time get here where their steps are too long.
+/// Energy residual above which the summary warns, relative to the exchanged energy. Amplitudes scale with the root of
+/// an energy: half of this residual changes the seventh digit of an amplitude, and four digits are shown. Kernels
+/// without discretisation errors stay below 1e-11, and their points are not ok above 1e-9. Kernels that step through
+/// time exceed the limit if their steps are too long.
 pub(in crate::report) const LARGEST_RESIDUAL: f64 = 1e-6;
 
-/// In the order of their numbers.
+/// Ascending by number.
 pub(super) fn by_id(a: &PointSummary, b: &PointSummary) -> Ordering {
     a.point_id.cmp(&b.point_id)
 }
@@ -41,7 +41,7 @@ pub(super) fn shorter_lived(a: &PointSummary, b: &PointSummary) -> Ordering {
     life(a).total_cmp(&life(b)).then(by_id(a, b))
 }
 
-/// What a census takes of a point beside its summary.
+/// Data of a point for the census in addition to its summary.
 pub(super) struct Extra {
     cycles: u64,
     wall_time: f64,
@@ -58,7 +58,7 @@ pub(super) fn scan(
     let axes = head.axes()?;
     let columns = axes.iter().map(String::as_str).chain(COLUMNS);
     let columns: Vec<&str> = columns.chain(EVIDENCE).collect();
-    // Results of older programs say nothing of the evidence.
+    // Results of older programs have no columns of evidence.
     let known = head.columns()?;
     let known = |name: &&str| known.iter().any(|column| column.name == **name);
     let with_evidence = EVIDENCE.iter().all(known);
@@ -77,7 +77,7 @@ pub(super) fn scan(
     })
 }
 
-/// Columns of points.parquet that a summary reads, the axes aside.
+/// Columns of points.parquet that a summary reads, in addition to the axes.
 const COLUMNS: [&str; 14] = [
     "point_id",
     "direction",
@@ -95,7 +95,7 @@ const COLUMNS: [&str; 14] = [
     "attractors",
 ];
 
-/// Columns that tell how much was seen of a motion that does not settle.
+/// Columns on the evidence for averages of motion that does not settle.
 const EVIDENCE: [&str; 7] = [
     "trajectories",
     "errors_verified",
@@ -106,7 +106,7 @@ const EVIDENCE: [&str; 7] = [
     "ended_on",
 ];
 
-/// The first points in some order, and how many there are.
+/// The first points in some order, and their number.
 #[derive(Default)]
 pub(super) struct Leading {
     count: usize,
@@ -137,7 +137,7 @@ impl Leading {
     }
 }
 
-/// What is known of the points passed over so far.
+/// Counts over the points read so far.
 pub(super) struct Census {
     pub(super) points: usize,
     pub(super) statuses: BTreeMap<String, usize>,
@@ -158,7 +158,7 @@ pub(super) struct Census {
     pub(super) twin_disagrees: Leading,
     pub(super) troubled: Leading,
     pub(super) coexisting: Vec<PointSummary>,
-    /// Values met on each axis.
+    /// Values on each axis.
     values: Vec<Values>,
     verdicts: Verdicts,
     pub(super) all: Option<Vec<PointSummary>>,
@@ -228,7 +228,8 @@ impl Census {
             }
         }
         if let Some(all) = &mut self.all {
-            // Only the few points listed above keep their reasons and lives: those of all take more memory than all else.
+            // Only the few points listed above keep their reasons and lives: those of all points take more memory than
+            // all else.
             all.extend(points.into_iter().map(|mut point| {
                 Arc::make_mut(&mut point.verdict).reason = String::new();
                 point.verdict = self.verdicts.shared(point.verdict);
@@ -238,7 +239,7 @@ impl Census {
         }
     }
 
-    /// The axes, with the values met.
+    /// The axes, with their values.
     pub(super) fn axes(&mut self, head: &ResultTable) -> Result<Vec<Axis>, ReportError> {
         let units = head.units()?;
         let values = self.values.drain(..);
@@ -272,11 +273,11 @@ impl Verdicts {
     }
 }
 
-/// Different values, of many that are mostly alike.
+/// Distinct values among many that are mostly equal.
 #[derive(Default)]
 struct Values {
     met: Vec<f64>,
-    /// How many of them are known to differ.
+    /// Number of values known to be distinct.
     sorted: usize,
 }
 

@@ -6,7 +6,7 @@ use crate::report::point::varied;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// The branches of a results folder as text: a line an attractor, branch by branch.
+/// The branches of a results folder as text: one line per attractor, branch by branch.
 pub fn render_branches(summary: &Summary) -> String {
     let mut text = String::from("branches of attractors");
     let along = summary.axes.iter().rposition(|axis| axis.values.len() > 1);

@@ -1,7 +1,7 @@
 //! A character map of the largest exponent over the first two axes of the grid with several values.
 //!
-//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
-//! all others what they are. Transient chaos is a `t`, in the colour of its λ where there are colours.
+//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis), all others their kind of
+//! motion. Transient chaos is a `t`, with colours in the colour of its λ.
 
 use super::style::Style;
 use super::table::label;
@@ -14,14 +14,14 @@ use std::fmt::Write;
 /// Chaotic marks, from small to large λ.
 const RAMP: [char; 5] = ['-', '=', '*', '#', '@'];
 
-/// Five steps of viridis in the 256-colour palette; dark to bright, so that order survives
-/// colour blindness.
+/// Five steps of viridis in the 256-colour palette; dark to bright, so that the order is visible to colour-blind
+/// readers.
 const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 
-/// Ink that reads on each of them: white and black.
+/// Ink that is legible on each of them: white and black.
 const INKS: [u8; 5] = [231, 231, 231, 16, 16];
 
-/// The map as text; empty when the grid has no axis or no point.
+/// The map as text; empty if the grid has no axis or no point.
 pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     let Some(Map {
         cells,
@@ -53,7 +53,7 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
             label(axis)
         );
     }
-    // The largest value of the slow axis on top, as in a diagram.
+    // The largest value of the slow axis is at the top, as in a diagram.
     let width = match columns.count {
         // Room for every label.
         0..=12 => 6,
@@ -102,7 +102,7 @@ fn push_cell(text: &mut String, cell: Cell, largest: f64, width: usize, style: S
     }
 }
 
-/// Values under the map, each starting under its mark, as many as fit.
+/// Values under the map, each below its mark, as many as fit.
 fn push_ticks(text: &mut String, axis: &Axis, columns: &Bins, width: usize) {
     let mut line = String::new();
     for column in 0..columns.count {

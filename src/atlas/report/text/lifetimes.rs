@@ -6,7 +6,7 @@ use crate::report::point::ChaosLife;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// A sentence for points whose chaos no trajectory left, some left, and all left; a table of the second.
+/// One sentence each for points whose chaos no, some, or all trajectories left; a table of the second kind.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let found = &summary.lifetimes;
     if found.lasting.points + found.transient_points + found.left.points == 0 {
@@ -42,7 +42,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
 }
 
-/// `6700 … 13300`, or one number where both are written alike.
+/// `6700 … 13300`, or one number if both have the same text.
 fn span(ends: [f64; 2]) -> String {
     let [least, most] = ends.map(|end| number(end.round()));
     if least == most { least } else { format!("{least} … {most}") }
@@ -72,7 +72,7 @@ fn described(chaos: &ChaosLife) -> String {
     text
 }
 
-/// `period 3 (2)` of `periodic 3 (2)`.
+/// `period 3 (2)` from `periodic 3 (2)`.
 fn ending(stored: &str) -> String {
     match stored.strip_prefix("periodic ") {
         Some(period) => format!("period {period}"),

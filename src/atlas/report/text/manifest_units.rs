@@ -1,4 +1,4 @@
-//! A summary in the units of its manifest, which people read; JSON keeps SI.
+//! A summary in the units of its manifest, for readers; JSON keeps SI.
 
 use crate::report::Unit;
 use crate::report::point::{Axis, PointSummary};

@@ -8,13 +8,13 @@ use crate::report::summary::Summary;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Orbits that are listed one by one; of more only the counts are shown.
+/// Most orbits that are listed singly; if there are more, only the counts are shown.
 const MOST_LISTED: usize = 40;
 
-/// Given states without an orbit that are listed.
+/// Most listed states without an orbit.
 const MOST_MISSED: usize = 20;
 
-/// Counts by period, the orbits where they are few, and given states that led to none.
+/// Counts by period, the orbits if they are few, and given states that led to none.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let Some(found) = &summary.orbits else {
         return;
@@ -80,7 +80,7 @@ fn stability(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
 }
 
-/// Where the orbits of a period are: `load 0.05, speed 900 … 1200 rad/s`, of the axes with several values.
+/// Axis values of the orbits of a period: `load 0.05, speed 900 … 1200 rad/s`, for the axes with several values.
 fn place(summary: &Summary, orbits: &[Orbit], count: &OrbitCount) -> String {
     let alike = |orbit: &&Orbit| orbit.period == count.period && orbit.stable == count.stable;
     let ids: BTreeSet<u64> = orbits
@@ -110,7 +110,7 @@ fn cell(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), number)
 }
 
-/// The points with their orbits, a line each.
+/// The points with their orbits, one line each.
 fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     _ = writeln!(
         text,

@@ -4,10 +4,10 @@ use crate::report::numbers::number;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Meshes that are listed; the others are counted.
+/// Most listed meshes; further ones are only counted.
 const MOST: usize = 12;
 
-/// A line a mesh, the one that rattles most first.
+/// One line per mesh, the one that rattles most first.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let all = &summary.rattle;
     if all.iter().all(|own| own.largest == 0.0) {

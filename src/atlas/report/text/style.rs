@@ -1,6 +1,6 @@
-//! How may the text look?
+//! Which terminal features may the text use?
 
-/// How the text may look.
+/// Terminal features that the text may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// Characters only.

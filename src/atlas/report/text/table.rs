@@ -5,10 +5,10 @@ use crate::report::point::{Axis, PointSummary, varied};
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Rows of a table before it is cut short.
+/// Most rows of a table.
 const MOST_ROWS: usize = 20;
 
-/// A table of the first of `count` points: id, values of the axes with several, and one more cell.
+/// A table of the first of `count` points: number, values of the axes with several values, and one more cell.
 pub(super) fn push_table(
     text: &mut String,
     summary: &Summary,
@@ -43,7 +43,7 @@ pub(super) fn push_table(
     }
 }
 
-/// `load 0.1, speed 1200 rad/s` of some axes of a point.
+/// `load 0.1, speed 1200 rad/s` for some axes of a point.
 pub(super) fn place_words(
     summary: &Summary,
     axes: impl Iterator<Item = usize>,
@@ -59,7 +59,7 @@ pub(super) fn place_words(
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// `speed [rad/s]`; no unit when dimensionless.
+/// `speed [rad/s]`; without a unit if dimensionless.
 pub(super) fn label(axis: &Axis) -> String {
     match axis.unit.as_str() {
         "" | "1" => axis.name.clone(),

@@ -1,4 +1,4 @@
-//! Summaries of folders written by the store: every layout, every gap.
+//! Summaries of folders written by the store, in every layout and with every kind of missing part.
 
 use std::path::Path;
 
@@ -322,7 +322,7 @@ fn an_energy_balance_that_does_not_close_is_a_warning() {
     assert!(text.contains("worst energy residual 9.0e-7"), "{text}");
 }
 
-/// A point of which trajectories were chaotic for so many cycles, and so many of eight left that.
+/// A point with chaotic trajectories over some cycles, `exits` of eight of which left the chaos.
 fn once_chaotic(class: Class, cycles: u64, exits: u32, verified: bool) -> PointOutcome {
     PointOutcome {
         evidence: Some(EvidenceOutcome {
@@ -367,7 +367,7 @@ fn the_life_of_chaos_is_told_by_how_many_trajectories_left_it() {
     }
     let [short, long] = ["life 1000 (95 %: ", "life 2000 (95 %: "].map(|life| text.find(life));
     assert!(short.is_some() && short < long, "{text}");
-    // In colours the mark stands on the colour of its λ.
+    // With colours, the mark has the colour of its λ.
     let summary = Summary::read(folder.path()).unwrap();
     let colour = render(&summary, Style::Colour);
     assert!(

@@ -5,7 +5,7 @@ use crate::report::summary::Summary;
 use crate::report::transitions::TransitionSummary;
 use std::fmt::Write;
 
-/// Rows shown before the list is cut short.
+/// Most rows of the list.
 const MOST_ROWS: usize = 40;
 
 /// A list of them.
@@ -49,7 +49,7 @@ pub(super) fn line(found: &TransitionSummary, unit: &str) -> String {
         Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
         _ => found.classes[side].replace('_', " "),
     });
-    // As many digits as tell the two ends apart.
+    // As many digits as necessary to distinguish the two ends.
     let [lower, upper] = found.bracket;
     let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
     let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
@@ -62,7 +62,7 @@ pub(super) fn line(found: &TransitionSummary, unit: &str) -> String {
     line.trim_end().to_owned()
 }
 
-/// What jumps, of a jump: the RMS, or the mean where that changes more.
+/// The jumping quantity: the RMS, or the mean if that changes more.
 fn jump(found: &TransitionSummary) -> String {
     let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
     let (Some(rms), Some(mean)) = (by(found.deflection_rms), by(found.deflection_mean)) else {

@@ -1,4 +1,4 @@
-//! Analyses of motions that the paper's kernels integrate.
+//! Analyses of motions with the paper's kernels.
 
 use crate::common::advance::{advance, cut_short, volterra};
 use crate::common::{self, relative_difference};
@@ -38,7 +38,7 @@ fn an_integration_ends_within_the_cycle_in_which_it_is_called_off() {
     }
 }
 
-/// Errors that turn by a fraction a mesh cycle, through rattle, against thirty digits.
+/// Errors with a fractional number of periods per mesh cycle, through rattle, compared with thirty digits.
 #[test]
 fn fractional_turns_are_followed() {
     let error = "[excitation]\ngear_error = [{ shaft = \"pinion\", order = 1, amplitude = \"2 um\" }, \

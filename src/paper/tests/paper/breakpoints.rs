@@ -1,5 +1,5 @@
-//! Breakpoints of one line that nearly coincide: every kernel passes them in about as many windows, and the events are
-//! those of breakpoints that coincide.
+//! Breakpoints of one line that nearly coincide: every kernel needs about as many windows as usual, and the events are
+//! those of coinciding breakpoints.
 
 use crate::breakpoint_motion::{ALL, Case, Of, judge, model, moved};
 use gearatlas::model::Model;
@@ -9,7 +9,7 @@ use gearatlas_paper::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
 const CELLS: u32 = 32;
 const EVENT_LIMIT: u32 = 1000;
 
-/// A kernel that advances a model; an error where it does not take it.
+/// A kernel that advances a model; an error if it refuses it.
 type Mover = fn(&Model) -> Result<Result<crate::breakpoint_motion::Motion, Stop>, DenseError>;
 
 const KERNELS: [Mover; 4] = [
@@ -47,7 +47,7 @@ fn breakpoints_that_nearly_coincide_are_passed() {
                     taken += 1;
                 }
             }
-            // Tables hold one line of constant levels.
+            // Tables require one line with constant levels.
             let expected = if of == Of::Levels { distances.len() } else { 0 };
             assert_eq!(taken, expected, "{kernel} {of:?}");
         }

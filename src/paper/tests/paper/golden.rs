@@ -1,5 +1,5 @@
-//! Recorded answers of the paper's kernels, to the digits that `tests/golden` compares: they tell that a change of the
-//! code has changed an answer.
+//! Recorded results of the paper's kernels, to the digits that `tests/golden` compares: do changes of the code change a
+//! result?
 
 use crate::common;
 use gearatlas::analysis::{PointOutcome, investigate};
@@ -14,20 +14,20 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Fewest cells a cycle, as published.
+/// Fewest cells per cycle, as published.
 const CELLS: u32 = 60;
 const LIMIT: u32 = 1000;
 
-/// By how much a number may differ, as a part of its own size.
+/// Tolerance of a number, relative to its size.
 const RELATIVE: f64 = 1e-7;
 
-/// What a number may differ by besides, as a part of the largest of its kind.
+/// Additional tolerance, relative to the largest number of its kind.
 const FLOOR: f64 = 1e-10;
 
 /// Values by the name of their column, in the order of the points.
 type Columns = BTreeMap<String, Vec<f64>>;
 
-/// Cases: a name, a manifest, the keys that are set in it, and the kernel.
+/// Cases: a name, a manifest, the changed keys, and the kernel.
 macro_rules! golden {
     ($($name:ident: $manifest:literal [$($set:literal),* $(,)?] |$model:ident| $kernel:expr;)*) => {
         $(#[test]
@@ -86,7 +86,7 @@ golden! {
     ] |model| Hermite::new(model, CELLS, LIMIT).unwrap();
 }
 
-/// What a point is asked.
+/// Analyses of a point.
 struct Ask<'a> {
     model: &'a Model,
     point: gearatlas::manifest::PointSpec,
@@ -104,7 +104,7 @@ impl Ask<'_> {
     }
 }
 
-/// Shows every point of a manifest with some keys changed.
+/// Calls `see` with every point of a manifest, after changes of some keys.
 fn each(manifest: &str, set: &[&str], mut see: impl FnMut(&Model, &Ask<'_>)) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(manifest);
     let text = fs::read_to_string(&path).unwrap();
@@ -120,7 +120,7 @@ fn each(manifest: &str, set: &[&str], mut see: impl FnMut(&Model, &Ask<'_>)) {
     }
 }
 
-/// Adds what was found of a point.
+/// Adds the results of a point.
 fn add(columns: &mut Columns, found: &PointOutcome) {
     let nvh = found.nvh.as_ref().unwrap();
     let mut put = |name: &str, value: f64| columns.entry(name.to_owned()).or_default().push(value);
@@ -174,7 +174,7 @@ fn add(columns: &mut Columns, found: &PointOutcome) {
     }
 }
 
-/// Holds a case against what was recorded of it.
+/// Compares a case with its recorded results.
 fn compare(case: &str, found: &Columns) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/paper/values");
     let text = fs::read_to_string(folder.join(format!("{case}.tsv"))).unwrap();

@@ -1,5 +1,5 @@
-//! Tables that are handed over and taken back: do they give the bits of tables just computed, for every load, gap and speed
-//! that they serve, and are those of another model refused?
+//! Do stored tables give the bits of newly computed tables, for every load, gap and speed for which they are valid, and
+//! are those of another model refused?
 
 use crate::common::advance::{Events, advance_with, follows_volterra, settled};
 use crate::common::{self, Case};
@@ -9,7 +9,7 @@ use gearatlas_paper::kernels::{DenseError, Dyadic, Fused, Spectral};
 
 const CELLS: u32 = 60;
 
-/// The same drive under another load, with another gap.
+/// The same drive with another load and gap.
 fn other_load(case: &Case) -> Case {
     let mut case = case.clone();
     case.2.load *= 1.7;
@@ -26,7 +26,7 @@ fn bits<K: Kernel>(kernel: &K, start: &TrajectoryState) -> (Vec<u64>, usize) {
     )
 }
 
-/// Tables kept for one load serve any other, to the bits of tables computed for that one.
+/// Tables stored for one load are valid for any other, with the bits of new tables.
 #[test]
 fn a_kept_table_gives_the_bits_of_a_new_one() {
     for case in [common::six_modes(), common::forty_modes()] {
@@ -58,8 +58,8 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
     }
 }
 
-/// Bases of one speed are those of every other, to the last bit, and a kernel that uses them at
-/// another speed follows the structured one as one with bases of its own would.
+/// Bases are bitwise equal at every speed. A kernel that uses them at another speed follows the structured one as well
+/// as with new bases.
 #[test]
 fn bases_serve_every_speed_and_excitation() {
     for (name, case) in common::drives() {
@@ -75,7 +75,7 @@ fn bases_serve_every_speed_and_excitation() {
     }
 }
 
-/// Tables of another drive, and arrays that were cut, are refused by name.
+/// Tables of another drive, and truncated arrays, are refused by name.
 #[test]
 fn tables_of_another_model_are_refused() {
     let (two, six) = (
@@ -95,7 +95,7 @@ fn tables_of_another_model_are_refused() {
         "{refused:?}"
     );
     for (index, array) in arrays.iter().enumerate() {
-        // Said about a basis, not used by it.
+        // This array describes a basis, which does not use it.
         if array.name == "touching" {
             continue;
         }
@@ -110,7 +110,7 @@ fn tables_of_another_model_are_refused() {
     }
 }
 
-/// The size said of dyadic tables is that of the tables built.
+/// The predicted size of dyadic tables is that of the built tables.
 #[test]
 fn the_dyadic_size_is_known_without_building() {
     for (name, case) in common::drives() {

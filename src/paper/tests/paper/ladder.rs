@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use std::f64::consts::TAU;
 
-/// Unit steps a mesh cycle, as published.
+/// Unit steps per mesh cycle, as published.
 const CELLS: u32 = 60;
 
 /// All table kernels of a model.
@@ -35,7 +35,7 @@ impl<'m> Ladder<'m> {
     }
 }
 
-/// Runs one expression for every kernel of a ladder.
+/// Evaluates one expression for every kernel of a ladder.
 macro_rules! each {
     ($ladder:expr, $name:ident, $kernel:ident => $body:expr) => {{
         let ladder = $ladder;
@@ -62,7 +62,7 @@ macro_rules! each {
     }};
 }
 
-/// Follows a rattling drive beside the reference, every cycle from one start for both.
+/// Compares a rattling drive with the reference, cycle by cycle from a common start.
 fn hold<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     let reference = Reference::new(model);
     let mut start = settled(model, 40);
@@ -93,7 +93,7 @@ fn one_cycle_is_that_of_the_reference() {
     }
 }
 
-/// The load wanders along the face and friction turns round: δ steps between segments.
+/// The load moves along the face and friction changes its direction: δ jumps between segments.
 fn wandering() -> Vec<Division> {
     (0..12)
         .map(|i| {
@@ -110,7 +110,7 @@ fn wandering() -> Vec<Division> {
         .collect()
 }
 
-/// Drives whose mesh force turns, with coarse and uneven cells too.
+/// Drives with a mesh force of changing direction, also with coarse and uneven cells.
 #[test]
 fn steps_of_the_deflection_are_those_of_the_reference() {
     let mut six = common::six_modes();
@@ -192,7 +192,7 @@ fn any_case() -> impl Strategy<Value = Case> {
     )
         .prop_map(
             |(modes, ratio, (load, speed), (gap, friction, damping), mesh, (te, harmonic))| {
-                // One rigid rotation at least, so that the load has something to push.
+                // At least one rigid rotation, so that the load moves something.
                 let frequency: Vec<f64> = (modes.iter().enumerate())
                     .map(
                         |(i, mode)| {
@@ -205,7 +205,7 @@ fn any_case() -> impl Strategy<Value = Case> {
                 let weights: Vec<f64> = (modes.iter().enumerate())
                     .map(|(i, mode)| if i == 0 { 1.0 } else { size * mode.1 })
                     .collect();
-                // A nearly rigid mode would give way to a torque by kilometres.
+                // A torque would displace a nearly rigid mode by kilometres.
                 let torque: Vec<f64> = (frequency.iter().zip(&weights))
                     .map(|(f, w)| if (1e-9..20.0).contains(f) { 0.0 } else { *w })
                     .collect();
@@ -234,7 +234,7 @@ fn any_case() -> impl Strategy<Value = Case> {
         )
 }
 
-/// The end of a cycle and how many events it had.
+/// The end of a cycle and its number of events.
 fn cycle<K: Kernel>(
     kernel: &K,
     start: &TrajectoryState,
@@ -251,12 +251,12 @@ fn cycle<K: Kernel>(
     Ok((trajectory, events))
 }
 
-/// All kernels against the structured one, on a few cycles of a drive; how many were compared.
+/// Compares all kernels with the structured one, on a few cycles of a drive; returns the number of comparisons.
 fn agree(case: &Case) -> Result<usize, TestCaseError> {
     let model = common::model(case);
     let ladder = match Ladder::new(&model, 24) {
         Ok(ladder) => ladder,
-        // A refusal is an answer; that it is rare is asserted elsewhere.
+        // A refusal is acceptable; another test asserts that it is rare.
         Err(DenseError::Table(TableError::Defective { .. })) => return Ok(0),
         Err(other) => return Err(TestCaseError::fail(other.to_string())),
     };
@@ -264,7 +264,7 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         prop_assert!(basis.reconstruction <= 1e-11, "{basis:?}");
     }
     let exact = volterra(&model);
-    // Just in contact, at rest: nearly rigid modes have no equilibrium within reach.
+    // Just in contact, at rest: nearly rigid modes have no equilibrium nearby.
     let rigid = model.relative_rotation().unwrap();
     let mut state = vec![0.0; 2 * model.modes()];
     state[rigid] = 1.2 * model.half_gap / model.first_gains()[rigid].deflection[0];
@@ -274,7 +274,7 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         let Ok((end, events)) = cycle(&exact, &start) else {
             break;
         };
-        // How much one cycle magnifies a disturbance of 10⁻⁹.
+        // Growth of a disturbance of 10⁻⁹ over one cycle.
         let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
         let beside = TrajectoryState {
             state: moved,
@@ -300,11 +300,12 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
     Ok(compared)
 }
 
-/// Slope of the logarithm of the error against that of the step, from `coarse` parts of the
-/// cycle to sixteen times as many; a single error depends on where events fall between two steps,
-/// a mean over neighbours does not. None where there is no error to speak of.
+/// Slope of the logarithm of the error against that of the step, from `coarse` parts of the cycle to sixteen times as
+/// many. A single error depends on where events fall between two steps, a mean over neighbours does not. `None` if the
+/// error is negligible.
 fn order(coarse: u32, error: impl Fn(u32) -> f64) -> Option<f64> {
-    // The logarithm of a delay that is anything up to a step scatters by one: the order by √2 / ln 16 / √32 = 0.09.
+    // The logarithm of a delay between zero and a step has a deviation of one: that of the order is √2 / ln 16 / √32 =
+    // 0.09.
     const NEIGHBOURS: u32 = 32;
     let mean = |parts: u32| {
         let sum = (0..NEIGHBOURS)
@@ -316,8 +317,7 @@ fn order(coarse: u32, error: impl Fn(u32) -> f64) -> Option<f64> {
     (fine > 1e-11f64.ln()).then(|| (mean(coarse) - fine) / 16f64.ln())
 }
 
-/// Small steps and events put off to a grid, on cycles with events of a drive: how many orders
-/// were seen.
+/// Convergence of small steps and of events on a grid, on cycles with events; returns the number of observed orders.
 fn converge(case: &Case) -> Result<usize, TestCaseError> {
     let model = common::model(case);
     if Spectral::new(&model, 24, 1000, None).is_err() {
@@ -333,7 +333,7 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
         let Ok((end, events)) = cycle(&exact, &start) else {
             break;
         };
-        // Few and quick crossings: a slow one is a square root of the step late.
+        // Few and fast crossings: a slow one has a delay of the square root of the step.
         let quick = |event: &gearatlas::propagate::Event| {
             event.rate.abs() > 0.3 * TAU * model.half_gap / model.period()
         };
@@ -375,7 +375,7 @@ proptest! {
     }
 }
 
-/// Drives on which the property above says something are no exception.
+/// The property above tests a substantial number of drives.
 #[test]
 fn orders_are_seen() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
@@ -401,7 +401,7 @@ proptest! {
     }
 }
 
-/// An event put off to a grid is late by half its step on average: order one.
+/// An event on a grid is late by half its step on average: order one.
 #[test]
 fn an_event_grid_is_of_first_order() {
     for case in [common::six_modes(), common::twenty_modes()] {
@@ -423,7 +423,7 @@ fn an_event_grid_is_of_first_order() {
     }
 }
 
-/// What tables cannot follow is refused by name.
+/// Tables refuse by name what they cannot represent.
 #[test]
 fn varying_stiffness_is_refused() {
     let (structure, mut drive, point) = common::six_modes();
@@ -436,10 +436,10 @@ fn varying_stiffness_is_refused() {
     assert!(refused.to_string().contains("piecewise"));
 }
 
-/// An undamped mode driven at its own frequency has no steady response to split off.
+/// An undamped mode with excitation at its own frequency has no steady response.
 #[test]
 fn resonance_without_damping_is_refused() {
-    // At the mesh frequency, and so slow that it turns by less than half a radian a mesh cycle.
+    // At the mesh frequency, and at less than half a radian per mesh cycle.
     for order in [20.0, 0.5] {
         let mut case = common::one_degree();
         case.0 = common::structure(&[0.0, order * 1200.0], 0.0, &[1.0, 0.0], &[1.0, 0.0]);
@@ -467,7 +467,7 @@ fn resonance_without_damping_is_refused() {
     }
 }
 
-/// What observers see is what the structured kernel shows: the energy balance closes.
+/// Observers get the same windows as from the structured kernel: the energy balance closes.
 #[test]
 fn work_seen_in_windows_closes_the_energy_balance() {
     let model = common::model(&common::six_modes());
@@ -478,12 +478,12 @@ fn work_seen_in_windows_closes_the_energy_balance() {
         let (end, _) = advance_with(kernel, &start, 20, &mut audit);
         let residual = audit.residual(&end).unwrap();
         assert!(residual < 1e-10, "{name}: {residual:e}");
-        // Watching changes nothing.
+        // Observation changes nothing.
         assert_eq!(advance(kernel, &start, 20), end, "{name}");
     });
 }
 
-/// Products in 32 bits find the events of a cycle, with errors of 32 bits and no less.
+/// Products in 32 bits find the events of a cycle, with errors of 32 bits and not less.
 #[test]
 fn single_precision_keeps_the_events() {
     for case in [common::six_modes(), common::forty_modes()] {

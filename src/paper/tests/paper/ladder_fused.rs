@@ -1,5 +1,5 @@
-//! Runs of cells, whole cycles and millions of cycles in one product: are they the cycles they
-//! stand for, and what work do they save?
+//! Runs of cells, whole cycles and millions of cycles in one product: do they equal integration, and how much work do
+//! they save?
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use gearatlas::model::{Division, InitialState, Model, OperatingPoint, Trajectory
 use gearatlas::propagate::{Counters, Kernel, Tangents};
 use gearatlas_paper::kernels::{Dyadic, Fused, Hermite, PowerJumps, Spectral};
 
-/// Unit steps a mesh cycle, as published.
+/// Unit steps per mesh cycle, as published.
 const CELLS: u32 = 60;
 
 #[test]
@@ -39,7 +39,7 @@ fn fused_runs_are_the_cells_they_stand_for() {
     }
 }
 
-/// Drives that never open: light shaking under full load.
+/// Drives in constant contact: light excitation under full load.
 fn quiet() -> Vec<(&'static str, Model)> {
     drives()
         .into_iter()
@@ -57,7 +57,7 @@ fn quiet() -> Vec<(&'static str, Model)> {
         .collect()
 }
 
-/// A settled cycle of contact is one product, and the same state as the structured kernel's.
+/// A settled cycle of contact takes one product, with the same state as the structured kernel.
 #[test]
 fn a_cycle_of_contact_is_one_product() {
     for (name, model) in quiet() {
@@ -72,7 +72,7 @@ fn a_cycle_of_contact_is_one_product() {
         );
         println!("{name}: {off:.1e}");
         assert!(off < 1e-12, "{name}: {off:e}");
-        // Tangents take the same map.
+        // Tangents use the same map.
         let mut tangents = [
             Tangents::zeros(model.modes(), 1),
             Tangents::zeros(model.modes(), 1),
@@ -95,8 +95,8 @@ fn step<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, tangents: &mut 
         .unwrap();
 }
 
-/// A million cycles by twenty products are a million cycles integrated. The neutral rotation
-/// gathers the round-off of a million steps of integrating; all else has forgotten it.
+/// A million cycles by twenty products equal a million integrated cycles. The neutral rotation accumulates the
+/// round-off of a million integration steps; all other components forget it.
 #[test]
 fn a_jump_is_the_integration_it_stands_for() {
     let cycles = 1_000_000;
@@ -137,8 +137,8 @@ fn a_flight_is_not_jumped() {
     assert_eq!(start, before);
 }
 
-/// Work of a fixed case. Instruction sets differ in rounding only, which moves no decision
-/// here. A change is a change of an algorithm.
+/// Work of a fixed case. Instruction sets differ only in rounding, which changes no decision here. Any difference comes
+/// from a change of an algorithm.
 #[test]
 fn work_of_a_fixed_case_is_known() {
     let model = common::model(&common::six_modes());
@@ -161,6 +161,6 @@ fn work_of_a_fixed_case_is_known() {
         work(advance_with(&fused, &start, 6, &mut ()).1),
     ];
     insta::assert_debug_snapshot!(found);
-    // Each rung takes fewer products than the one below it; rows stand in for some.
+    // Each kernel needs fewer products than the one before; rows replace some.
     assert!(found[0][0] > found[1][0] && found[2][0] > found[3][0]);
 }

@@ -1,8 +1,8 @@
-//! The paper's kernels against the structured kernel, the reference integrators and their own recorded answers.
+//! The paper's kernels compared with the structured kernel, the reference integrators and their recorded results.
 
 #![allow(clippy::unwrap_used)]
 
-// Shared with the tests of the program, of which a part is used here.
+// Shared with the tests of the program; only a part is used here.
 #[allow(dead_code)]
 #[path = "../../../../fuzz/targets/breakpoints.rs"]
 mod breakpoint_motion;
@@ -35,7 +35,7 @@ mod refusals;
 mod repeated_modes;
 mod verify;
 
-/// What the shared judges of motions call.
+/// The assertion for the shared checks of motions.
 fn right(holds: bool, told: impl FnOnce() -> String) {
     assert!(holds, "{}", told());
 }

@@ -1,5 +1,5 @@
-//! Random modal drives: the rules of `tests/motion/fuzz_drives.rs`, put to the kernels that diagonalise a segment. What
-//! tables of nearly parallel eigenvectors say they are off by is allowed on top.
+//! Random modal drives: the rules of `tests/motion/fuzz_drives.rs` for the kernels that diagonalise a segment. They
+//! allow the additional error that tables report for nearly parallel eigenvectors.
 
 use crate::drawn::Drawn;
 use crate::random_drives::{Ask, EVENT_LIMIT, Tally, put, refuse};
@@ -28,14 +28,14 @@ const KERNELS: [(&str, Ask); 2] = [
     }),
 ];
 
-/// What a cycle of tables may be off by: the largest error of a cell's propagator that they
-/// measured, times cells, and as much for the inputs, which they do not measure.
+/// Allowed error of tables over a cycle: the largest measured error of a cell's propagator, times cells, and the same
+/// for the inputs, which are not measured.
 fn known_off(bases: &[Conditioning], size: TableSize) -> f64 {
     let worst = bases.iter().map(|basis| basis.reconstruction);
     2.0 * worst.fold(0.0, f64::max) * size.cells as f64
 }
 
-/// Puts drives of seed 1 to both kernels.
+/// Tests both kernels on drives of seed 1.
 fn fuzz(numbers: impl IntoIterator<Item = u64>) -> Tally {
     let mut tally = Tally::default();
     for number in numbers {
@@ -48,7 +48,7 @@ fn fuzz(numbers: impl IntoIterator<Item = u64>) -> Tally {
 #[test]
 fn no_row_of_a_random_drive_is_wrong() {
     let tally = fuzz(0..30);
-    // The rules were put to something.
+    // Some drives were tested.
     for (kernel, _) in KERNELS {
         let answered = tally.rows.get(&(kernel, "ok".into()));
         assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
@@ -57,7 +57,7 @@ fn no_row_of_a_random_drive_is_wrong() {
     }
 }
 
-/// Drives whose orbits round-off hides; `tests/motion/fuzz_drives.rs` says which way.
+/// Drives whose orbits disappear in round-off; `tests/motion/fuzz_drives.rs` explains how.
 #[test]
 fn orbits_are_told_where_round_off_hides_them() {
     fuzz([75, 307, 407, 730, 1012, 1470, 1549, 1807, 2255, 2485, 2863]);

@@ -1,11 +1,11 @@
-//! What dense tables do not take is refused by name.
+//! Dense tables refuse by name what they cannot represent.
 
 use crate::common;
 use gearatlas::model::{Division, FlankError, Model, Release};
 use gearatlas::propagate::TableError;
 use gearatlas_paper::kernels::{DenseError, Dyadic, Spectral};
 
-/// The model of a drive of six modes that was changed.
+/// The model of a changed drive with six modes.
 fn changed(change: impl Fn(&mut common::Case)) -> Model {
     let mut case = common::six_modes();
     change(&mut case);
@@ -30,7 +30,7 @@ fn an_error_of_loaded_flanks_is_refused() {
     assert!(said.contains("excitation.table_harmonics"), "{said}");
 }
 
-/// A contact damped critically has one eigenvector; ten hours a tooth take too many cells.
+/// A critically damped contact has one eigenvector; ten hours per tooth need too many cells.
 #[test]
 fn what_is_wrong_is_said() {
     let mut case = common::one_degree();

@@ -1,6 +1,6 @@
-//! Repeated modes and parallel eigenvectors: kernels that diagonalise a mesh segment against the
-//! structured one, which does not, on modes of one frequency, on drives with two like shafts, and
-//! around critical damping of the contact, where they are right or refuse.
+//! Repeated modes and parallel eigenvectors: kernels that diagonalise a mesh segment compared with the structured one,
+//! which does not. Cases are modes of one frequency, drives with two equal shafts, and contacts near critical damping.
+//! The kernels must be right or refuse.
 
 #![allow(clippy::unwrap_used)]
 
@@ -23,8 +23,7 @@ fn operated(structure: &ModalStructure, load: f64, speed: f64) -> Model {
     Model::new(structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// A rigid rotation, three modes at `frequency` and two at 7000 rad/s, the members of a group
-/// `apart` from each other (relative).
+/// A rigid rotation, three modes at `frequency` and two at 7000 rad/s, with a relative distance `apart` in each group.
 fn in_groups(apart: f64) -> ModalStructure {
     let shift = |base: f64, k: f64| base * (1.0 + k * apart);
     let frequency = [
@@ -54,8 +53,8 @@ fn lively(model: &Model) -> TrajectoryState {
     model.start(&start)
 }
 
-/// Largest one-cycle difference from the structured kernel \[half gaps\], over some cycles of its
-/// trajectory: of states, and of every bearing force relative to the largest one seen.
+/// Largest one-cycle difference from the structured kernel \[half gaps\], over some cycles of its trajectory: of
+/// states, and of every bearing force relative to the largest one.
 fn departure<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -86,7 +85,7 @@ fn departure<K: Kernel>(
 /// Both kernels follow the structured one.
 fn agree(name: &str, structure: &ModalStructure, model: &Model) {
     let bearings: Vec<Vec<f64>> = if structure.bearings.is_empty() {
-        // One a mode, as of a bearing that feels it alone.
+        // One row per mode, like a bearing that only this mode loads.
         (0..model.modes())
             .map(|i| {
                 (0..model.modes())
@@ -108,7 +107,7 @@ fn agree(name: &str, structure: &ModalStructure, model: &Model) {
             "{name}: {state:e} {force:e}"
         );
     }
-    // They are told for the longest cell that a table may have.
+    // They are measured for the longest possible cell of a table.
     let longest = 8.0 / Volterra::fastest_own_rate(model);
     let cells = (longest * f64::from(CELLS) / model.period()).max(1.0);
     for basis in spectral.conditioning() {
@@ -116,7 +115,7 @@ fn agree(name: &str, structure: &ModalStructure, model: &Model) {
     }
 }
 
-/// Modes of one frequency, and of nearly one at every distance on the way to none.
+/// Modes of one frequency, and of nearly one at distances down to zero.
 #[test]
 fn repeated_modes_are_followed() {
     for apart in [
@@ -130,7 +129,7 @@ fn repeated_modes_are_followed() {
     }
 }
 
-/// Friction makes what modes feel another direction than what they give to the mesh.
+/// With friction, the directions of the mesh deflection and of the mesh force differ.
 #[test]
 fn repeated_modes_with_friction_are_followed() {
     let mut structure = in_groups(0.0);
@@ -171,8 +170,7 @@ fn like_shafts() -> ([Shaft; 2], GearPair) {
     ([shaft.clone(), shaft], gears)
 }
 
-/// Two like shafts on bearings that are as stiff along the line of centres as across it: every
-/// mode of a shaft comes twice, and again in the other plane.
+/// Two equal shafts on isotropic bearings: every mode of a shaft occurs twice, and again in the other plane.
 #[test]
 fn like_shafts_are_followed() {
     let (shafts, gears) = like_shafts();
@@ -205,8 +203,8 @@ fn like_shafts_are_followed() {
     agree("flexible", &structure, &model);
 }
 
-/// A contact damped nearly critically has two eigenvectors that are nearly one. Whatever the
-/// distance from it: the motion is the structured kernel's, or the tables are refused.
+/// A nearly critically damped contact has two nearly equal eigenvectors. At any distance from it, the motion is the
+/// structured kernel's, or the tables are refused.
 #[test]
 fn critical_damping_is_followed_or_refused() {
     let structure = structure(&[0.0], 0.0, &[1.0], &[1.0]);
@@ -253,7 +251,7 @@ fn critical_damping_is_followed_or_refused() {
     assert!(followed > 8 && refused > 8, "{followed} {refused}");
 }
 
-/// Tables kept by whoever are held to the same bound.
+/// The same bound applies to stored tables.
 #[test]
 fn kept_tables_that_rebuild_badly_are_refused() {
     let model = common::model(&common::two_modes());

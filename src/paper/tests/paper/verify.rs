@@ -1,4 +1,4 @@
-//! The checks of `atlas verify` on the paper's kernels.
+//! The checks of `atlas verify` with the paper's kernels.
 
 use gearatlas::verify::Extent;
 use gearatlas_paper::verify::{CHECKS, checks, run};
@@ -9,7 +9,7 @@ fn every_line_passes() {
     assert_eq!(all.len(), CHECKS.len());
     let report = run(Extent::Quick, &all, &mut |_| ()).unwrap();
     assert!(report.passed() && report.lines().count() >= 60, "{report}");
-    // A mesh whose stiffness varies within its segments, by each of four kernels.
+    // A mesh whose stiffness varies within its segments, for each of four kernels.
     assert_eq!(report.skips(), 4, "{report}");
     for kernel in ["dyadic", "hermite", "spectral", "fused"] {
         assert!(report.lines().any(|line| line.what.starts_with(kernel)));

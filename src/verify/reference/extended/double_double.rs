@@ -41,7 +41,7 @@ impl DoubleDouble {
         self.high
     }
 
-    /// What the nearest double lacks.
+    /// The remainder beyond the nearest double.
     pub fn rest(self) -> f64 {
         self.low
     }
@@ -73,7 +73,7 @@ impl DoubleDouble {
     pub fn sin_cos(self) -> (Self, Self) {
         let quarters = (self.high / Self::HALF_PI.high).round();
         let r = self - Self::HALF_PI * quarters;
-        // |r| ≤ π/4: the terms of both series are those of the exponential in turn.
+        // |r| ≤ π/4: the terms of both series are alternating terms of the exponential.
         let (mut sin, mut cos) = (Self::ZERO, Self::ZERO);
         let mut term = Self::ONE;
         let mut n = 0u32;
@@ -113,7 +113,7 @@ fn two_sum(a: f64, b: f64) -> DoubleDouble {
     }
 }
 
-/// As [`two_sum`] for `|a| ≥ |b|`.
+/// Like [`two_sum`] for `|a| ≥ |b|`.
 fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
     let high = a + b;
     DoubleDouble {
@@ -126,7 +126,7 @@ impl Add for DoubleDouble {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        // Both halves are summed exactly, so that nothing is lost where the high ones cancel.
+        // Both halves are summed exactly, so that nothing is lost if the high ones cancel.
         let s = two_sum(self.high, other.high);
         let t = two_sum(self.low, other.low);
         let s = quick_two_sum(s.high, s.low + t.high);

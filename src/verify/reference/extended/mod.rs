@@ -1,17 +1,17 @@
-//! The trajectory to about 30 digits: how large are the errors of everything else?
+//! The trajectory to about 30 digits: how large are the errors of all other results?
 //!
-//! Between breakpoints and events the system is linear, its stiffness and its half gap are
-//! polynomials (mostly constants) and its inputs harmonic, so its Taylor series follows from itself. With `u = t/h` on a step of length h,
+//! Between breakpoints and events the system is linear, its stiffness and its half gap are polynomials (mostly
+//! constants), and its inputs are harmonic. Its Taylor series therefore follows by recurrence. With `u = t/h` on a step
+//! of length h,
 //!
 //! ```text
 //! x(u) = Σ X_j u^j,   X_{j+1} = h/(j+1) (A X_j − g F_j + s_j)
 //! F_j  = Σ_m k_m (δ_{j−m} − s b_{j−m}) + c (δ'_j − s b'_j)
 //! ```
 //!
-//! in numbers of two doubles each. Steps are a radian of the fastest rate, so that the terms
-//! left out are below 1/31! ≈ 1e-34. The series of δ gives every change of contact state; its
-//! first zero is proved by signs (`root`), and each step restarts from exact breakpoints. The
-//! parameters of the [`Model`](crate::model::Model) are taken as exact.
+//! in numbers of two doubles each. Steps are a radian of the fastest rate, so that the omitted terms are below 1/31! ≈
+//! 1e-34. The series of δ gives every change of contact state; signs prove its first zero (`root`), and each step
+//! restarts from exact breakpoints. The parameters of the [`Model`](crate::model::Model) count as exact.
 
 mod double_double;
 mod root;
@@ -25,8 +25,8 @@ use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
-/// Stretch of a slider's spring, and its change over a step, that events leave where they are exactly at the limit, in units
-/// of the stretch there.
+/// Largest stretch of a slider's spring beyond the limit, and its largest change over a step, that count as zero after
+/// an event, in units of the stretch at the limit.
 const LEFT_BY_AN_EVENT: f64 = 1e-22;
 
 /// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
@@ -43,29 +43,29 @@ pub struct Extended<'m> {
     order: usize,
     /// Longest step \[s\].
     step: f64,
-    /// How fast the speed grows, by that of the model \[1/s\].
+    /// Growth rate of the speed, relative to the speed of the model \[1/s\].
     acceleration: f64,
 }
 
-/// A contact opens or closes, its time to all digits.
+/// A change of a contact, with its time to all digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtendedCrossing {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
-    /// The contacts that are closed before.
+    /// The closed contacts before.
     pub from: ActiveSet,
-    /// The contacts that are closed after.
+    /// The closed contacts after.
     pub to: ActiveSet,
 }
 
-/// What an extended integration leaves.
+/// Results of an extended integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtendedPassage {
     /// State at the end: first components of all blocks, then second components, length 2N.
     pub state: Vec<DoubleDouble>,
-    /// The contacts that are closed at the end.
+    /// The closed contacts at the end.
     pub contact: ActiveSet,
     /// Mesh cycles since the start of the simulation.
     pub cycle: u64,
@@ -74,7 +74,7 @@ pub struct ExtendedPassage {
 }
 
 impl ExtendedPassage {
-    /// Differences `state − end` of a state in doubles, not rounded before they are taken.
+    /// Differences `state − end` for a state in doubles, computed before rounding.
     pub fn difference(&self, state: &[f64]) -> Vec<f64> {
         state
             .iter()
@@ -99,7 +99,7 @@ impl<'m> Extended<'m> {
         Self::with_order(model, ORDER)
     }
 
-    /// The integrator with another number of terms ≥ 2, by which its order can be seen.
+    /// The integrator with another number of terms ≥ 2, for tests of its order.
     pub fn with_order(model: &'m Model, order: usize) -> Self {
         Self {
             model,
@@ -110,8 +110,8 @@ impl<'m> Extended<'m> {
         }
     }
 
-    /// The same integrator of a drive whose speed grows evenly, by so much of the model's a second: times within a mesh cycle
-    /// are those of the model's speed then, `T · phase`.
+    /// The same integrator for a drive whose speed grows uniformly, at a rate relative to the model's speed \[1/s\].
+    /// Times within a mesh cycle then refer to the model's speed, `T · phase`.
     pub fn accelerated(mut self, acceleration: f64) -> Self {
         self.acceleration = acceleration;
         self
@@ -123,12 +123,11 @@ impl<'m> Extended<'m> {
         self
     }
 
-    /// Advances `cycles` whole mesh cycles from `start`, whose doubles are taken as exact.
+    /// Advances `cycles` whole mesh cycles from `start`, whose doubles count as exact.
     ///
     /// # Errors
-    /// [`ReferenceError`] where the state becomes non-finite, the contact chatters, or a
-    /// surface is touched within the last digit, so that no sequence of events is certain; or for a film of oil or rigid
-    /// stops.
+    /// [`ReferenceError`] if the state becomes non-finite, the contact chatters, or the trajectory touches a surface
+    /// within the last digit, so that the sequence of events is uncertain; also for a film of oil or rigid stops.
     pub fn advance(
         &self,
         start: &TrajectoryState,
@@ -168,18 +167,18 @@ impl<'m> Extended<'m> {
     }
 }
 
-/// An integration under way.
+/// A running integration.
 struct Integration<'e> {
     extended: &'e Extended<'e>,
     cycle: u64,
     contact: ActiveSet,
     /// The segment of every contact.
     segments: Vec<Segment>,
-    /// Contacts on whose surfaces the trajectory stands, right after an event.
+    /// Contacts at whose surfaces the trajectory is, right after an event.
     crossed: ActiveSet,
-    /// Contacts whose push has vanished there, right after they let go or took hold again.
+    /// Contacts with zero push, right after they opened or closed again.
     forceless: ActiveSet,
-    /// By that of the model.
+    /// Speed, relative to that of the model.
     speed: DoubleDouble,
     state: Vec<DoubleDouble>,
     crossings: Vec<ExtendedCrossing>,
@@ -221,7 +220,7 @@ impl Integration<'_> {
         Ok(())
     }
 
-    /// Time \[s\] in which a time at the model's speed passes.
+    /// Time \[s\] that corresponds to a time at the model's speed.
     fn time_to_pass(&self, passed: DoubleDouble) -> DoubleDouble {
         let half = 0.5 * self.extended.acceleration;
         let mut time = passed / self.speed;
@@ -234,7 +233,7 @@ impl Integration<'_> {
         time
     }
 
-    /// Takes up new lines and gaps, where contacts may open and close.
+    /// Updates lines and gaps, at which contacts may open and close.
     fn turn(&mut self, phase: f64, time: DoubleDouble) {
         let Extended {
             model, structure, ..
@@ -242,7 +241,7 @@ impl Integration<'_> {
         for index in model.turning(self.cycle, phase) {
             let contact = &model.contacts[index];
             if contact.release == Release::Force {
-                // The next step sees where it stands.
+                // The next step starts from the new state.
                 continue;
             }
             let segment = &self.segments[index];
@@ -251,7 +250,7 @@ impl Integration<'_> {
             let gap = contact.gap(segment, time.value());
             if contact.is_reached(deflection.value(), 0.0, gap) != self.contact.holds(index) {
                 self.cross(index, time);
-                // Nothing stands on a surface after a step over it.
+                // After a step, no contact is on a surface.
                 self.crossed = ActiveSet::FREE;
             }
         }
@@ -273,7 +272,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Moves sliders that stand at their limits within the round-off of doubles exactly there.
+    /// Moves sliders that are at their limits within the round-off of doubles exactly there.
     fn seat_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
@@ -293,7 +292,7 @@ impl Integration<'_> {
         self.let_slide(slips, DoubleDouble::ZERO);
     }
 
-    /// Takes the sliders along whose slips are among these contacts.
+    /// Moves the sliders along whose slips are among these contacts.
     fn let_slide(&mut self, slips: ActiveSet, time: DoubleDouble) {
         let Extended {
             model, structure, ..
@@ -310,7 +309,8 @@ impl Integration<'_> {
         }
     }
 
-    /// One step, or to the first event: the time reached, at the model's speed, and the place of the event on the step.
+    /// Takes one step, or the part up to the first event. Returns the time reached, at the model's speed, and the
+    /// fraction of the step at the event.
     fn step(
         &mut self,
         time: DoubleDouble,
@@ -352,7 +352,7 @@ impl Integration<'_> {
             self.cross(contact, reached);
         }
         let own = ActiveSet::FREE.toggled(contact);
-        // Of a contact whose push or surface has stepped over it, neither is at zero.
+        // If the push or the surface jumped over the contact, neither is zero.
         let stepped =
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
@@ -364,8 +364,8 @@ impl Integration<'_> {
         Ok((reached, Some(place)))
     }
 
-    /// The first place of a step of some length \[s\] where a contact opens, closes or comes free, and
-    /// which.
+    /// The first fraction of a step of some length \[s\] at which a contact opens, closes or becomes free, with this
+    /// contact.
     fn first_event(
         &self,
         series: &StepSeries,
@@ -394,7 +394,7 @@ impl Integration<'_> {
                 continue;
             }
             let by_force = contact.release == Release::Force;
-            // What was let go is compressed until it comes free.
+            // A contact that opened by force is compressed until it is free.
             let compressed = by_force && !self.crossed.holds(index) && indentation[0].value() > 0.0;
             let mut margins: Vec<(Vec<DoubleDouble>, bool, Met)> = Vec::new();
             let crossed = self.crossed.holds(index);
@@ -407,7 +407,7 @@ impl Integration<'_> {
                 if !closed {
                     margins.push((indentation, false, Met::Freedom));
                 } else if !crossed && indentation[0].value() < 0.0 {
-                    // Beyond a step of line or gap.
+                    // Beyond the surface after a jump of line or gap.
                     margins.push((indentation, false, Met::Surface));
                 }
             } else if closed {
@@ -417,7 +417,7 @@ impl Integration<'_> {
             }
             for (mut margin, known, met) in margins {
                 if known {
-                    // The event's own zero is divided out.
+                    // Divide out the zero of the last event.
                     margin.remove(0);
                 }
                 let zero = root::first_zero(&margin)
@@ -448,21 +448,21 @@ impl Integration<'_> {
     }
 }
 
-/// What a contact meets where its state ends.
+/// The end of a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Met {
     /// Its surface: it opens or closes.
     Surface,
-    /// The zero of the push of its spring and damper: it lets go or takes hold again.
+    /// The push of its spring and damper vanishes: it opens or closes again.
     NoForce,
-    /// Its surface, having let go before: it comes free, and nothing changes.
+    /// Its surface, after it opened by force: it becomes free, and nothing else changes.
     Freedom,
-    /// The limit of a slider, or the zero of its velocity.
+    /// The limit of a slider, or zero velocity.
     Slide,
 }
 
-/// The margin of a slip of a dry slider, whose `s δ − b` has these coefficients: the velocity of a slider that slips, the room
-/// up to the limit of one that sticks. Zeros where the step starts are divided out, as an event has left them.
+/// The margin of a slip of a dry slider, from the coefficients of its `s δ − b`: the velocity of a slipping slider, the
+/// distance to the limit of a sticking one. Zeros at the start of the step, which an event left, are divided out.
 fn margin_of_slip(indentation: &[DoubleDouble], limit: f64, slips: bool) -> Vec<DoubleDouble> {
     let at_zero = |term: DoubleDouble| term.value().abs() <= LEFT_BY_AN_EVENT * limit;
     if slips {

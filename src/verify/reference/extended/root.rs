@@ -1,21 +1,21 @@
-//! The first zero of a power series on a step, proved by the signs of its Bernstein coefficients.
+//! Where is the first zero of a power series on a step? The signs of its Bernstein coefficients prove it.
 //!
-//! A polynomial has no more zeros in (0, 1) than its Bernstein coefficients change sign, and as
-//! many modulo two (Descartes' rule; Farouki 2012, section 3.3). No change: no zero. One: exactly
-//! one, left to Newton's method. More: the interval is halved by de Casteljau's algorithm.
+//! A polynomial has at most as many zeros in (0, 1) as its Bernstein coefficients have sign changes, and the same
+//! number modulo two (Descartes' rule; Farouki 2012, section 3.3). No change: no zero. One: exactly one, which Newton's
+//! method finds. More: de Casteljau's algorithm halves the interval.
 
 use super::DoubleDouble;
 
-/// Halvings before an interval counts as undecided: 2⁻⁵⁴ wide, a touch closer than 2⁻¹⁰⁸ of
-/// the step's own scale, which is below the resolution of the numbers.
+/// Halvings before an interval counts as undecided: it is 2⁻⁵⁴ wide, and a touch is closer than 2⁻¹⁰⁸ of the step's
+/// scale, which is below the resolution of the numbers.
 const DEPTH: u32 = 54;
 
-/// A touch within the round-off of the numbers: neither a zero nor none.
+/// A touch within the round-off of the numbers: a zero can be neither proved nor excluded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Undecided;
 
-/// First zero in [0, 1] of the polynomial with the given monomial coefficients, which counts
-/// as positive at 0: a value below it there is a zero at 0.
+/// First zero in [0, 1] of the polynomial with the given monomial coefficients, which counts as positive at 0: a
+/// negative value there is a zero at 0.
 pub(super) fn first_zero(power: &[DoubleDouble]) -> Result<Option<DoubleDouble>, Undecided> {
     let bernstein = bernstein(power);
     isolate(power, &bernstein, 0.0, 1.0, DEPTH)
@@ -26,7 +26,7 @@ fn bernstein(power: &[DoubleDouble]) -> Vec<DoubleDouble> {
     let n = power.len() - 1;
     (0..=n)
         .map(|i| {
-            // C(i, j)/C(n, j) by its ratio in j: at most 1, and falling.
+            // C(i, j)/C(n, j) by its ratio in j: at most 1, and decreasing.
             let mut weight = DoubleDouble::ONE;
             let mut sum = power[0];
             for j in 1..=i {
@@ -76,7 +76,7 @@ fn isolate(
     }
 }
 
-/// Sign changes, zeros left out.
+/// Number of sign changes, without zeros.
 fn changes(coefficients: &[DoubleDouble]) -> usize {
     let signs = coefficients.iter().map(|c| c.value().signum());
     let signs: Vec<f64> = signs
@@ -87,11 +87,11 @@ fn changes(coefficients: &[DoubleDouble]) -> usize {
     signs.windows(2).filter(|p| p[0] != p[1]).count()
 }
 
-/// The only zero between two places, positive before it: Newton kept inside the bracket.
+/// The only zero between two positions, with positive values before it: Newton's method, restricted to the bracket.
 fn polish(power: &[DoubleDouble], left: f64, right: f64) -> DoubleDouble {
     let (mut left, mut right) = (DoubleDouble::exact(left), DoubleDouble::exact(right));
     let mut place = (left + right) * 0.5;
-    // Bisection alone would need 106; Newton doubles the digits.
+    // Bisection alone would need 106 steps; Newton's method doubles the digits.
     for _ in 0..120 {
         let (value, slope) = evaluate(power, place);
         if value > DoubleDouble::ZERO {
@@ -163,7 +163,7 @@ mod tests {
             let power: Vec<_> = with_zeros(&zeros).iter().map(|&a| a * sign).collect();
             let found = first_zero(&power).unwrap().unwrap();
             let error = (found - DoubleDouble::exact(first)).abs().value();
-            // Neighbouring zeros are as ill-conditioned as they are close.
+            // Neighbouring zeros are the more ill-conditioned, the closer they are.
             assert!(error < 1e-21, "{zeros:?}: {error:e}");
         }
     }
@@ -180,7 +180,7 @@ mod tests {
         assert!((found.value() - (0.3 - 1e-14)).abs() < 1e-15);
         let mut exact = vec![DoubleDouble::exact(0.0625), DoubleDouble::exact(-0.5)];
         exact.push(DoubleDouble::ONE);
-        // The double zero is at 1/4, a place of the halving: met, not missed.
+        // The double zero is at 1/4, a point of the halving: found, not missed.
         assert_eq!(
             first_zero(&exact).map(|z| z.map(DoubleDouble::value)),
             Ok(Some(0.25))

@@ -4,7 +4,7 @@ use super::DoubleDouble;
 use super::root::evaluate;
 use crate::model::{ActiveSet, Block, Line, MeshGain, Model, STIFFNESS_TERMS, Segment};
 
-/// A model's blocks in extended precision, one list a direction of the mesh force.
+/// A model's blocks in extended precision, one list per direction of the mesh force.
 #[derive(Debug, Clone)]
 pub(super) struct Structure {
     directions: Vec<Vec<ExtendedBlock>>,
@@ -20,12 +20,12 @@ struct ExtendedBlock {
     rate: [DoubleDouble; 2],
 }
 
-/// Where and how a step starts.
+/// Start of a step.
 pub(super) struct Instant<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
-    /// Time at the model's speed that passes on the step, by `u` and its square \[s\].
+    /// Time at the model's speed that elapses on the step, as coefficients of `u` and its square \[s\].
     pub passed: [DoubleDouble; 2],
     /// The segment of every contact.
     pub segments: &'a [Segment],
@@ -34,19 +34,19 @@ pub(super) struct Instant<'a> {
 
 /// Coefficients on a step in `u`, the fraction of its length.
 pub(super) struct StepSeries {
-    /// Of each component of the state, order + 1 each.
+    /// For each component of the state, order + 1 each.
     states: Vec<Vec<DoubleDouble>>,
-    /// Of δ along every line \[m\], as far as a contact is on it.
+    /// For δ along every line \[m\] that a contact uses.
     pub deflections: Vec<Vec<DoubleDouble>>,
-    /// Of what loaded flanks lack, of every contact \[m\]; only as long as it is not zero.
+    /// For the error of loaded flanks, of every contact \[m\]; empty if it is zero.
     pub lacks: Vec<Vec<DoubleDouble>>,
     /// Stiffness \[N/m\] and damping \[N s/m\] of every contact.
     laws: Vec<(Vec<DoubleDouble>, f64)>,
 }
 
 impl StepSeries {
-    /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from those of its
-    /// `s δ − b` over a step of some length \[s\]; one fewer.
+    /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from those of its `s δ − b` over a
+    /// step of some length \[s\]; one fewer.
     pub fn push(
         &self,
         contact: usize,
@@ -147,7 +147,7 @@ impl Structure {
         let lacks: Vec<_> = (instant.segments.iter())
             .map(|segment| on_step(segment, segment.error.coefficients()))
             .collect();
-        // A direction of every line in use.
+        // One direction for every line in use.
         let mut lines: Vec<(usize, usize)> = Vec::new();
         for segment in instant.segments {
             let line = model.line(segment);
@@ -181,7 +181,7 @@ impl Structure {
                     let (x, y) = (states[i][j], states[n + i][j]);
                     d += x * block.deflection[0];
                     rate += y * block.rate[1];
-                    // Both are zero for a mode; adding them would cost half the time.
+                    // Both are zero for a mode; adding them would take half the time.
                     if block.deflection[1] != 0.0 {
                         d += y * block.deflection[1];
                     }
@@ -247,14 +247,14 @@ struct ClosedSeries<'a> {
     side: f64,
     damping: f64,
     stiffness: Vec<DoubleDouble>,
-    /// What flanks lack, and the backlash as its constant.
+    /// The error of loaded flanks, plus the backlash as its constant.
     gap: Vec<DoubleDouble>,
-    /// Force of a slider that slips \[N\].
+    /// Force of a slipping slider \[N\].
     limit: Option<f64>,
 }
 
 impl ClosedSeries<'_> {
-    /// Coefficient j of the force, from the deflection's up to there and its rate's.
+    /// Coefficient j of the force, from the deflection's coefficients up to j and those of its rate.
     fn force(
         &self,
         j: usize,
@@ -280,8 +280,8 @@ impl ClosedSeries<'_> {
     }
 }
 
-/// Coefficients on the step of a Legendre series over the segment: with `x = x₀ + σ₁ u + σ₂ u²` the place within the segment,
-/// those of `Σ a P(x)` by Legendre's recurrence.
+/// Coefficients on the step of a Legendre series over the segment. With `x = x₀ + σ₁ u + σ₂ u²` as the position within
+/// the segment, they are those of `Σ a P(x)` by Legendre's recurrence.
 fn on_step(
     model: &Model,
     instant: &Instant<'_>,
@@ -363,7 +363,7 @@ fn error_harmonics(
     sum
 }
 
-/// Turn of a wave of some angular frequency \[rad/s\] on a step, by `u` and its square.
+/// Rotation of a wave of some angular frequency \[rad/s\] on a step, as coefficients of `u` and its square.
 fn turns_by(passed: [DoubleDouble; 2], omega: f64) -> [DoubleDouble; 2] {
     passed.map(|passed| passed * omega)
 }

@@ -1,4 +1,4 @@
-//! Against closed forms, and its observed order.
+//! Comparison with closed forms, and the observed order.
 
 use super::*;
 use crate::model::{Division, Drive, MeshHarmonic, OperatingPoint};
@@ -23,8 +23,8 @@ fn one_degree(stiffness: f64, damping: f64, error: Vec<MeshHarmonic>) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// Unloaded and undamped, it flies from flank to flank: δ − b = 2 cos 4t, then 1/4 s of flight,
-/// then half a turn on the other flank, and so on.
+/// Unloaded and undamped, the mass flies from flank to flank: δ − b = 2 cos 4t, then 1/4 s of flight, then half a
+/// period on the other flank, and so on.
 #[test]
 fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     let model = one_degree(4.0, 0.0, Vec::new());
@@ -65,8 +65,8 @@ fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     assert!((energy - DoubleDouble::exact(8.0)).abs().value() < 1e-28);
 }
 
-/// A damped oscillator driven by the transmission error, in constant contact: the steady
-/// response `Re (A e^{i t})` is a closed form.
+/// A damped oscillator with excitation by the transmission error, in constant contact: the steady response
+/// `Re (A e^{i t})` is a closed form.
 #[test]
 fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     // δ'' + 4 c δ' + 4 k (δ − b) = −e'', with e = cos(t)/10: −e'' = cos(t)/10, and
@@ -77,7 +77,7 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     let imaginary = DoubleDouble::exact(4.0 * c);
     let scale = DoubleDouble::exact(0.1) / (real * real + imaginary * imaginary);
     let (a, beta) = (real * scale, imaginary * scale);
-    // Unloaded it would leave the flank, so the contact state is imposed on one step.
+    // Without load it would leave the flank, so that the test imposes the contact state on one step.
     let e = DoubleDouble::exact(0.1);
     let q = (DoubleDouble::ONE + a + e) * 0.5;
     let v = beta * 0.5;

@@ -3,8 +3,8 @@
 use crate::report::plot::canvas::Place;
 use crate::report::plot::panel::Panel;
 
-/// Places with those of lines that leave a panel moved to its edge, and nothing between what lies
-/// beyond.
+/// Clips a polyline at a panel. Places beyond it move to its edge, and places whose lines do not cross the panel become
+/// gaps.
 pub(super) fn clipped(places: &[Place], panel: &Panel) -> Vec<Place> {
     let [top, bottom] = [panel.top, panel.bottom];
     let [left, right] = [panel.left, panel.right];
@@ -26,8 +26,7 @@ pub(super) fn clipped(places: &[Place], panel: &Panel) -> Vec<Place> {
     out
 }
 
-/// The part of a straight line that lies within a rectangle (Liang and Barsky 1984); none where no part
-/// does.
+/// The part of a straight line within a rectangle (Liang and Barsky 1984); `None` if it is empty.
 fn crossing(from: Place, to: Place, across: [f64; 2], down: [f64; 2]) -> Option<[Place; 2]> {
     let (mut start, mut end) = (0.0_f64, 1.0_f64);
     for (axis, [low, high]) in [across, down].into_iter().enumerate() {

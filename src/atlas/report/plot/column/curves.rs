@@ -1,5 +1,5 @@
-//! Which curves does a picture of columns over one axis have? One a column, a value of a second axis and a
-//! results folder.
+//! Which curves does a picture of columns over one axis have? One per column, value of a second axis and results
+//! folder.
 
 use std::collections::BTreeMap;
 
@@ -107,17 +107,17 @@ pub(super) fn draw(
     Ok(drawn)
 }
 
-/// How far curves reach.
+/// The ranges of the curves.
 #[derive(Default)]
 struct Extent {
     across: Vec<f64>,
     ends: Vec<f64>,
-    /// Of each quantity, below which its values are round-off.
+    /// For each quantity, the limit below which its values are round-off.
     floors: Vec<f64>,
 }
 
 impl Extent {
-    /// Takes up the curves of one quantity.
+    /// Extends the ranges by the curves of one quantity.
     fn reach<'a>(&mut self, curves: impl Iterator<Item = &'a Curve>, scale: &Scale) {
         let dots: Vec<_> = curves.flat_map(|curve| &curve.dots).collect();
         let values = dots.iter().map(|dot| dot.value);
@@ -141,9 +141,9 @@ impl Extent {
     }
 }
 
-/// Pictures by what is held.
+/// Pictures, by their fixed values.
 struct Plans {
-    /// In the order met.
+    /// In the order of their first points.
     order: Vec<String>,
     plans: BTreeMap<String, Plan>,
     /// Slices that no picture shows.
@@ -185,7 +185,7 @@ fn names(group: &[Vec<Series>]) -> Vec<&str> {
     names
 }
 
-/// What the columns are called together.
+/// The common label of the columns.
 fn label(names: &[&str], group: &[Vec<Series>]) -> String {
     match (names, &group[0][..]) {
         ([name], [series]) if !series.part.is_empty() => format!("{name}, {}", series.part),
@@ -194,7 +194,7 @@ fn label(names: &[&str], group: &[Vec<Series>]) -> String {
     }
 }
 
-/// The beginning of file names: the columns, the axes over and by which curves are drawn, and the jobs behind the first.
+/// The beginning of file names: the columns, the axes of the curves, and the jobs after the first.
 fn file(
     names: &[&str],
     group: &[Vec<Series>],
@@ -218,7 +218,7 @@ fn file(
     file
 }
 
-/// What some columns of one unit are called together: what their names have in common.
+/// The common label of some columns of one unit: the common part of their names.
 fn common(names: &[&str]) -> String {
     let first = names.first().copied().unwrap_or_default();
     let parts = first.split('_').take_while(|part| {
@@ -229,7 +229,7 @@ fn common(names: &[&str]) -> String {
     if shared.is_empty() { names.join(", ") } else { shared.join("_") }
 }
 
-/// Which axes the curves go along and differ by.
+/// The axis along the curves, and the axis by which they differ.
 fn axes(sources: &[Source<'_>], request: &PlotRequest) -> Result<Axes, PlotError> {
     let first = sources[0].results;
     let own = |name: Option<&str>, except: Option<&str>| first.along_any(name, except);

@@ -1,4 +1,4 @@
-//! Curves on a canvas: lines, markers, error bars and what they are called.
+//! Curves on a canvas: lines, markers, error bars and labels.
 
 use super::Source;
 use super::clip::clipped;
@@ -21,14 +21,14 @@ const LEGEND: [f64; 2] = [120.0, 330.0];
 const MOST_ENTRIES: usize = 21;
 /// Most markers of a curve: more would hide its line.
 const MOST_MARKERS: usize = 60;
-/// Markers left of a denser curve, so that it is still told by them.
+/// Fewest markers of a denser curve, so that they still identify it.
 const FEW_MARKERS: usize = 8;
 /// Parts of a key in the order of their words: source, series, value of the second axis, direction.
 const WORDED: [usize; 4] = [2, 0, 1, 3];
 /// Half the height of the ends of an error bar's whiskers \[px\].
 const WHISKER: f64 = 3.0;
 
-/// A picture with what its curves are called by.
+/// A picture with the sources of its labels.
 pub(super) struct Labelled<'a> {
     pub sources: &'a [Source<'a>],
     pub group: &'a [Vec<Series>],
@@ -40,7 +40,7 @@ pub(super) struct Labelled<'a> {
 }
 
 impl Labelled<'_> {
-    /// The words of a curve, of each of its parts that not all curves share.
+    /// The label of a curve: the words of each part that differs between curves.
     fn label(&self, key: &Key) -> String {
         let parts = WORDED.iter().flat_map(|&part| self.words(part, key));
         let words = parts.collect::<Vec<_>>().join(", ");
@@ -74,8 +74,8 @@ impl Labelled<'_> {
         words
     }
 
-    /// What the legend says: the curves, or where these are too many, what their colours mean and what their dashes
-    /// mean, where each tells one part.
+    /// The entries of the legend: the curves. If these are too many and each style stands for one part of the key, the
+    /// meanings of colours and of dashes.
     fn entries(&self) -> Vec<Entry> {
         let curves = || self.plan.curves.iter();
         let all = curves().map(|(key, curve)| Entry {
@@ -124,9 +124,9 @@ impl Labelled<'_> {
         entries
     }
 
-    /// The part of keys that colours tell apart, and how many values it has.
+    /// The part of the keys that colours distinguish, and the number of its values.
     fn lead(&self) -> (usize, usize) {
-        // Of equals the value of the second axis comes first, then the series.
+        // If counts are equal, the value of the second axis comes first, then the series.
         let lead = [1, 0, 2, 3].into_iter().rev();
         let lead = lead.max_by_key(|&part| self.count(part)).unwrap_or(0);
         (lead, self.count(lead))
@@ -144,7 +144,7 @@ impl Labelled<'_> {
         met.len()
     }
 
-    /// Colours tell what has most values apart, dashes the rest.
+    /// Colours distinguish the part with most values, dashes the others.
     fn style(&self, key: &Key) -> Style {
         let counts = [0, 1, 2, 3].map(|part| self.count(part));
         let (lead, _) = self.lead();
@@ -286,7 +286,7 @@ impl Curve {
                     .and_then(|other| places.get(other))
                     .is_some_and(|place| !place[1].is_nan())
             };
-            // A value without neighbours is on no line.
+            // A value without neighbours is not on a line.
             let lonely = !joined(i.checked_sub(1)) && !joined(Some(i + 1));
             let small = dense && (self.scattered || count % every != every / 2);
             if !small || lonely || self.scattered {

@@ -17,7 +17,7 @@ use crate::report::plot::results::Results;
 /// Cells without a value.
 const NONE: Colour = Colour(0xee, 0xee, 0xee);
 
-/// Draws a map of every slice, all with one scale, so that they compare.
+/// Draws a map of every slice, all with one scale, so that they can be compared.
 pub(super) fn draw(
     results: &Results,
     cells: &Cells<'_>,

@@ -1,4 +1,4 @@
-//! Where do measured points lie in a picture of columns?
+//! Where are measured points in a picture of columns?
 
 use super::name::{Asked, ColumnName};
 use super::plan::{Curve, Dot};
@@ -8,10 +8,10 @@ use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::request::PlotRequest;
 
-/// The request with what measured points name: their column where none is asked for, and their axis.
+/// Completes a request with the column of the measured points, if it names no column, and with their axis.
 ///
 /// # Errors
-/// They are of a column that is not among those asked for.
+/// The requested columns do not include theirs.
 pub(in crate::report::plot) fn completed(request: &PlotRequest) -> Result<PlotRequest, PlotError> {
     let mut request = request.clone();
     let Some(measured) = &request.measured else {
@@ -30,13 +30,10 @@ pub(in crate::report::plot) fn completed(request: &PlotRequest) -> Result<PlotRe
     Ok(request)
 }
 
-/// The measured points of a picture, as marks; none where they are of another column.
-///
-/// * `names`: columns of the picture, with the unit of SI `si`.
-/// * `over`: its axis.
+/// The measured points of a picture, as marks; `None` if they belong to another column.
 ///
 /// # Errors
-/// The points are over another axis, or in a unit of something else.
+/// The points are over another axis, or their unit does not fit.
 pub(super) fn marks(
     measured: &Measured,
     names: &[&str],
@@ -90,7 +87,7 @@ pub(super) fn marks(
     Ok(Some(curve))
 }
 
-/// The column that the points are of.
+/// The column of the points.
 fn named(measured: &Measured) -> Result<ColumnName, PlotError> {
     match measured.value.name.parse() {
         Ok(Asked::Column(column)) => Ok(column),

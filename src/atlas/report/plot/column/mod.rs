@@ -1,5 +1,5 @@
-//! Pictures of any column: curves over one axis, of several columns, values of a second axis and
-//! results folders beside each other, or a map over two axes.
+//! Pictures of any column: curves over one axis or a map over two axes. Curves can compare several columns, values of a
+//! second axis and results folders.
 
 mod clip;
 mod curves;
@@ -24,14 +24,13 @@ pub use name::{Asked, ColumnName, NoColumn};
 pub(super) use orders::draw as draw_orders;
 pub(super) use series::{SUBORDERS, Series, listed};
 
-/// A results folder with the name that tells it from the others of a picture.
+/// A results folder with its name in a picture.
 pub(super) struct Source<'a> {
     pub name: String,
     pub results: &'a Results,
 }
 
-/// Names results folders: by their job, by their last part, or by their whole path, whichever tells
-/// them apart.
+/// Names results folders by their job, by their last part, or by their whole path: the first choice that is unique.
 pub(super) fn named<'a>(all: &[&'a Results]) -> Vec<Source<'a>> {
     let last = |results: &Results| match results.folder.file_name() {
         Some(name) => name.to_string_lossy().into_owned(),
@@ -55,10 +54,10 @@ pub(super) fn named<'a>(all: &[&'a Results]) -> Vec<Source<'a>> {
         .collect()
 }
 
-/// Draws columns: those of one unit in one picture.
+/// Draws columns, with one picture per unit.
 ///
 /// # Errors
-/// A column, an axis or an element is not there, or what was asked for is of another unit.
+/// A column, an axis or an element does not exist, or a requested unit does not fit.
 pub(super) fn draw(
     sources: &[Source<'_>],
     columns: &[ColumnName],
@@ -72,7 +71,7 @@ pub(super) fn draw(
         }
         read.push(of_source);
     }
-    // The series of all columns, source by source.
+    // The series of all columns, by source.
     let all: Vec<Vec<Series>> = (0..sources.len())
         .map(|source| {
             read.iter_mut()
@@ -83,8 +82,8 @@ pub(super) fn draw(
     draw_series(sources, all, request)
 }
 
-/// Draws series of some sources: maps where two axes vary and nothing says over which of them, else
-/// curves, those of one unit in one picture.
+/// Draws series of some sources. These are maps if two axes vary and the request names no axis, else curves, with one
+/// picture per unit.
 pub(super) fn draw_series(
     sources: &[Source<'_>],
     mut all: Vec<Vec<Series>>,

@@ -1,4 +1,4 @@
-//! Which columns are asked for, and which elements of their lists?
+//! Which columns does a request name, and which elements of their lists?
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,11 +7,11 @@ use crate::report::plot::what::What;
 use crate::store::TableKind;
 use strum::VariantArray;
 
-/// Tables whose columns can be drawn: those with rows that belong to points.
+/// Tables with drawable columns: their rows belong to points.
 pub(super) const TABLES: [TableKind; 3] =
     [TableKind::Points, TableKind::Attractors, TableKind::Orbits];
 
-/// What was asked for: a kind of picture, or a column.
+/// A request: a kind of picture, or a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Asked {
     /// A kind of picture.
@@ -25,12 +25,12 @@ pub enum Asked {
 pub(super) enum Element {
     /// Counted from 1.
     Number(usize),
-    /// All whose names have these words, or the one that is called so.
+    /// All elements whose names contain these words, or the one with this name.
     Name(String),
 }
 
 impl Element {
-    /// Which elements of a list are meant, counted from 0; `names` are theirs, empty where they are only numbered.
+    /// Indices of the selected elements of a list, from 0. `names` are their names, empty if they have only numbers.
     pub fn among(&self, names: &[String], length: usize) -> Vec<usize> {
         match self {
             Self::Number(number) => (*number <= length)
@@ -70,11 +70,11 @@ pub struct ColumnName {
     pub(super) table: TableKind,
     /// Name in the table.
     pub(super) name: String,
-    /// Elements of a list; none for all.
+    /// Elements of a list; `None` for all.
     pub(super) element: Option<Element>,
 }
 
-/// A text that names neither a kind of picture nor a column.
+/// The text is neither a kind of picture nor a column.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{text}` has an element that is neither a number (counted from 1) nor a name; write for example \
@@ -149,8 +149,7 @@ impl fmt::Display for ColumnName {
     }
 }
 
-/// Names of which one may be meant: those that hold it or are held by it, then those that differ in few
-/// letters.
+/// Names similar to a given one: those that contain it or are part of it, then those that differ in few letters.
 pub(in crate::report::plot) fn nearest(name: &str, known: &[String]) -> Vec<String> {
     const MOST: usize = 4;
     let folded = name.to_lowercase();

@@ -12,7 +12,7 @@ use crate::report::plot::what::What;
 /// Draws the levels of orders.
 ///
 /// # Errors
-/// There are no lines of the signal, or none as high as an order.
+/// The signal has no spectral lines, or none as high as an order.
 pub(in crate::report::plot) fn draw(
     sources: &[Source<'_>],
     request: &PlotRequest,

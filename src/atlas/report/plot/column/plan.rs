@@ -1,4 +1,4 @@
-//! The curves of a picture before it is drawn: which there are, and their points.
+//! Which curves and points does a picture have? Its plan before it is drawn.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -9,7 +9,7 @@ use crate::report::plot::display::Scale;
 use crate::report::plot::evidence::Evidence;
 use crate::report::plot::results::Slice;
 
-/// A place of a curve, shown values.
+/// A point of a curve, in shown values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dot {
     pub x: f64,
@@ -18,8 +18,8 @@ pub(super) struct Dot {
     pub high: f64,
 }
 
-/// What tells the curves of a picture apart: the series, the value of the second axis (its place among
-/// them), the source and the direction of a sweep.
+/// Key of a curve in a picture: the series, the index of the value of the second axis, the source and the direction of
+/// a sweep.
 pub(super) type Key = [usize; 4];
 
 /// A curve.
@@ -37,12 +37,12 @@ pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
     pub evidence: Evidence,
-    /// What lines join where points are those of a list, in words.
+    /// Text that names the axes with equal values along a line, if the points come from a list.
     pub joins: String,
     pub curves: BTreeMap<Key, Curve>,
 }
 
-/// Axes of the curves: places in each source.
+/// Axes of the curves: indices in each source.
 pub(super) struct Axes {
     pub over: Vec<usize>,
     pub by: Vec<Option<usize>>,
@@ -51,7 +51,7 @@ pub(super) struct Axes {
 }
 
 impl Plan {
-    /// Takes up the points of a slice of a source.
+    /// Adds the points of a slice of a source.
     pub fn take(
         &mut self,
         place: usize,
@@ -76,8 +76,8 @@ impl Plan {
         let free: Vec<usize> = iter::once(over).chain(axes.by[place]).collect();
         let lines = results.lines(&free, &slice.points);
         self.joins = results.lines_words(&free, &slice.points);
-        // A point that was not computed breaks the line; of a refined grid most are not, and a list has no places for
-        // points that it does not name.
+        // A missing point breaks the line. Exceptions are refined grids, where most points are missing, and lists,
+        // where only the named points exist.
         let is_product =
             results.summary.refined.is_none() && results.accompanying(&[over]).is_empty();
         let nowhere = |x: f64| Dot {
@@ -132,7 +132,7 @@ impl Plan {
         }
     }
 
-    /// What all sources hold alike.
+    /// Fixed values that all sources share.
     pub fn held(&self) -> Vec<String> {
         let Some((first, others)) = self.words.split_first() else {
             return Vec::new();
@@ -141,7 +141,7 @@ impl Plan {
         first.iter().filter(alike).cloned().collect()
     }
 
-    /// What a source holds that others do not.
+    /// Fixed values of a source that others do not share.
     pub fn own(&self, source: usize) -> Vec<String> {
         let held = self.held();
         let words = self.words.get(source).into_iter().flatten();

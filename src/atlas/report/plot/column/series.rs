@@ -15,7 +15,7 @@ pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
     ("3/4", 0.75),
 ];
 
-/// A value with its standard error, 0 where it has none.
+/// A value with its standard error; 0 if it has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report::plot) struct Sample {
     pub value: f64,
@@ -25,27 +25,27 @@ pub(in crate::report::plot) struct Sample {
 /// Values over the points of a results folder.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::report::plot) struct Series {
-    /// What the axis is called: the column, with its table and without an element.
+    /// Label of the axis: the column, with its table and without an element.
     pub name: String,
-    /// What tells it from others of that name; empty where nothing does.
+    /// Distinguishes series with the same name; empty if there is only one.
     pub part: String,
-    /// Unit of SI.
+    /// SI unit.
     pub unit: String,
-    /// Whether a point may have several values, which belong to no curve.
+    /// Whether a point may have several values, which form no curve.
     pub scattered: bool,
     pub samples: Samples,
 }
 
-/// Values of each point, in the order of the summary, one behind the other.
+/// Values of all points, in the order of the summary.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::report::plot) struct Samples {
-    /// Where those of each point end.
+    /// End index of each point's values.
     ends: Vec<usize>,
     all: Vec<Sample>,
 }
 
 impl Samples {
-    /// Of so many points, each with the place of its point; those of a point keep their order.
+    /// Samples of `points` points from values with the index of their point; values of a point keep their order.
     pub fn new(mut placed: Vec<(usize, Sample)>, points: usize) -> Self {
         placed.sort_by_key(|(place, _)| *place);
         let ends = (0..points).map(|point| placed.partition_point(|(place, _)| *place <= point));
@@ -55,7 +55,7 @@ impl Samples {
         }
     }
 
-    /// Those of a point.
+    /// Values of a point.
     pub fn of(&self, point: usize) -> &[Sample] {
         let start = point.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.all[start..self.ends[point]]
@@ -63,7 +63,7 @@ impl Samples {
 }
 
 impl Series {
-    /// The value of a point; none where it has none, or several.
+    /// The value of a point; `None` if it has none, or several.
     pub fn one(&self, point: usize) -> Option<Sample> {
         match self.samples.of(point) {
             [one] => Some(*one),
@@ -72,10 +72,10 @@ impl Series {
     }
 }
 
-/// The series of a column: one, or one an element of a list.
+/// The series of a column: one, or one per element of a list.
 ///
 /// # Errors
-/// There is no such column of numbers, or no such element.
+/// The column of numbers or the element does not exist.
 pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>, PlotError> {
     let Some(table) = results.head(column.table)? else {
         return Err(PlotError::NoTable {
@@ -113,7 +113,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         )
     }
     let (mut placed, mut alike): (Vec<Vec<(usize, Sample)>>, _) = (Vec::new(), true);
-    // Only these columns, some thousand rows at a time: a million points have a gigabyte of others.
+    // Read only these columns, some thousand rows at a time: a million points have a gigabyte of others.
     ResultTable::scan(&results.folder, column.table, &wanted, |part| {
         let values = if modulus { moduli(part)? } else { part.numbers(&column.name)? };
         let errors = partner
@@ -121,7 +121,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
             .map(|partner| part.numbers(partner))
             .transpose()?;
         for (row, (id, values)) in part.u64("point_id")?.into_iter().zip(values).enumerate() {
-            // Where the structures of a grid differ in what they have, a place is not the same element throughout.
+            // If the structures of a grid have different elements, an index does not always mean the same element.
             alike &= values.is_empty() || values.len() == names.len();
             placed.resize_with(placed.len().max(values.len()), Vec::new);
             let Some(place) = id.and_then(|id| results.place(id)) else {
@@ -175,7 +175,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
     Ok(elements.into_iter().map(&mut of_element).collect())
 }
 
-/// `order 3` of harmonics, else the number from 1.
+/// `order 3` for harmonics, else the number from 1.
 fn element_words(column: &str, element: usize) -> String {
     match column.trim_end_matches("_stderr") {
         "harmonics" => format!("mesh order {}", element + 1),
@@ -203,7 +203,7 @@ fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
     Ok(orbits.collect())
 }
 
-/// Every column that can be drawn, under the name that it is asked for by.
+/// All drawable columns, by their names in requests.
 ///
 /// # Errors
 /// A table cannot be read.
@@ -231,7 +231,7 @@ pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<ColumnHea
     Ok(all)
 }
 
-/// What is said of a column that cannot be drawn.
+/// The error for a column that cannot be drawn.
 fn unknown(results: &Results, column: &ColumnName, is_text: bool) -> Result<PlotError, PlotError> {
     let columns = listed(results)?.into_iter().map(|head| head.name);
     let known: Vec<String> = What::names().chain(columns).collect();

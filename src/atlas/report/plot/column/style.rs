@@ -1,11 +1,11 @@
-//! How are curves of one picture told apart? By colour and marker, and by dashes.
+//! How does one distinguish curves of one picture? By colour and marker, and by dashes.
 
 use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
 use crate::report::plot::categories::colour;
 use crate::report::plot::marker::{Marker, OTHERS};
 use crate::report::plot::ramp::viridis;
 
-/// Most curves with a colour of their own.
+/// Most curves with a colour each.
 const MOST_COLOURS: usize = 7;
 
 /// How a curve is drawn.
@@ -13,20 +13,20 @@ const MOST_COLOURS: usize = 7;
 pub(super) struct Style {
     pub colour: Colour,
     pub marker: Marker,
-    /// 0 for a full line, then ever shorter dashes.
+    /// 0 for a full line, then shorter and shorter dashes.
     pub dashes: usize,
 }
 
 impl Style {
-    /// How measured points are marked.
+    /// Style of measured points.
     pub const MEASURED: Self = Self {
         colour: INK,
         marker: Marker::Disc,
         dashes: 0,
     };
 
-    /// The `place`-th of `count` colours, with the `dashes`-th kind of line; `ordered` ones that are too
-    /// many to be told apart go from dark to bright.
+    /// The `place`-th of `count` colours, with the `dashes`-th kind of line. If `ordered` curves are too many for
+    /// distinct colours, these go from dark to bright.
     pub fn new([place, count]: [usize; 2], ordered: bool, dashes: usize) -> Self {
         let ramp = ordered && count > MOST_COLOURS;
         Self {
@@ -46,7 +46,7 @@ impl Style {
         match self.dashes.checked_sub(1) {
             None => canvas.line(places, self.colour, width),
             Some(kind) => {
-                // A dashed line goes on over places that are nowhere.
+                // A dashed line would continue over places with NaN.
                 let nowhere = |place: &Place| place.iter().any(|c| c.is_nan());
                 for part in places.split(nowhere).filter(|part| part.len() > 1) {
                     canvas.patterned(part, PATTERNS[kind % PATTERNS.len()], self.colour, width);
@@ -70,7 +70,7 @@ impl Style {
         self.mark(canvas, [x + 13.0, y], false);
     }
 
-    /// A marker, or where it is `small` a dot.
+    /// A marker, or a dot if it is `small`.
     pub fn mark(&self, canvas: &mut Canvas, at: Place, small: bool) {
         if small {
             canvas.disc(at, 1.3, self.colour)

@@ -1,5 +1,5 @@
-//! Pictures of what a machine was measured to do: the memory mountain, bandwidth and integrating over
-//! threads, the roofline.
+//! Pictures of the measurements of a machine: the memory mountain, bandwidth and integration speed over threads, the
+//! roofline.
 
 mod bandwidth;
 mod mountain;
@@ -13,7 +13,7 @@ use super::picture::Picture;
 use crate::report::size_text;
 use crate::store::Characteristics;
 
-/// Pictures of all that was measured.
+/// Pictures of all measurements.
 pub fn pictures(machine: &Characteristics) -> Vec<Picture> {
     let draw = [
         mountain::draw,
@@ -24,7 +24,7 @@ pub fn pictures(machine: &Characteristics) -> Vec<Picture> {
     draw.iter().filter_map(|draw| draw(machine)).collect()
 }
 
-/// Least distance of two labels \[px\].
+/// Smallest distance of two labels \[px\].
 const LABEL_STEP: f64 = 16.0;
 
 /// A curve with its name.
@@ -34,7 +34,7 @@ struct Curve {
     places: Vec<[f64; 2]>,
 }
 
-/// A canvas that says which machine this is, and whether it was quiet.
+/// A canvas with the name of the machine, and whether it was quiet.
 fn titled(title: &str, machine: &Characteristics) -> Canvas {
     let mut parts = vec![machine.host.clone(), machine.description.cpu.clone()];
     parts.push(machine.started.chars().take(10).collect());
@@ -59,7 +59,7 @@ fn draw_curves(canvas: &mut Canvas, panel: &Panel, curves: &[Curve]) {
     name_ends(canvas, panel, ends.collect());
 }
 
-/// Names right of a panel, as near to their heights as they can be without overlapping.
+/// Names to the right of a panel, as near to their heights as possible without overlap.
 fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colour)>) {
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut places: Vec<f64> = ends.iter().map(|(y, ..)| *y).collect();
@@ -73,7 +73,7 @@ fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colou
     }
 }
 
-/// Moves ascending places apart to [`LABEL_STEP`], within bounds where there is room.
+/// Moves ascending places apart to [`LABEL_STEP`], within bounds if there is room.
 fn spread_out(places: &mut [f64], [low, high]: [f64; 2]) {
     for i in 1..places.len() {
         places[i] = places[i].max(places[i - 1] + LABEL_STEP);
@@ -104,7 +104,7 @@ fn mark_caches(canvas: &mut Canvas, panel: &Panel, machine: &Characteristics) {
     }
 }
 
-/// An axis over all second coordinates, from a little below to a little above.
+/// An axis over all second coordinates, with a margin.
 fn logarithmic<'c>(name: &str, unit: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
     let values = curves.flat_map(|curve| curve.places.iter().map(|p| p[1]));
     let [low, high] = super::axis::range(values);
@@ -118,7 +118,7 @@ fn sizes<'c>(name: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
     Axis::bytes(name, [low / 1.2, high * 1.2])
 }
 
-/// Bandwidth of one thread that reads line after line, at every level of memory.
+/// Bandwidth of one thread that reads consecutive lines, at every level of memory.
 fn levels(machine: &Characteristics) -> Vec<(String, f64)> {
     let near = |size: u64| {
         let rows = machine.mountain.iter().filter(|row| row.key.stride == 64);

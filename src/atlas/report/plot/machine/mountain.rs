@@ -1,4 +1,4 @@
-//! The memory mountain, seen along its size: bandwidth a stride above, latency below.
+//! The memory mountain over its sizes: bandwidth per stride above, latency below.
 
 use super::super::canvas::{Anchor, BLUE, INK, RED};
 use super::super::panel::{Panel, TICK_SIZE};
@@ -19,7 +19,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
                 64 => "every line".to_owned(),
                 _ => format!("every {}", size_text(stride).replacen(".0 ", " ", 1)),
             },
-            // Yellow ends of the ramp do not show on white.
+            // The yellow end of the ramp is invisible on white.
             colour: viridis(0.82 * i as f64 / last),
             places: (machine.mountain.iter())
                 .filter(|row| row.key.stride == stride)

@@ -1,5 +1,5 @@
-//! The roofline: what arithmetic and each level of memory allow one thread, and where kernels
-//! lie, from counted work (Williams, Waterman and Patterson 2009).
+//! The roofline: the limits of one thread by arithmetic and by each level of memory, and the kernels, from counted work
+//! (Williams, Waterman and Patterson 2009).
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, INK, SOFT};
@@ -56,7 +56,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         );
         let middle = (begin * end).sqrt();
         let [x, y] = panel.at(middle, middle * bandwidth);
-        // Memory's line may lie close below that of the last cache.
+        // The line of the memory may be close below that of the last cache.
         let (at, anchor) = match name.as_str() {
             "memory" => ([x + 8.0, y + 12.0], Anchor::Start),
             _ => ([x - 6.0, y - 4.0], Anchor::End),
@@ -67,7 +67,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         let number = kernel_colour(&row.kernel);
         let at = panel.at(row.intensity, row.rate);
         canvas.disc(at, 4.0, colour(number));
-        // The kernel's name once, with its largest number of modes.
+        // Write the kernel's name once, at its largest number of modes.
         let others = machine.roofline.iter().filter(|r| r.kernel == row.kernel);
         let name = match others.map(|other| other.modes).max() {
             Some(most) if most > row.modes => row.modes.to_string(),

@@ -1,4 +1,5 @@
-//! Depth and breadth: a cycle's time over modes and over operating points, and the gain from threads.
+//! How does the speed of integration scale? The time of a cycle over modes and over operating points, and the gain from
+//! threads.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
@@ -9,7 +10,7 @@ use super::{Curve, draw_curves, logarithmic, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::{Characteristics, Measurement, SolverKey};
 
-/// Modes at which breadth is shown, where it was measured.
+/// Number of modes at which the scaling over points is shown, if it was measured.
 const MODES: u64 = 40;
 
 /// Width and left ends of the three panels.
@@ -21,7 +22,7 @@ type Row = Measurement<SolverKey>;
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let modes = machine.solver.iter().map(|row| row.key.modes);
     let modes = modes.min_by_key(|modes| modes.abs_diff(MODES))?;
-    // Breadth in points is measured beside a number of points that all else has.
+    // The scaling over points has other numbers of points than all other measurements.
     let usual = machine.solver.iter().filter(|row| row.key.modes != modes);
     let usual = usual.map(|row| row.key.points).next();
     let usual = usual.unwrap_or(machine.solver[0].key.points);
@@ -95,7 +96,7 @@ fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -
     curves
 }
 
-/// Darker where nodes or threads have copies of shared tables.
+/// Darker if nodes or threads have copies of shared tables.
 fn shade(Colour(r, g, b): Colour, tables: &str) -> Colour {
     let part = match tables {
         "node" => 0.75,

@@ -1,5 +1,5 @@
-//! Stiffness, load centre and loaded transmission error over the mesh phase: lines for several
-//! torques in one picture, for several misalignments in another.
+//! Stiffness, load centre and loaded transmission error over the mesh phase: one picture has a line per torque, another
+//! one per misalignment.
 
 use super::data::MeshCurves;
 use super::labels::{self, Named};
@@ -11,13 +11,13 @@ use crate::report::plot::panel::Panel;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::viridis;
 
-/// A panel of a quantity.
+/// A panel for one quantity.
 struct Row {
     values: fn(&MeshTable) -> &[f64],
     unit: &'static str,
-    /// Name of the axis up.
+    /// Name of the vertical axis.
     name: &'static str,
-    /// Least range shown in SI: less is round-off, or nothing beside a face of centimetres.
+    /// Smallest range of the axis in SI: smaller ranges are round-off, or negligible on a face of centimetres.
     least: f64,
 }
 
@@ -43,7 +43,7 @@ const ROWS: [Row; 3] = [
 ];
 /// Most lines of a panel.
 const MOST: usize = 5;
-/// The brightest colour of a line, as a place on the ramp: beyond, it is lost on white.
+/// The brightest colour of a line, as a position on the ramp: brighter ones are invisible on white.
 const BRIGHTEST: f64 = 0.72;
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 815.0;
@@ -86,9 +86,9 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
 struct Family {
     picture: &'static str,
     title: &'static str,
-    /// What is the same for all.
+    /// The value common to all lines.
     held: String,
-    /// Places on the axes of the table, and the value that tells them apart.
+    /// Indices on the axes of the table, and the value that distinguishes the lines.
     members: Vec<([usize; 2], String)>,
     /// Unit of that value.
     unit: String,
@@ -131,7 +131,7 @@ impl Family {
     }
 }
 
-/// A range at least so wide, about the same middle.
+/// The range, widened about its middle to at least `least`.
 fn widened([low, high]: [f64; 2], least: f64) -> [f64; 2] {
     if high - low < least {
         [0.5 * (low + high - least), 0.5 * (low + high + least)]

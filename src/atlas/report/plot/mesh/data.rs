@@ -1,7 +1,7 @@
-//! A mesh table as the pictures need it: axes, and any of its quantities over the mesh phase.
+//! A mesh table in the form for pictures: axes, and any of its quantities over the mesh phase.
 //!
-//! Between the nodes of a piece a quantity is the polynomial through them, evaluated in
-//! barycentric form (Berrut and Trefethen, "Barycentric Lagrange interpolation", 2004).
+//! Between the nodes of a piece a quantity is the polynomial through them, evaluated in barycentric form (Berrut and
+//! Trefethen, "Barycentric Lagrange interpolation", 2004).
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
 use crate::store::TableFile;
 
-/// Places drawn of a piece, its ends among them.
+/// Drawn samples of a piece, including its ends.
 const SAMPLES: usize = 17;
 
 /// A mesh table.
@@ -39,8 +39,7 @@ impl MeshCurves {
         })
     }
 
-    /// A quantity of the table over the mesh phase. `member` picks one of those that lie together at a
-    /// node, of `members`.
+    /// A quantity of the table over the mesh phase. If every node has `members` values, `member` selects one.
     pub fn curve(
         &self,
         values: &[f64],
@@ -77,7 +76,7 @@ impl MeshCurves {
         edges
     }
 
-    /// The place of the smallest misalignment.
+    /// The index of the smallest misalignment.
     pub fn aligned(&self) -> usize {
         let angles = &self.table.misalignment;
         let smallest =
@@ -108,7 +107,7 @@ impl MeshCurves {
     }
 }
 
-/// Some values in one unit that suits the largest, and that unit.
+/// Some values in a unit that suits the largest, and that unit.
 fn quantities(values: &[f64], unit: &str) -> (Vec<String>, String) {
     let largest = values
         .iter()

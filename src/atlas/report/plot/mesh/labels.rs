@@ -1,26 +1,26 @@
-//! Names of lines, right of their panel and level with their ends as far as others let them.
+//! Names of lines, to the right of their panel. They are at the height of the lines' ends if other names leave room.
 
 use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, Place};
 use crate::report::plot::lettering::apart;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
-/// Least distance of two names \[px\].
+/// Smallest distance of two names \[px\].
 const APART: f64 = 16.0;
-/// Where names start, right of the panel \[px\].
+/// Distance from the panel to the names \[px\].
 const ASIDE: f64 = 26.0;
 
-/// Lines closer than this everywhere are one to the eye \[px\].
+/// Lines closer than this everywhere look like one \[px\].
 const SAME: f64 = 0.8;
 
-/// A line, what tells it from others, and its colour.
+/// A line with its distinguishing value and its colour.
 pub(super) struct Named {
     pub curve: Vec<Place>,
     pub name: String,
     pub colour: Colour,
 }
 
-/// Draws lines into a panel and beside it their names, each followed by `unit`. Neighbours that
-/// lie on each other have one name: from the first to the last of them.
+/// Draws lines into a panel, and their names beside it, each followed by `unit`. Neighbours that coincide have one
+/// name: from the first to the last of them.
 pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &str) {
     let paths: Vec<Vec<Place>> = lines.iter().map(|line| path(panel, line)).collect();
     for (line, path) in lines.iter().zip(&paths) {
@@ -51,7 +51,7 @@ fn path(panel: &Panel, line: &Named) -> Vec<Place> {
         .collect()
 }
 
-/// First and last of the neighbours that lie on each other.
+/// First and last of the neighbours that coincide.
 fn groups(paths: &[Vec<Place>]) -> Vec<[usize; 2]> {
     let same = |a: &[Place], b: &[Place]| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a[1] - b[1]).abs() < SAME)

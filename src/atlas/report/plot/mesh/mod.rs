@@ -25,7 +25,7 @@ pub(super) fn draw(what: What, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     }
 }
 
-/// At most `most` of `count` places, evenly spread, the first and the last among them.
+/// At most `most` of `count` indices, evenly spread, including the first and the last.
 fn spread(count: usize, most: usize) -> Vec<usize> {
     let shown = count.min(most);
     (0..shown)

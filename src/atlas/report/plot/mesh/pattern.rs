@@ -1,5 +1,5 @@
-//! The contact pattern: load over mesh phase and face width, for small and large torque side
-//! by side, without and with misalignment above each other.
+//! The contact pattern: load over mesh phase and face width, for small and large torque next to each other, without
+//! misalignment above, with misalignment below.
 
 use super::data::MeshCurves;
 use crate::report::plot::axis::{Axis, range};
@@ -12,13 +12,13 @@ use crate::report::plot::what::What;
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 96.0;
-/// Width and height of the whole \[px\].
+/// Width and height of all panels together \[px\].
 const SIZE: [f64; 2] = [700.0, 420.0];
-/// Between panels \[px\].
+/// Gaps between panels \[px\].
 const GAP: [f64; 2] = [34.0, 44.0];
-/// Colours told apart: neighbours of one colour are drawn as one.
+/// Number of distinct colours: neighbours of one colour become one shape.
 const STEPS: f64 = 64.0;
-/// Where flanks do not touch.
+/// Colour of flanks that do not touch.
 const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
@@ -74,12 +74,12 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     Ok(Drawn::one(Picture::new(name, canvas)))
 }
 
-/// The two ends of a range of places, or its only one.
+/// The two ends of a range of indices, or its only one.
 fn ends(first: usize, last: usize) -> Vec<usize> {
     if first == last { vec![first] } else { vec![first, last] }
 }
 
-/// The place of the largest misalignment either way.
+/// The index of the misalignment with the largest magnitude.
 fn farthest(mesh: &MeshCurves) -> usize {
     let angles = &mesh.table.misalignment;
     let largest = (0..angles.len()).max_by(|&a, &b| angles[a].abs().total_cmp(&angles[b].abs()));
@@ -101,7 +101,7 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
     let slices = values.len() / phases;
     let step = |phase: usize, slice: usize| {
         let value = values[phase * slices + slice];
-        // NaN is no load either.
+        // NaN also means no load.
         (value > 0.0).then(|| (STEPS * value / most).round() as u32)
     };
     for slice in 0..slices {
@@ -114,7 +114,7 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
                 .count();
             let x = |edge: usize| panel.x(edges[edge]);
             let colour = own.map_or(APART, |step| viridis(f64::from(step) / STEPS));
-            // A little too large, because abutting edges show as seams in some viewers.
+            // Slightly enlarged, because abutting edges show as seams in some viewers.
             let right = (x(start + run) + 0.3).min(panel.right);
             let low = (y(slice) + 0.3).min(panel.bottom);
             canvas.rectangle([x(start), y(slice + 1)], [right, low], colour);
@@ -123,7 +123,7 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
     }
     let corners = [[panel.left, panel.top], [panel.right, panel.bottom]];
     canvas.outline(corners[0], corners[1], INK, 1.0);
-    // The middle of the face, to see on which side the load is.
+    // The middle of the face, as a reference for the side of the load.
     let middle = panel.y(0.0);
     canvas.dashes([panel.left, middle], [panel.right, middle], SOFT, 0.8);
 }

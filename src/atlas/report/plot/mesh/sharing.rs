@@ -1,4 +1,4 @@
-//! How the pairs of teeth share the load over the mesh phase: a panel a torque, a line a pair.
+//! How do the pairs of teeth share the load over the mesh phase? One panel per torque, one line per pair.
 
 use super::data::{Curve, MeshCurves};
 use super::labels::{self, Named};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 /// Colours of the pairs: dark enough for lines.
 const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
-/// Shares closer than this are those of one pair.
+/// Largest difference of shares that belong to one pair.
 const SAME: f64 = 1e-6;
 /// Most panels.
 const MOST: usize = 3;
@@ -37,7 +37,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
         let slots: Vec<Curve> = (0..MOST_PAIRS)
             .map(|pair| mesh.curve(&mesh.table.share, [aligned, torque], [pair, MOST_PAIRS]))
             .collect();
-        // At a contact ratio below 2 the third pair never bears anything.
+        // At a contact ratio below 2 the third pair never carries load.
         let bears = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
         let lines: Vec<Named> = (passages(&slots, mesh.table.breaks.len() - 1).into_iter())
             .filter(|(_, curve)| bears(curve))
@@ -69,9 +69,9 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     Drawn::one(Picture::new(name, canvas))
 }
 
-/// The shares of each pair over its passage, from those of the pair that came last, the one before and so on, curves of
-/// as many samples on each piece of the cycle. Where the next pair comes within reach all others move up by one; shares
-/// under a load do not step there, which tells such a place.
+/// The shares of each pair over its passage, from those of the newest pair, the one before and so on. All curves have
+/// the same number of samples on each piece of the cycle. When the next pair comes within reach, all others move up by
+/// one. Shares under load do not jump there, which identifies such a place.
 fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
     let samples = slots[0].len() / pieces;
     let mut passages: BTreeMap<i32, Curve> = BTreeMap::new();
@@ -103,8 +103,8 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
 mod tests {
     use super::*;
 
-    /// A pair that comes within reach at 0.8 of the cycle, before the end of which it bears nothing, takes no line over
-    /// from those in contact.
+    /// A pair comes within reach at 0.8 of the cycle and carries no load before its end. It does not take over the line
+    /// of another pair.
     #[test]
     fn a_pair_keeps_its_line_where_the_next_one_comes() {
         let curve = |values: [f64; 6]| -> Curve {
