@@ -169,9 +169,8 @@ pub trait Kernel {
     /// and adds the work to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] if the trajectory diverges, a cycle has more events than the kernel's limit, windows make no
-    /// progress, the kernel has no table, or the observer calls the integration off. `trajectory` is then
-    /// unspecified.
+    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also if the
+    /// kernel has no table, or the observer calls the integration off. `trajectory` is then unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

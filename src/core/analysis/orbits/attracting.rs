@@ -295,8 +295,8 @@ fn comes_along_a_line<K: Kernel>(
     Ok(None)
 }
 
-/// Leading multiplier down to which an orbit's period has just doubled. With a more distant one, trajectories near
-/// the orbit leave it within some hundred cycles.
+/// Smallest leading multiplier of an orbit whose period has just doubled. Below it, trajectories near the orbit leave
+/// it within some hundred cycles.
 const JUST_DOUBLED: f64 = -1.1;
 
 /// Smallest and largest displacement, in half gaps, at which an orbit of twice the period is sought near its parent.
@@ -373,8 +373,8 @@ pub struct Attracting {
     pub approach: Approach,
 }
 
-/// Seeks an orbit of `period` mesh cycles near `trajectory` that attracts it, or, if that orbit has become unstable
-/// by a period doubling, the orbit of twice the period near it. Advances `trajectory` during the observation. The
+/// Seeks an orbit of `period` mesh cycles near `trajectory` that attracts it. If that orbit has become unstable by a
+/// period doubling, seeks the orbit of twice the period near it. Advances `trajectory` during the observation. The
 /// shortest period is a multiple of `unit` cycles.
 ///
 /// # Errors

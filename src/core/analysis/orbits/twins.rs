@@ -1,8 +1,8 @@
 //! The leading multiplier of a periodic orbit from full trajectories.
 //!
-//! Twins start at a small distance on both sides of the orbit along the leading eigenvector u of its monodromy matrix
-//! (real and imaginary part in turn) and are integrated over one period. They use no tangents or saltations. With `D
-//! u = (P(x + εu) − P(x − εu)) / 2ε`
+//! Twins start at a small distance on both sides of the orbit along the leading eigenvector u of its monodromy
+//! matrix, real and imaginary part in turn. They are integrated over one period and use no tangents or saltations.
+//! With `D u = (P(x + εu) − P(x − εu)) / 2ε`
 //!
 //! ```text
 //! μ = uᴴ (D u) / uᴴ u,       D u = μ u  if the monodromy matrix is right

@@ -8,9 +8,9 @@
 //! half a step of the free structure, exact.
 //! ```
 //!
-//! δ at the middle determines the contact state. With contact damping, the force decays during the impulse, `F' = −λ
-//! F` with `λ = Σ (k w + c w A)·g`, so that its integral is `F₀ (1 − e^{−λh})/λ`. The method has order 2 while the
-//! contact state lasts, and order 1 where it changes.
+//! δ at the middle determines the contact state. With contact damping, the force decays during the impulse,
+//! `F' = −λ F` with `λ = Σ (k w + c w A)·g`, so that its integral is `F₀ (1 − e^{−λh})/λ`. The method has order 2
+//! while the contact state lasts, and order 1 where it changes.
 
 mod cubic;
 mod mesh_state;

@@ -1,8 +1,9 @@
 //! How do deflections respond to states, forces and loads?
 //!
-//! For `z' = A z + Σ b f`, the deflection `δ = w·z` has the coefficients `j! δ_j = h^j w A^j z(0) + Σ_m h^m w A^{m−1}
-//! b (j − m)! f_{j−m}` in powers of `u = t/h`. The rows `w A^j` and the numbers `w A^{m−1} b` do not depend on h. The
-//! deflections and the forces of the contacts are therefore known before the blocks move.
+//! For `z' = A z + Σ b f`, the deflection `δ = w·z` has the coefficients
+//! `j! δ_j = h^j w A^j z(0) + Σ_m h^m w A^{m−1} b (j − m)! f_{j−m}` in powers of `u = t/h`. The rows `w A^j` and the
+//! numbers `w A^{m−1} b` do not depend on h. The deflections and the forces of the contacts are therefore known
+//! before the blocks move.
 
 use super::powers::Powers;
 use super::rows::Rows;

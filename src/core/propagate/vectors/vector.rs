@@ -1,7 +1,7 @@
 //! Eight lanes in the machine's vectors.
 //!
 //! For vectors of two and four, the compiler packs loops over arrays. For vectors of eight, it would keep the sums of
-//! several columns in memory and use gathers for sums along rows, so these are written out in a separate file.
+//! several columns in memory and use gathers for sums along rows. These are written out in a separate file.
 
 use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! in series, with P unknowns per contact. The contacts are solved in turn, each under the latest forces of the
-//! others (block Gauss–Seidel). A force acts only on later times, so the error after n rounds falls like `(ω Δ)^{4n}
-//! / (4n)!` with the rate ω of a closed contact, faster in each round. The rounds end when another change as large as
-//! the last one would be within round-off. After too many rounds, the system of all contacts,
+//! others (block Gauss–Seidel). A force acts only on later times, so the error after n rounds falls like
+//! `(ω Δ)^{4n} / (4n)!` with the rate ω of a closed contact, faster in each round. The rounds end when another change
+//! as large as the last one would be within round-off. After too many rounds, the system of all contacts,
 //!
 //! ```text
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)

@@ -146,9 +146,9 @@ for_each_set! {
 
 for_each_set! {
     /// The state at the end of a part for every column, in place: `x = e^{Aτ} x − Σ moments[k] ê_k g`. The torques
-    /// act on the first column too: `r + e^{Aτ} (x − r)` about the blocks' rest position r, or `+ Σ constant[k] ê_k
-    /// s` if there is none. `moments` is empty in free flight. Sets `ends` to `e^{μτ} cos ντ` and `e^{μτ} sin ντ / ν`
-    /// of all blocks.
+    /// act on the first column too: `r + e^{Aτ} (x − r)` about the blocks' rest position r, or
+    /// `+ Σ constant[k] ê_k s` if there is none. `moments` is empty in free flight. Sets `ends` to `e^{μτ} cos ντ`
+    /// and `e^{μτ} sin ντ / ν` of all blocks.
     fn cut(
         blocks: &[BlockChunk],
         exponentials: &[ExponentialChunk],

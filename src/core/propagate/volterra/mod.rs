@@ -100,8 +100,8 @@ impl<'m> Volterra<'m> {
     /// Builds the kernel's tables for a model.
     ///
     /// * `tolerance`: relative size of the first omitted Legendre coefficient of a window, for the fastest motion of
-    /// the model; 2⁻⁵² for round-off. It sets the window length up to the limit of the exponential series, which is
-    /// reached at some 5·10⁻¹⁴.
+    ///   the model; 2⁻⁵² for round-off. It sets the window length up to the limit of the exponential series, which is
+    ///   reached at some 5·10⁻¹⁴.
     /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     pub fn new(model: &'m Model, tolerance: f64, event_limit: u32) -> Self {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())

@@ -5,8 +5,8 @@ use crate::analysis::continuation::map::{Details, Image, MapError};
 use crate::analysis::continuation::touches::{Extreme, Touches};
 use faer::Mat;
 
-/// An orbit with multipliers given by modulus and angle \[rad\] (an angle between 0 and π gives a pair), and with the
-/// depths of a contact at its extremes, a minimum first.
+/// An orbit with multipliers given by modulus and angle \[rad\]; an angle between 0 and π gives a pair. `depths` are
+/// those of a contact at its extremes, a minimum first.
 fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     let mut multipliers = Vec::new();
     for &[modulus, angle] in polar {
