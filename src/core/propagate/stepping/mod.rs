@@ -69,8 +69,8 @@ struct RippleTable {
 
 impl Stepping {
     /// The kernel with at least `steps` steps per mesh cycle, rounded up so that every segment boundary is a step
-    /// boundary. A boundary that is on no grid of at most 10 000 parts moves to the nearest step, an error of order
-    /// 1. A cycle with more than `event_limit` events ends the integration.
+    /// boundary. A boundary that is on no grid of at most 10 000 parts moves to the nearest step, a first-order
+    /// error. A cycle with more than `event_limit` events ends the integration.
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
         let period = model.period();
         let base = model.base_cycles();
