@@ -1,13 +1,13 @@
-//! What a kernel says it did.
+//! How much work did a kernel do?
 
-/// Work done by a kernel; tests snapshot it, so that a change in an algorithm shows.
+/// Work done by a kernel. Tests snapshot it, so that a change of an algorithm becomes visible.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Mesh cycles integrated.
     pub cycles: u64,
     /// Windows (or steps) solved.
     pub windows: u64,
-    /// Windows cut short, by an event or a breakpoint.
+    /// Windows cut by an event or a breakpoint.
     pub partial_windows: u64,
     /// Windows whose guards were settled without a search.
     pub certified: u64,
@@ -21,7 +21,7 @@ pub struct Counters {
     pub grazings: u64,
     /// Windows applied to tangent vectors.
     pub tangent_windows: u64,
-    /// Windows in contact whose varying stiffness no table had.
+    /// Windows in contact with a varying stiffness that is in no table.
     pub factorised: u64,
     /// Products of a dense operator with a state or tangent (table kernels).
     pub matvecs: u64,

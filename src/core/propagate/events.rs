@@ -1,9 +1,8 @@
-//! When a contact opens or closes.
+//! When does a contact open or close?
 //!
-//! The margin of a contact is positive while it stays what it is: `b − s δ` of an open one,
-//! `s δ − b` of a closed one. It opens or closes at the earliest moment its margin becomes negative.
-//! After an event the margin of that contact has a known root at the window's start; it is
-//! divided out rather than stepped over.
+//! The margin of a contact is positive while its state lasts: `b − s δ` for an open one, `s δ − b` for a closed one.
+//! It opens or closes at the earliest time at which its margin becomes negative. After an event, the margin of that
+//! contact has a known root at the window's start, which is divided out rather than stepped over.
 
 use super::{Counters, Event, Observer, Stop};
 use crate::model::{ActiveSet, Contact};
@@ -11,19 +10,19 @@ use crate::numerics::arithmetic::Arithmetic;
 use crate::numerics::legendre::Transforms;
 use crate::numerics::roots::{Search, earliest_exit, exit_of_falling};
 
-/// Where a window's trajectory meets a change, and which contact opens or closes there.
+/// Position of an event on a window, and the contact that opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// Place on the window, in \[−1, 1\].
+    /// Position on the window, in \[−1, 1\].
     pub x: f64,
     /// The contact.
     pub contact: usize,
 }
 
-/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
+/// Round-off of a sum of a hundred terms, relative to the sum of their sizes.
 pub const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
-/// The margin of a contact, positive while it stays what it is: `scale δ + shift`.
+/// The margin of a contact, positive while its state lasts: `scale δ + shift`.
 #[derive(Debug, Clone, Copy)]
 pub struct Margin {
     /// The contact.
@@ -48,8 +47,8 @@ impl Margin {
         }
     }
 
-    /// The margins of contacts that see one deflection. An open one opposite to a closed one is
-    /// left out: that one opens first.
+    /// The margins of contacts with the same deflection. An open contact opposite to a closed one is omitted, because
+    /// the closed one opens first.
     pub fn of(contacts: &[Contact], active: ActiveSet) -> impl Iterator<Item = Self> {
         let opposite = move |side: f64| {
             let mut closed = active.iter().map(|contact| &contacts[contact]);
@@ -61,25 +60,25 @@ impl Margin {
     }
 }
 
-/// How many windows a cycle may take for each one that its grid and its events account for: those cut at breakpoints, and
-/// those before a grid is taken up again.
+/// Largest number of windows per cell of the grid and per event. It allows for windows cut at breakpoints, and for
+/// those before the next start of a cell.
 const WINDOWS_OF_EACH: u64 = 8;
 
-/// The changes of contact state in one mesh cycle: limited, counted, shown. And its windows: limited.
+/// Limits, counts and reports the changes of contact state in one mesh cycle, and limits its windows.
 #[derive(Debug, Clone, Copy)]
 pub struct Changes {
-    /// So far in this cycle.
+    /// Events in this cycle.
     met: u32,
-    /// Most in a cycle.
+    /// Largest number of events in a cycle.
     limit: u32,
-    /// Windows so far in this cycle.
+    /// Windows in this cycle.
     windows: u64,
-    /// Windows of a cycle that nothing cuts.
+    /// Windows of a cycle without cuts.
     planned: u64,
 }
 
 impl Changes {
-    /// None yet; at most `limit` in this cycle, which takes `planned` windows where nothing cuts one.
+    /// Before the first event. Allows `limit` events in this cycle, which takes `planned` windows without cuts.
     pub fn new(limit: u32, planned: usize) -> Self {
         Self {
             met: 0,
@@ -89,10 +88,10 @@ impl Changes {
         }
     }
 
-    /// Takes one more window, from a time \[s\] of a mesh cycle of some period \[s\] on.
+    /// Counts one more window, from a time \[s\] of a mesh cycle with a period \[s\].
     ///
     /// # Errors
-    /// [`Stop::Stuck`] where neither grid nor events account for so many.
+    /// [`Stop::Stuck`] if grid and events do not explain so many windows.
     pub fn take(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
         self.windows += 1;
         let accounted = 1 + self.planned + u64::from(self.met);
@@ -107,7 +106,7 @@ impl Changes {
         }
     }
 
-    /// Meets one more.
+    /// Counts and reports one more event.
     ///
     /// # Errors
     /// [`Stop::EventStorm`] beyond the limit.
@@ -133,20 +132,20 @@ impl Changes {
 /// Dividing out a root amplifies round-off by about the square of the series' length.
 const DEFLATION_NOISE: f64 = 64.0;
 
-/// A contact on a window, as its search for an event has it.
+/// A contact in the search for events on a window.
 #[derive(Debug, Clone, Copy)]
 pub struct Guard<'a, const P: usize> {
-    /// Its margin while its gap is the half gap alone.
+    /// Its margin without the gap error.
     pub margin: Margin,
-    /// Whether it opened or closed where the window starts.
+    /// Whether it opened or closed at the start of the window.
     pub crossed: bool,
-    /// What its gap has on top, as a series \[m\]; none where there is nothing.
+    /// Addition to its half gap as a series \[m\], if any.
     pub gap_error: Option<&'a [f64; P]>,
 }
 
-/// The first event on `[−1, limit]` of a window, of contacts that see the same deflection.
+/// The first event on `[−1, limit]` of a window, for contacts with the same deflection.
 ///
-/// * `series`: Legendre series of δ \[m\], of round-off `noise` \[m\].
+/// * `series`: Legendre series of δ \[m\], with round-off `noise` \[m\].
 #[inline(always)]
 pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -197,9 +196,9 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     first
 }
 
-/// The one of two opposite open contacts that the deflection heads for without turning; none where
-/// it may turn, or starts beyond a surface or on the one ahead. The surface behind is left at once
-/// and for good, and needs no look.
+/// The one of two opposite open contacts that the deflection approaches monotonically. `None` if it may turn, starts
+/// beyond a surface, or starts on the surface ahead. The surface behind needs no check, because the deflection leaves
+/// it at once and does not return.
 #[inline(always)]
 fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -257,7 +256,7 @@ mod tests {
         (found, counters)
     }
 
-    /// What no event accounts for ends the cycle, with where it stands.
+    /// Windows that no event explains end the cycle, and the error contains their position.
     #[test]
     fn windows_that_do_not_get_on_are_given_up() {
         let mut changes = Changes::new(100, 9);
@@ -273,7 +272,7 @@ mod tests {
         };
         assert_eq!(stop, stuck);
         assert!(stop.to_string().contains("mesh phase 0.25"));
-        // An event accounts for more of them.
+        // An event allows more windows.
         let event = Event {
             cycle: 7,
             time: 0.5e-3,

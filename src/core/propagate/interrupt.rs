@@ -1,11 +1,10 @@
-//! Integrations that end soon after they are called off, in the midst of a cycle.
+//! How does an integration end within a cycle, soon after it is called off?
 
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::TrajectoryState;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A kernel that looks at a flag before every window, and stops once it is raised. What it integrates
-/// keeps its bits.
+/// A kernel that checks a flag before every window, and stops once it is raised. The flag does not change results.
 #[derive(Debug, Clone, Copy)]
 pub struct Interruptible<'a, K> {
     kernel: &'a K,
@@ -48,7 +47,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
     }
 }
 
-/// An observer that knows of the flag.
+/// An observer that checks the flag.
 struct Attentive<'a, O> {
     observer: &'a mut O,
     called_off: &'a AtomicBool,

@@ -1,14 +1,14 @@
-//! A kernel's tables as plain arrays: what it hands over to be kept, and takes back.
+//! How are a kernel's tables stored as plain arrays and read back?
 //!
-//! Arrays of one name follow one another, table by table; operators keep the order of their
-//! panels, so that a kernel multiplies by them where they lie.
+//! Arrays of one name are concatenated, table by table. Operators keep the order of their panels, so that a kernel
+//! can multiply by them in place.
 
 use super::TableError;
 use super::vectors::Aligned;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// Largest count that a kept table may state.
+/// Largest count in a kept table.
 const MOST: f64 = 1e6;
 
 /// One array of a kernel's tables.
@@ -16,21 +16,22 @@ const MOST: f64 = 1e6;
 pub struct TableArray {
     /// Its name.
     pub name: &'static str,
-    /// Its unit; `mixed` where entries differ in theirs.
+    /// Its unit; `mixed` if entries have different units.
     pub unit: &'static str,
     /// Its numbers.
     pub values: Aligned,
 }
 
-/// A place beside kept tables where kernels share what they make when they need it.
+/// Storage beside kept tables for data that kernels create on demand and share.
 pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
 
-/// Tables that are kept somewhere, by the names under which they were handed over.
+/// Stored tables, by the names under which they were written.
 pub trait KeptTables {
-    /// The numbers of an array, from a multiple of 64 bytes on where products should be fast.
+    /// The numbers of an array. Products are fast if they are aligned to 64 bytes.
     fn numbers(&self, name: &str) -> Option<&[f64]>;
 
-    /// Where kernels of the same structure share what they make when they need it; nowhere, unless these tables have a place for it.
+    /// Storage for data that kernels of the same structure create on demand and share; `None` if these tables have
+    /// none.
     fn beside(&self) -> Option<&Beside> {
         None
     }
@@ -56,7 +57,7 @@ impl KeptWriter {
         }
     }
 
-    /// The arrays, in the order in which their names came.
+    /// The arrays, in the order in which their names first occurred.
     pub fn finish(self) -> Vec<TableArray> {
         let arrays = self.0.into_iter();
         arrays
@@ -69,15 +70,15 @@ impl KeptWriter {
     }
 }
 
-/// Takes arrays apart in the order in which they were written.
+/// Reads arrays in the order in which they were written.
 pub struct KeptReader<'t> {
     kept: &'t dyn KeptTables,
-    /// What is left of the arrays begun.
+    /// Unread rests of the arrays read so far.
     rests: Vec<(&'static str, &'t [f64])>,
 }
 
 impl<'t> KeptReader<'t> {
-    /// Nothing is taken yet.
+    /// Before the first number.
     pub fn new(kept: &'t dyn KeptTables) -> Self {
         Self {
             kept,
@@ -118,7 +119,7 @@ impl<'t> KeptReader<'t> {
         }
     }
 
-    /// Everything begun was used up.
+    /// Checks that every array was read to its end.
     pub fn finish(self) -> Result<(), TableError> {
         let left = self.rests.iter().find(|(_, rest)| !rest.is_empty());
         left.map_or(Ok(()), |&(name, _)| Err(TableError::Kept { name }))

@@ -1,10 +1,10 @@
-//! Kernels that integrate the piecewise-linear system, and what they share: events, saltation,
-//! observers, work counters.
+//! Kernels that integrate the piecewise-linear system, and their common parts: events, saltation, observers, work
+//! counters.
 //!
-//! A kernel is built for one [`Model`], owns no state, and advances
-//! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
-//! and an integrated cycle allocates nothing, but where it meets one of very many sets of closed contacts for the first time. Kernels are statically dispatched over the
-//! observer, so that what nobody watches is not computed.
+//! A kernel is built for one [`Model`], has no state, and advances whole mesh cycles. The caller supplies the
+//! trajectory, the tangents and the workspace. An integrated cycle allocates nothing, except when a model with very
+//! many contact sets reaches one of them for the first time. Kernels are generic over the observer, so that
+//! unobserved quantities are not computed.
 
 mod auto;
 mod choice;
@@ -38,27 +38,27 @@ pub use volterra::Volterra;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 
-/// Cells and windows whose lengths differ by less, relative, are of one length.
+/// Largest relative difference of two lengths of cells or windows that count as equal.
 pub const SAME_LENGTH: f64 = 1e-12;
 
-/// Deflections beyond which a motion has diverged, of every line: [`FARTHEST`] times its gap.
+/// Deflections of every line beyond which a motion has diverged: [`FARTHEST`] times its gap.
 fn farthest(model: &Model) -> Vec<f64> {
     (0..model.lines.len())
         .map(|line| {
-            // The force of a rigid stop has no bound of its own.
+            // The force of a rigid stop has no bound.
             let is_deflection = model.lines[line].direct.is_empty();
             if is_deflection { FARTHEST * model.gap_on(line) } else { f64::INFINITY }
         })
         .collect()
 }
 
-/// What this process computes with: the name of its instruction set, or `portable` where it keeps
-/// to what every processor has.
+/// Name of the instruction set of this process, or `portable` if it is restricted to instructions that every
+/// processor has.
 pub fn instructions() -> &'static str {
     if portable() { "portable" } else { InstructionSet::best().name() }
 }
 
-/// Why a trajectory cannot be integrated further.
+/// Reasons for the end of an integration.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Stop {
     /// The state left every physical range or became non-finite.
@@ -67,7 +67,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The state that the integration was to start from is out of range already.
+    /// The initial state is out of range already.
     #[error(
         "the mesh deflection of the initial state is {half_gaps:.1e} half gaps, but more than {farthest:.0e} half \
          gaps count as diverged; set run.initial to a smaller state"
@@ -75,7 +75,7 @@ pub enum Stop {
     FarStart {
         /// Its deflection \[half gaps\].
         half_gaps: f64,
-        /// The largest that counts as motion.
+        /// The largest allowed deflection \[half gaps\].
         farthest: f64,
     },
     /// Too many events in one mesh cycle.
@@ -83,10 +83,10 @@ pub enum Stop {
     EventStorm {
         /// The mesh cycle.
         cycle: u64,
-        /// The limit that was passed.
+        /// The limit.
         limit: u32,
     },
-    /// The integration takes windows without getting on.
+    /// The integration takes windows without progress.
     #[error(
         "mesh cycle {cycle} does not end: after {windows} windows, the integration is at mesh phase {phase}; this is \
          an error of the program, please report it with the manifest. Try another run.kernel, or move the breakpoints \
@@ -95,22 +95,22 @@ pub enum Stop {
     Stuck {
         /// The mesh cycle.
         cycle: u64,
-        /// Where the last window starts \[cycles\].
+        /// Start of the last window \[cycles\].
         phase: f64,
-        /// Windows taken in this cycle.
+        /// Windows in this cycle.
         windows: u64,
     },
-    /// The motion has come to a set of closed contacts of which the kernel has no table.
+    /// The motion has reached a set of closed contacts for which the kernel has no table.
     #[error(
         "a set of closed contacts in mesh cycle {cycle} has no table, because {}; set run.kernel = \"volterra\"", error.cause()
     )]
     Refused {
         /// The mesh cycle.
         cycle: u64,
-        /// Why it has none.
+        /// The reason.
         error: TableError,
     },
-    /// The mean rotation comes to rest or turns back.
+    /// The mean rotation stops or reverses.
     #[error(
         "the drive comes to rest or turns back in mesh cycle {cycle}: give speeds and torques under which it keeps running \
          forwards"
@@ -119,7 +119,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// Nobody waits for the rest: the trajectory is as good as any.
+    /// The integration was called off. This is no fault of the trajectory.
     #[error("interrupted in mesh cycle {cycle}")]
     CalledOff {
         /// The mesh cycle.
@@ -141,8 +141,8 @@ pub trait Kernel {
     /// A workspace for this kernel.
     fn workspace(&self) -> Self::Workspace;
 
-    /// Whether its errors are of the size of round-off. Of one that approximates by design, an
-    /// energy balance that does not close is no fault.
+    /// Whether its errors are within round-off. For an approximate kernel, an energy balance that does not close is
+    /// no error.
     fn exact(&self) -> bool {
         true
     }
@@ -154,7 +154,7 @@ pub trait Kernel {
     /// [`Stop::FarStart`].
     fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
         let half_gaps = model.deflection(&start.state, 0.0).0.abs() / model.half_gap;
-        // Written so that a state that is no number is refused.
+        // Written so that NaN is rejected.
         if half_gaps <= Self::FARTHEST {
             Ok(())
         } else {
@@ -165,12 +165,12 @@ pub trait Kernel {
         }
     }
 
-    /// Integrates one mesh cycle: advances `trajectory` and every tangent, shows windows and
-    /// events to `observer`, adds the work done to `counters`.
+    /// Integrates one mesh cycle: advances `trajectory` and every tangent, passes windows and events to `observer`,
+    /// and adds the work to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
-    /// falls in this cycle, its windows do not get on, or the observer calls it off; `trajectory` is then unspecified.
+    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also if the
+    /// kernel has no table, or the observer calls the integration off. `trajectory` is then unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -183,7 +183,7 @@ pub trait Kernel {
     /// Advances some mesh cycles without tangents.
     ///
     /// # Errors
-    /// As [`Kernel::advance_cycle`]; `counters` has the cycles before.
+    /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before.
     fn advance<O: Observer>(
         &self,
         cycles: u64,
@@ -206,7 +206,7 @@ mod tests {
     use crate::model::{InitialState, fixtures};
     use crate::structure::StructureContact;
 
-    /// A mode that the flanks do not feel and that grows: its stop sees it.
+    /// A growing mode that does not affect the flanks diverges along the line of its stop.
     #[test]
     fn a_motion_diverges_along_any_line() {
         let mut structure = fixtures::structure(&[900.0, 700.0], 0.02, &[1.0, 0.0], &[1.0, 0.5]);

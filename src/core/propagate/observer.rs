@@ -1,4 +1,4 @@
-//! What a kernel shows of a trajectory while it advances.
+//! What does an observer see of a trajectory while a kernel advances it?
 
 use crate::model::{ActiveSet, Segment};
 
@@ -16,7 +16,7 @@ pub struct Window<'a> {
     pub duration: f64,
     /// The segment of every contact.
     pub segments: &'a [Segment],
-    /// The contacts that are closed throughout.
+    /// The closed contacts, which are the same throughout.
     pub contact: ActiveSet,
     /// Deflection δ of the mesh \[m\]: along the line of the first contact.
     pub deflection: &'a [f64],
@@ -25,17 +25,17 @@ pub struct Window<'a> {
     pub force: &'a [f64],
     /// Every closed contact, in order.
     pub closed: &'a [ClosedContact<'a>],
-    /// First components of the blocks at the window's start, length N; they may be left out where
-    /// the observer does not read states.
+    /// First components of the blocks at the window's start, length N. They may be omitted if the observer does not
+    /// read states.
     pub first: &'a [f64],
-    /// Second components, likewise.
+    /// Second components, with the same rule.
     pub second: &'a [f64],
 }
 
 /// A closed contact over a window.
 #[derive(Debug, Clone, Copy)]
 pub struct ClosedContact<'a> {
-    /// Its place among the model's contacts.
+    /// Its index among the model's contacts.
     pub contact: usize,
     /// Deflection along its line \[m\].
     pub deflection: &'a [f64],
@@ -58,7 +58,8 @@ impl<'a> ClosedContact<'a> {
 }
 
 impl Window<'_> {
-    /// Shows a window, in series of P terms, with the force of its mesh: that of its closed contacts before the first `springs`.
+    /// Passes a window with series of P terms to an observer, with the force of its mesh: the sum over its closed
+    /// contacts before index `springs`.
     pub(super) fn show<const P: usize, O: Observer>(&self, springs: usize, observer: &mut O) {
         let mut sum = [0.0; P];
         let of_mesh = self.closed.iter().filter(|own| own.contact < springs);
@@ -84,18 +85,18 @@ pub struct Event {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// The contacts that are closed before.
+    /// The closed contacts before the event.
     pub from: ActiveSet,
-    /// The contacts that are closed after.
+    /// The closed contacts after the event.
     pub to: ActiveSet,
-    /// The one that opens or closes.
+    /// The contact that opens or closes.
     pub contact: usize,
-    /// Rate of its deflection against its surface there, δ' − s b' \[m/s\].
+    /// Rate of its deflection relative to its surface, δ' − s b' \[m/s\].
     pub rate: f64,
 }
 
 impl Event {
-    /// The contacts that open or close: more than one where a layer of a film gives way to the next.
+    /// The contacts that open or close: more than one if a film layer is replaced by the next.
     pub fn changed(&self) -> impl Iterator<Item = usize> {
         let opened = self.from.without(self.to);
         opened.union(self.to.without(self.from)).iter()
@@ -107,29 +108,29 @@ impl Event {
     }
 }
 
-/// Watches a trajectory.
+/// Observes a trajectory.
 pub trait Observer {
-    /// Whether windows are to be shown; where false their series are not even formed.
+    /// Whether the observer needs windows; if not, their series are not computed.
     const WINDOWS: bool;
 
-    /// Whether the blocks' states at the starts of windows are read; asked before every window.
+    /// Whether the observer reads the blocks' states at the starts of windows; called before every window.
     fn states(&self) -> bool {
         true
     }
 
-    /// A window was passed.
+    /// Called after a window.
     fn window(&mut self, window: &Window<'_>);
 
-    /// The contact state changed.
+    /// Called at an event.
     fn event(&mut self, event: &Event);
 
-    /// Whether the integration is to end here; asked before every window.
+    /// Whether the integration ends here; called before every window.
     fn called_off(&self) -> bool {
         false
     }
 }
 
-/// Nobody watches.
+/// No observer.
 impl Observer for () {
     const WINDOWS: bool = false;
 
@@ -138,7 +139,7 @@ impl Observer for () {
     fn event(&mut self, _: &Event) {}
 }
 
-/// Both watch.
+/// Two observers.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const WINDOWS: bool = A::WINDOWS || B::WINDOWS;
 

@@ -1,4 +1,4 @@
-//! What an event does to tangent vectors.
+//! How does an event change tangent vectors?
 //!
 //! With contact damping the vector field jumps by `−g c δ'` on the way into contact, so
 //! that the saltation matrix `I + (f⁺ − f⁻) wᵀ / δ'` (Leine & Nijmeijer 2004) is
@@ -7,8 +7,8 @@
 
 use crate::model::MeshGain;
 
-/// Applies the saltation matrix to a tangent vector given by its first and second
-/// components, at least one a gain; `damping` is c \[N s/m\] on the contact side.
+/// Applies the saltation matrix to a tangent vector, given by its first and second components, at least one per gain.
+/// `damping` is c \[N s/m\] on the contact side.
 pub fn apply(
     gains: &[MeshGain],
     damping: f64,

@@ -1,6 +1,6 @@
-//! Why a kernel of tables does not serve a model, and how large its tables are.
+//! Why can a kernel with tables not be used for a model, and how large are its tables?
 
-/// Why a model has no tables, or kept ones do not serve it.
+/// Reasons why a model has no tables, or why kept tables do not fit it.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum TableError {
     /// Loaded flanks have an error.
@@ -36,7 +36,7 @@ pub enum TableError {
         /// Angular frequency of the harmonic \[rad/s\].
         frequency: f64,
     },
-    /// Contacts let go where their force vanishes.
+    /// Contacts open when their force vanishes.
     #[error(
         "tables cannot represent contacts that open when their force vanishes; set mesh.release = \"deflection\" or \
          run.kernel = \"volterra\""
@@ -59,7 +59,7 @@ pub enum TableError {
          mesh.film"
     )]
     Film,
-    /// Kept tables are not those of this model.
+    /// Kept tables belong to another model.
     #[error(
         "the kept tables have no array `{name}` that fits this model; delete the folder `tables/`, and the next run \
          computes them again"
@@ -68,7 +68,7 @@ pub enum TableError {
         /// The array.
         name: &'static str,
     },
-    /// More systems than tables are made for.
+    /// More systems than the limit for tables.
     #[error(
         "{contacts} contacts may be closed in too many ways: tables take at most {most} contacts, with few levels of \
          stiffness; set run.kernel = \"volterra\""
@@ -76,30 +76,30 @@ pub enum TableError {
     TooManySets {
         /// Contacts of the drive.
         contacts: usize,
-        /// The most that tables take.
+        /// The limit.
         most: usize,
     },
-    /// Tables would be larger than they should be.
+    /// Tables would exceed the limit of size.
     #[error(
         "the tables of the {} sets of closed contacts need {:.0} MB, but at most {:.0} MB are kept; keep fewer modes \
          or fewer levels of stiffness",
         size.systems, megabytes(size.bytes), megabytes(*most)
     )]
     TooLarge {
-        /// What they would take.
+        /// The required size.
         size: TableSize,
-        /// The most \[bytes\].
+        /// The limit \[bytes\].
         most: usize,
     },
 }
 
 impl TableError {
-    /// Whether it is the model that these tables do not fit, so that another kernel may.
+    /// Whether the model itself is the reason, so that another kernel may be used.
     pub fn concerns_the_model(&self) -> bool {
         !matches!(self, Self::Kept { .. })
     }
 
-    /// What is wrong, without the figures and the remedy that follow it.
+    /// The cause, without the following figures and remedy.
     pub fn cause(&self) -> String {
         let text = self.to_string();
         text.split([':', ';']).next().unwrap_or_default().to_owned()
@@ -116,6 +116,6 @@ pub fn megabytes(bytes: usize) -> f64 {
 pub struct TableSize {
     /// Linear systems that have tables.
     pub systems: usize,
-    /// Their bytes.
+    /// Their size \[bytes\].
     pub bytes: usize,
 }

@@ -1,4 +1,4 @@
-//! Tangent vectors carried beside a trajectory.
+//! Tangent vectors that advance with a trajectory.
 
 /// `count` tangent vectors of length 2N (first components of all blocks, then second
 /// components), one after the other.
@@ -35,7 +35,7 @@ impl Tangents {
         &self.data[index * self.dimension..(index + 1) * self.dimension]
     }
 
-    /// Vector `index`, to be changed.
+    /// Vector `index`, mutable.
     pub fn vector_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.data[index * self.dimension..(index + 1) * self.dimension]
     }

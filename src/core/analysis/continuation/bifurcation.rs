@@ -1,6 +1,6 @@
-//! What happens between two neighbouring orbits of a branch, and exactly where.
+//! Which bifurcations lie between two neighbouring orbits of a branch, and exactly where?
 //!
-//! | what | function whose zero it is |
+//! | bifurcation | function whose zero it is |
 //! |---|---|
 //! | fold, pitchfork, transcritical | `det(M − I)`: a multiplier +1; a fold where P_p is not in the range of M − I |
 //! | period doubling | `det(M + I)` |
@@ -8,7 +8,7 @@
 //! | graze | the extreme of a contact's depth |
 //! | merging | the offset of a part of the period, along itself |
 //!
-//! Functions of all multipliers are smooth where single ones meet and part.
+//! Functions of all multipliers stay smooth where real multipliers become a complex pair.
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, off_circle, pairs_outside};
 use super::locate::{locate, merging};
@@ -19,11 +19,11 @@ use super::touches::Extreme;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Part of the interval by which a bifurcation found twice may differ, and time in cycles by which its graze may.
+/// Largest difference of a bifurcation found twice, relative to the interval, and of the time of its graze in cycles.
 const SAME_PLACE: f64 = 1e-9;
 const SAME_TIME: f64 = 1e-3;
 
-/// Step below which what is not a turn of the branch need not be located.
+/// Step below which a bifurcation other than a fold need not be located.
 const FINE: f64 = 1e-5;
 
 /// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
@@ -32,7 +32,7 @@ const RESONANT: f64 = 0.02;
 /// A branch that begins at a bifurcation and is not followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unfollowed {
-    /// Its period is longer than asked for.
+    /// Its period is above the limit.
     #[error("period {period} is above longest_period")]
     Long {
         /// Its period.
@@ -51,13 +51,13 @@ pub enum Unfollowed {
 /// A bifurcation.
 #[derive(Debug, Clone)]
 pub struct Bifurcation {
-    /// What happens.
+    /// The kind.
     pub kind: Kind,
     /// The orbit there.
     pub orbit: Orbit,
-    /// The orbit of the branch that comes before it.
+    /// Index of the branch's last orbit before it.
     pub after: usize,
-    /// Length of branch from its first orbit.
+    /// Arclength from the first orbit.
     pub length: f64,
     /// Interval of the parameter in which it lies.
     pub bracket: [f64; 2],
@@ -77,7 +77,7 @@ impl Bifurcation {
         }
     }
 
-    /// Whether it is another one found anew.
+    /// Whether both are the same bifurcation, found twice.
     pub(super) fn is(&self, other: &Self, span: &Span) -> bool {
         let touches = match (self.kind, other.kind) {
             (Kind::Graze { extreme: a }, Kind::Graze { extreme: b }) => {
@@ -92,7 +92,7 @@ impl Bifurcation {
             && distance(&self.orbit.u, &other.orbit.u) <= SAME_ORBIT * other.orbit.size()
     }
 
-    /// The period of the orbits that a branch ends in, where it does.
+    /// The period of the orbits that the branch merges into, if it does.
     pub fn merges(&self) -> Option<u32> {
         match self.kind {
             Kind::Merging { period } => Some(period),
@@ -100,12 +100,12 @@ impl Bifurcation {
         }
     }
 
-    /// The multiplier on the unit circle, where one is.
+    /// The multiplier on the unit circle, if there is one.
     pub fn critical(&self) -> Option<Complex64> {
         critical(&self.kind, &self.orbit).filter(|m| off_circle(&self.kind, *m) <= ON_CIRCLE)
     }
 
-    /// The strong resonance that a torus begins in, if any: q of q turns.
+    /// The order q of the strong resonance (1:q) at which a torus begins, if any.
     pub fn resonance(&self) -> Option<u32> {
         let angle = self
             .critical()
@@ -117,9 +117,9 @@ impl Bifurcation {
     }
 }
 
-/// What happens between the last two of some orbits of a branch, in order; knots are lengths of branch
-/// and orbits. None where it is not found, so that the two may not be neighbours at all: a shorter step tells,
-/// unless there is none (`last_resort`).
+/// The bifurcations between the last two of some orbits of a branch, in order. Knots are arclengths and orbits.
+/// `None` if one could not be located, so that the two may not be neighbours on the branch. The caller should then
+/// retry with a shorter step, unless there is none (`last_resort`).
 pub fn between(
     map: &mut impl CycleMap,
     span: &Span,
@@ -142,7 +142,7 @@ pub fn between(
         }
         let there = match locate(map, span, knots, &test) {
             Some(there) if there.narrow => there,
-            // Whether the branch turns must be known: its other orbits would be lost.
+            // A missed fold would lose the orbits beyond it.
             _ if !last_resort && (kind == Kind::Fold || !fine) => return None,
             Some(there) => there,
             None => continue,
@@ -171,7 +171,7 @@ pub fn between(
     Some(found)
 }
 
-/// The functions that change their sign from one orbit to the next, with what that is at first sight.
+/// The functions that change their sign between two orbits, each with the kind that it suggests.
 fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
     let mut tests = Vec::new();
     if Test::PlusOne.changes(a, b) {
@@ -183,7 +183,7 @@ fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
     if pairs_outside(a, 1.0) != pairs_outside(b, 1.0) && Test::Pair.changes(a, b) {
         tests.push((Kind::Torus, Test::Pair));
     }
-    // A branch of doubled period comes home at half of it.
+    // A branch of doubled period merges at half its period.
     if b.period.is_multiple_of(2) {
         let period = b.period / 2;
         let test = Test::Offset(period, a.offset(period));

@@ -1,10 +1,9 @@
-//! A branch of periodic orbits over a parameter: step by step along the curve, through folds.
+//! A branch of periodic orbits over a parameter, followed step by step through folds.
 //!
-//! A step guesses by a polynomial through the last orbits and corrects by Newton's method, at the
-//! guessed parameter where the branch is not steep, on a plane across it where it is. The step
-//! follows the angle between successive chords and the number of Newton steps. The map is once
-//! differentiable through a change of the contact sequence, with a curvature that may be large, so
-//! that nothing but the observed angle tells how far a step may go there.
+//! A step extrapolates the last orbits by a polynomial and corrects the guess by Newton's method: at the guessed
+//! parameter or, where the branch is steep, on a plane across it. The angle between successive chords and the number
+//! of Newton steps control the step. The map is once differentiable at a change of the contact sequence, but its
+//! curvature may be large. Only the observed angle shows how long a step may be there.
 
 use super::bifurcation::{Bifurcation, between};
 use super::kind::Kind;
@@ -12,16 +11,16 @@ use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{Across, Span, Vector, apart, guess, place, tangent};
 
-/// How a branch is followed.
+/// Settings for the steps along a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steps {
-    /// First step, as a part of the parameter's interval.
+    /// First step, relative to the parameter's interval.
     pub first: f64,
     /// Longest step.
     pub longest: f64,
-    /// Shortest step: where a shorter one would be needed the branch ends.
+    /// Shortest step; the branch ends if it would need a shorter one.
     pub shortest: f64,
-    /// Most orbits in one direction.
+    /// Largest number of orbits in one direction.
     pub most: usize,
 }
 
@@ -45,47 +44,48 @@ const SMALL_ANGLE: f64 = 0.12;
 /// Newton steps up to which the step grows.
 const FEW_STEPS: u32 = 3;
 
-/// Refusals after which the exact tangent is taken instead of the last orbits.
+/// Rejected steps after which the exact tangent replaces the last orbits.
 const FEW_REFUSALS: u32 = 2;
 
-/// Part of a step by which an orbit may be away from its guess.
+/// Largest distance of an orbit from its guess, relative to the step.
 const OFF: f64 = 0.5;
 
-/// Longest step, as a part of the parameter's interval, by which a branch of doubled period comes home to the
-/// orbits of half of it; by a longer one Newton's method has only strayed there.
+/// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
+/// half its period. A longer step shows that Newton's method has strayed there.
 const HOMECOMING: f64 = 1e-4;
 
-/// Part of the interval within which a branch would come home where it began.
+/// Distance, relative to the interval, within which a branch would merge where it began.
 const AT_START: f64 = 1e-7;
 
-/// Factor of a step that is refused.
+/// Factor on a rejected step.
 const SHORTER: f64 = 0.4;
 
-/// Smallest size of an orbit, as a part of the largest on its branch: what vanishes is followed to its end.
+/// Smallest size of an orbit, relative to the largest on its branch. A vanishing orbit can then be followed to its
+/// end.
 const LEAST_SIZE: f64 = 0.02;
 
-/// Why a branch goes no further.
+/// Reasons for the end of a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub enum End {
     /// The parameter's interval ends.
     Interval,
-    /// It is back where it began.
+    /// It is back at its first orbit.
     Closed,
-    /// It meets the orbits of a part of its period: it is the branch that doubled there.
+    /// It meets the orbits of half its period: it is the branch that begins at their period doubling.
     Merged {
         /// Their period.
         period: u32,
     },
-    /// As many orbits as asked for.
+    /// The limit on the number of orbits is reached.
     Full,
     /// No orbit is found beyond, however small the step.
     Lost {
-        /// Why not.
+        /// The reason.
         reason: NoOrbit,
     },
     /// The branch turns by more than the largest angle, however small the step.
     Corner,
-    /// It was to be followed one way only.
+    /// It is followed in one direction only.
     Start,
 }
 
@@ -108,13 +108,13 @@ impl std::fmt::Display for End {
 pub struct Branch {
     /// The orbits, in order.
     pub orbits: Vec<Orbit>,
-    /// Length of branch from the first orbit to each.
+    /// Arclength from the first orbit to each.
     pub lengths: Vec<f64>,
     /// Its bifurcations, in order.
     pub bifurcations: Vec<Bifurcation>,
-    /// Why it ends, at its first and its last orbit.
+    /// Reasons for the ends at the first and the last orbit.
     pub ends: [End; 2],
-    /// Steps that had to be made again.
+    /// Rejected steps.
     pub rejected: u64,
 }
 
@@ -126,7 +126,7 @@ impl Branch {
     }
 }
 
-/// Half a branch: from its first orbit one way.
+/// Half a branch: from its first orbit in one direction.
 struct Arm {
     orbits: Vec<Orbit>,
     lengths: Vec<f64>,
@@ -135,10 +135,10 @@ struct Arm {
     rejected: u64,
 }
 
-/// Follows the branch of an orbit both ways.
+/// Follows the branch of an orbit in both directions.
 ///
 /// # Errors
-/// [`NoOrbit`] where the map has no derivative at the first orbit.
+/// [`NoOrbit`] if the map has no derivative at the first orbit.
 pub fn follow(
     map: &mut impl CycleMap,
     span: &Span,
@@ -178,7 +178,7 @@ impl Arm {
         }
     }
 
-    /// This arm backwards, then the other.
+    /// Joins this arm, reversed, and the other.
     fn joined(self, other: Self) -> Branch {
         let whole = self.lengths.last().copied().unwrap_or(0.0);
         let mut orbits: Vec<Orbit> = self.orbits.into_iter().rev().collect();
@@ -207,7 +207,7 @@ impl Arm {
     }
 }
 
-/// Follows a branch one way from the last of some orbits.
+/// Follows a branch in one direction from the last of some orbits.
 fn arm(
     map: &mut impl CycleMap,
     span: &Span,
@@ -227,7 +227,7 @@ fn arm(
         rejected: 0,
     };
     let mut step = steps.first;
-    // Along the exact tangent where it is known, else along the last chord.
+    // Along the exact tangent if it is known, otherwise along the last chord.
     let mut ahead = Ahead {
         direction,
         exact: arm.orbits.len() == 1,
@@ -287,25 +287,25 @@ fn arm(
     arm
 }
 
-/// Where a branch goes on.
+/// Direction and history of the next step.
 struct Ahead {
     direction: Vector,
-    /// Whether that is the tangent.
+    /// Whether `direction` is the exact tangent.
     exact: bool,
-    /// How often a step from here was refused.
+    /// Number of rejected steps from here.
     refusals: u32,
     /// Whether no shorter step will be tried.
     last_resort: bool,
 }
 
-/// A step that is taken.
+/// An accepted step.
 struct Next {
     orbit: Orbit,
-    /// By how much the branch turns to it.
+    /// Angle by which the branch turns \[rad\].
     angle: f64,
     /// Whether it lies on the end of the interval.
     leaves: bool,
-    /// What happens on the way.
+    /// Bifurcations on the step.
     found: Vec<Bifurcation>,
 }
 
@@ -349,7 +349,7 @@ fn advance(
         size: last.size(),
     };
     let strays = orbit.repeats_sooner() && !last.repeats_sooner() && step > HOMECOMING;
-    // Written so that what is no number is refused.
+    // Written so that NaN is rejected.
     let fits = angle <= LARGEST_ANGLE && away.length() <= OFF * step;
     if !fits || strays {
         return Err(End::Corner);
@@ -367,7 +367,7 @@ fn advance(
         (arm.lengths[from..].iter().copied().zip(&arm.orbits[from..])).collect();
     knots.push((arm.lengths[count - 1] + apart(span, last, &orbit), &orbit));
     let found = between(map, span, &knots, go.last_resort).ok_or(End::Corner)?;
-    // No branch passes a bifurcation twice or comes home where it began: such a step leads back.
+    // No branch passes a bifurcation twice or merges where it began: such a step leads back.
     let first = &arm.orbits[0];
     let began = |own: &Bifurcation| {
         let apart = (own.orbit.at[span.axis] - first.at[span.axis]).abs();
@@ -390,7 +390,7 @@ fn angle(a: &Vector, b: &Vector) -> f64 {
     a.cosine(b).clamp(-1.0, 1.0).acos()
 }
 
-/// The orbit on the end of the interval that a step passes; none where the step began there.
+/// The orbit at the end of the interval that a step crosses; `None` if the step began there.
 fn at_the_end(
     map: &mut impl CycleMap,
     span: &Span,
@@ -410,7 +410,7 @@ fn at_the_end(
     place(map, span, inside, &guess, Across::Parameter).map(Some)
 }
 
-/// Adds a step to an arm; why it ends there, if it does.
+/// Adds a step to an arm. Returns the reason if the arm ends there.
 fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Option<End> {
     let Next {
         mut orbit,
@@ -424,7 +424,7 @@ fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Opti
         && merging.orbit.period == *period
         && let Ok(end) = merging.orbit.doubled(map)
     {
-        // Beyond, the branch is itself again, half a period later: nothing there is new.
+        // Beyond it, the branch repeats half a period later, with nothing new.
         let knots = [
             (s, &arm.orbits[last]),
             (s + apart(span, &arm.orbits[last], &end), &end),
@@ -435,7 +435,7 @@ fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Opti
         let mut merging = merging.clone();
         merging.length = knots[1].0;
         found.push(merging);
-        // A multiplier is +1 where the branch comes home; next to there it is no turn of the branch.
+        // A multiplier is +1 where the branch merges; nearby it does not mean a fold.
         let near = knots[1].0 - 2.0 * HOMECOMING;
         arm.bifurcations
             .retain(|own| !(turns(own) && own.length > near));

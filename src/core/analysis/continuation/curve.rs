@@ -1,10 +1,9 @@
-//! A bifurcation followed in two parameters.
+//! A bifurcation curve over two parameters.
 //!
-//! At one parameter held, the other is sought by secants where a multiplier is on the unit circle or an
-//! extreme on a contact's surface, each value being that of a corrected orbit: of a fold, which has no
-//! orbits on one side, on a plane across its null vector. Of all multipliers only the one on the circle
-//! is computed, by inverse iteration from where it was. Which parameter is held follows the direction of
-//! the curve.
+//! One parameter is fixed. Secants find the other one such that a multiplier is on the unit circle, or an extreme on
+//! a contact's surface. Every trial value is that of a corrected orbit. A fold has no orbits on one side, so its
+//! trial orbits lie on a plane across its null vector. Only the multiplier on the circle is computed, by inverse
+//! iteration from its last value. The direction of the curve decides which parameter is fixed.
 
 use super::bifurcation::Bifurcation;
 use super::kind::{Kind, Test, critical, pairs_outside};
@@ -15,16 +14,16 @@ use crate::numerics::linalg::{eigenpair, eigenvalues};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// How a curve is followed.
+/// Settings for a bifurcation curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     /// Smallest values of both parameters.
     pub from: At,
     /// Largest values.
     pub to: At,
-    /// Longest step, as a part of the intervals.
+    /// Longest step, relative to the intervals.
     pub longest: f64,
-    /// Most points one way.
+    /// Largest number of points in one direction.
     pub most: usize,
 }
 
@@ -37,69 +36,69 @@ impl Plane {
         (0..2).all(|axis| (self.from[axis]..=self.to[axis]).contains(&at[axis]))
     }
 
-    /// Distance of two places, as a part of the intervals.
+    /// Distance of two points, relative to the intervals.
     pub fn apart(&self, a: At, b: At) -> f64 {
         ((a[0] - b[0]) / self.scale(0)).hypot((a[1] - b[1]) / self.scale(1))
     }
 }
 
-/// A point of a curve, with what happens there besides.
+/// A point of a curve, with any bifurcation of codimension two.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
     /// The orbit.
     pub orbit: Orbit,
-    /// Codimension two between the point before and this one, in words.
+    /// Bifurcation of codimension two between the previous point and this one, in words.
     pub note: Option<&'static str>,
 }
 
 /// A bifurcation curve.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// What happens on it.
+    /// The bifurcation.
     pub kind: Kind,
     /// Its points, in order.
     pub points: Vec<CurvePoint>,
-    /// Why it ends at the first and the last.
+    /// Reasons for the ends at the first and the last point.
     pub ends: [&'static str; 2],
 }
 
-/// Why most curves end that do not leave the plane.
+/// The usual reason for the end of a curve inside the plane.
 const NO_ORBIT: &str = "no orbit is found beyond";
 
-/// First step and shortest step, as parts of the intervals.
+/// First and shortest step, relative to the intervals.
 const FIRST: f64 = 2e-3;
 const SHORTEST: f64 = 1e-6;
 
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Part of an interval, or of the motion's size along a fold's null vector, to which a point is located, and most
-/// orbits that it takes.
+/// Accuracy of a located point, relative to an interval or to the motion's size along a fold's null vector, and the
+/// largest number of orbits computed for it.
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
-/// A depth that is none, in sizes of the motion.
+/// Depth that counts as zero, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
 
-/// Places tried first, as parts of the interval: on one side of a graze there may be no orbit.
+/// First trial values, relative to the interval: there may be no orbit on one side of a graze.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
-/// How often a place without an orbit is brought nearer.
+/// How often a step is halved if there is no orbit.
 const MOST_REFUSALS: usize = 12;
 
-/// First change of the sought parameter, as a part of its interval, or along a fold's null vector, in sizes
-/// of the motion; and the longest.
+/// First and largest change of the sought parameter, relative to its interval, or along a fold's null vector, in
+/// sizes of the motion.
 const FIRST_TRIAL: f64 = 1e-5;
 const LONGEST_TRIAL: f64 = 0.02;
 
-/// Follows a bifurcation in the plane of both parameters, both ways.
+/// Follows a bifurcation in the plane of both parameters, in both directions.
 pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Option<Curve> {
     Sought::new(&start.kind, &start.orbit)?;
     let own = CurvePoint {
         orbit: start.orbit.clone(),
         note: None,
     };
-    // Along the second parameter at first; along the first where the curve turns in the second.
+    // First along the second parameter; along the first one if the curve turns in the second.
     let mut both = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
@@ -154,8 +153,8 @@ fn one_way(
                 let sharp = turn > LARGEST_TURN && points.len() > 1 && !cusp;
                 if sharp || far {
                     step *= 0.4;
-                    // The last step passed a bend unseen where the way on from it, however short, leaves its chord:
-                    // it is taken anew, shorter.
+                    // If the curve leaves the last chord sharply however short the next step, the last step missed a
+                    // bend. Repeat that step with a shorter length.
                     if sharp && step < 0.1 * taken && 0.25 * taken > SHORTEST {
                         points.pop();
                         step = 0.25 * taken;
@@ -203,8 +202,8 @@ fn one_way(
     (points, end)
 }
 
-/// Length and direction of the last step, as parts of the intervals; none before one is made. Its ends differ in
-/// the parameter that was held.
+/// Length and direction of the last step, relative to the intervals; `None` before the first step. The fixed
+/// parameter differs between its ends.
 fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     let [.., before, last] = points else {
         return None;
@@ -215,7 +214,7 @@ fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     Some((apart, direction))
 }
 
-/// The angle by which a curve turns.
+/// The angle by which a curve turns \[rad\].
 fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
     let next: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i));
     let size = next[0].hypot(next[1]);
@@ -228,11 +227,11 @@ fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
     }
 }
 
-/// What is sought at a point of a curve: a number at every orbit near by, zero on the curve.
+/// A function of an orbit that is zero on the curve.
 enum Sought {
-    /// Of the multiplier nearest to one, its distance from where the bifurcation has it.
+    /// Distance of the multiplier nearest to the given one from its value at the bifurcation.
     Multiplier(Kind, Complex64),
-    /// The depth of the extreme nearest in time to one \[half gaps\].
+    /// The depth of the extreme nearest in time to the given one \[half gaps\].
     Depth(Extreme),
 }
 
@@ -267,7 +266,7 @@ impl Sought {
         let matrix = orbit.monodromy.as_ref();
         let value = match eigenpair(matrix, *near) {
             Some(pair) => pair.value,
-            // Others lie as near, so that inverse iteration does not choose.
+            // Inverse iteration cannot choose between equally near multipliers.
             None => (eigenvalues(matrix).into_iter().flatten())
                 .min_by(|a, b| (a - *near).norm().total_cmp(&(b - *near).norm()))
                 .ok_or(NO_ORBIT)?,
@@ -283,8 +282,8 @@ impl Sought {
     }
 }
 
-/// The place of the next point and the coordinates there: the polynomial through the last points by the
-/// parameter that is held, latest first, as far as that runs one way.
+/// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
+/// It starts at the latest point and ends where the parameter reverses.
 fn extrapolated(known: &[&Orbit], target: At, held: usize) -> (Vec<f64>, At) {
     let run = |i: usize| known[i - 1].at[held] - known[i].at[held];
     let mut used = 1;
@@ -312,8 +311,8 @@ fn extrapolated(known: &[&Orbit], target: At, held: usize) -> (Vec<f64>, At) {
     (u, place)
 }
 
-/// The point of the curve at a value of the parameter that is held, near a target; `slope` is that of what is
-/// sought, kept from point to point.
+/// The point of the curve at the target's value of the fixed parameter. `slope` is the slope of the sought function,
+/// kept from point to point.
 fn point(
     map: &mut impl CycleMap,
     plane: &Plane,
@@ -328,7 +327,7 @@ fn point(
     let (period, size) = (last.period, last.size());
     let mut sought = Sought::new(kind, last).ok_or(NO_MULTIPLIER)?;
     let (guess, place) = extrapolated(known, target, held);
-    // A fold has orbits on one side only: it is sought along its null vector.
+    // A fold has orbits on one side only, so the search runs along its null vector.
     let across = match kind {
         Kind::Fold => {
             let null = eigenpair(last.monodromy.as_ref(), Complex64::ONE).ok_or(NO_ORBIT)?;
@@ -367,7 +366,7 @@ fn point(
         .ok_or(NO_ORBIT)?;
     let mut older = (x, sought.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
-    // Where what is sought was last seen negative and positive.
+    // The last trials with a negative and a positive value.
     let mut bracket: [Option<f64>; 2] = [None; 2];
     let watched = matches!(sought, Sought::Depth(_));
     for trial in 0..MOST_TRIALS {
@@ -380,7 +379,7 @@ fn point(
             let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;
             return orbit.with_details(map).map_err(|_| NO_ORBIT);
         }
-        // Beyond a graze there may be no orbit: less of the way then, and the other way at first.
+        // There may be no orbit beyond a graze. Reverse the step once, then halve it.
         let mut shorter = change.clamp(-LONGEST_TRIAL, LONGEST_TRIAL);
         let mut found = None;
         for refusal in 0..MOST_REFUSALS {
@@ -404,10 +403,10 @@ fn point(
         if !change.is_finite() {
             break;
         }
-        // That of a depth steps where the extreme touches: it says nothing of the next point.
+        // The slope of a depth jumps at the graze, so it does not help at the next point.
         *slope = (!watched).then_some(rate);
         if let [Some(low), Some(high)] = bracket {
-            // Where the slope steps the secant alone may miss.
+            // If the slope jumps, secants alone may not converge.
             let outside = (older.0 + change - low) * (older.0 + change - high) >= 0.0;
             if change.abs() > LOCATED && (outside || trial % 3 == 2) {
                 change = 0.5 * (low + high) - older.0;
@@ -417,7 +416,7 @@ fn point(
     Err("the bifurcation is not found nearby")
 }
 
-/// What of codimension two lies between two points of a curve.
+/// The bifurcation of codimension two between two points of a curve, if any.
 fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
     let pairs = |orbit: &Orbit| pairs_outside(orbit, 1.0 + 1e-6);
     match kind {
@@ -456,7 +455,7 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
     }
 }
 
-/// Whether a bifurcation lies on a known curve: a segment passes it with like orbits.
+/// Whether a bifurcation lies on a known curve, that is, on a segment between similar orbits.
 pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
     curves
         .iter()

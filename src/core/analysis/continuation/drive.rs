@@ -1,4 +1,4 @@
-//! The cycle map of a drive, as continuation sees it.
+//! The cycle map of a drive, as an input of continuation.
 
 use super::map::{At, CycleMap, Details, Image, MapError};
 use super::orbit::length;
@@ -11,31 +11,32 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
 use std::sync::atomic::AtomicBool;
 
-/// Smallest size of a motion, as a part of the length of its states: below it round-off would tell orbits apart.
+/// Smallest size of a motion, relative to the length of its states. Below it, round-off would make equal orbits look
+/// different.
 const LEAST_SWING: f64 = 1e-4;
 
 /// A drive whose model depends on two parameters.
 pub trait Family {
-    /// The model where the parameters have these values.
+    /// The model at these values of the parameters.
     ///
     /// # Errors
-    /// A sentence that says why there is none.
+    /// The reason why there is no model.
     fn model(&self, at: At) -> Result<Model, String>;
 
-    /// The derivative of the model by a parameter, per unit ([`Model::combined`]).
+    /// The derivative of the model with respect to a parameter, per unit ([`Model::combined`]).
     ///
     /// # Errors
-    /// A sentence that says why there is none.
+    /// The reason why there is no derivative.
     fn derivative(&self, at: At, axis: usize) -> Result<Model, String>;
 
     /// Most events in a mesh cycle before integration stops.
     fn event_limit(&self) -> u32;
 }
 
-/// The flag of a map that nothing calls off.
+/// The flag of a map that is never called off.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-/// The map of a family of drives, by the structured kernel.
+/// The cycle map of a family of drives, computed with the kernel [`Volterra`].
 #[derive(Debug)]
 pub struct DriveMap<'f, F> {
     family: &'f F,
@@ -49,7 +50,7 @@ pub struct DriveMap<'f, F> {
     pub models: u64,
 }
 
-/// What is kept of the parameters last asked for.
+/// The model, its kernel and its norm at the last requested parameters.
 #[derive(Debug)]
 struct Built {
     at: At,
@@ -74,10 +75,10 @@ impl Built {
 }
 
 impl<'f, F: Family> DriveMap<'f, F> {
-    /// The map, its coordinates scaled as at some values of the parameters.
+    /// The map, with the scale of its coordinates at the given parameters.
     ///
     /// # Errors
-    /// [`MapError`] where there is no model, or where what drives it does not repeat.
+    /// [`MapError`] if there is no model, or if the excitation is not periodic.
     pub fn new(family: &'f F, at: At) -> Result<Self, MapError> {
         let built = Built::new(family, at)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
@@ -98,13 +99,13 @@ impl<'f, F: Family> DriveMap<'f, F> {
         })
     }
 
-    /// The same map, whose integrations end with [`Stop::CalledOff`](crate::propagate::Stop::CalledOff) once the flag
-    /// is raised.
+    /// The same map, with integrations that end with [`Stop::CalledOff`](crate::propagate::Stop::CalledOff) once the
+    /// flag is raised.
     pub fn heeding(self, called_off: &'f AtomicBool) -> Self {
         Self { called_off, ..self }
     }
 
-    /// The model at some values of the parameters.
+    /// The model at the given parameters.
     ///
     /// # Errors
     /// [`MapError::NoModel`].
@@ -149,7 +150,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
         TrajectoryState::new(model, state, 0)
     }
 
-    /// Advances a trajectory at some values of the parameters, shown to an observer.
+    /// Advances a trajectory at the given parameters and passes it to an observer.
     ///
     /// # Errors
     /// [`MapError`].

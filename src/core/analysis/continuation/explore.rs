@@ -1,8 +1,8 @@
-//! All branches over a parameter that some orbits lead to.
+//! Which branches over a parameter can be reached from some orbits?
 //!
-//! Orbits are sought at some values of the parameter. Each that lies on no branch known so far is
-//! followed both ways, and so are the branches that begin where a period doubles or branches cross.
-//! Everything happens in a fixed order, so that the same bits come of it.
+//! Orbits are sought at some values of the parameter. Each orbit that lies on no known branch is followed both ways,
+//! as are the branches that begin at period doublings and branch points. The order is fixed, so that results are
+//! reproducible bit by bit.
 
 use super::bifurcation::{Bifurcation, Unfollowed};
 use super::branch::{Branch, End, Steps, follow, follow_away};
@@ -17,35 +17,35 @@ use crate::analysis::called_off::CalledOff;
 use std::collections::VecDeque;
 use std::sync::atomic::AtomicBool;
 
-/// What is followed.
+/// Settings of an exploration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exploration {
     /// The parameter and its interval.
     pub span: Span,
     /// Values of the parameter at which orbits are sought.
     pub starts: Vec<f64>,
-    /// How they are sought.
+    /// How orbits are sought.
     pub search: Search,
-    /// States to begin with, at a value of the parameter, with their period.
+    /// Initial states, each with its parameter value and period.
     pub states: Vec<GivenState>,
     /// How branches are followed.
     pub steps: Steps,
-    /// Most branches.
+    /// Largest number of branches.
     pub most: usize,
 }
 
-/// A state given to begin with.
+/// An initial state for the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GivenState {
     /// Value of the parameter.
     pub value: f64,
     /// Period in cycles.
     pub period: u32,
-    /// The state, as a trajectory starts.
+    /// The state at the start of a trajectory.
     pub state: crate::model::InitialState,
 }
 
-/// How a branch was come by.
+/// How a branch was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Origin {
     /// An orbit found at a value of the parameter.
@@ -57,7 +57,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// In words; `first` is the number of the line's first branch.
+    /// A description; `first` is the number of the line's first branch.
     pub fn text(&self, first: usize) -> String {
         match self {
             Self::Found(value) => format!("an orbit at {value}"),
@@ -72,26 +72,26 @@ impl Origin {
 /// Branches over a parameter.
 #[derive(Debug, Clone, Default)]
 pub struct Branches {
-    /// The branches, with where they come from.
+    /// The branches, each with its origin.
     pub all: Vec<(Origin, Branch)>,
-    /// What did not work, in sentences.
+    /// Descriptions of failures.
     pub failures: Vec<String>,
-    /// Orbits from which nothing was followed, since they lie on known branches.
+    /// Orbits that were not followed because they lie on known branches.
     pub known: usize,
 }
 
-/// Why nothing was explored.
+/// Reasons why an exploration fails.
 #[derive(Debug, thiserror::Error)]
 pub enum ExploreError {
     /// There is no map.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// It was called off.
+    /// The exploration was called off.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }
 
-/// Explores a family of drives over its first parameter, the second being `second`.
+/// Explores a family of drives over its first parameter, at the value `second` of the second one.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -149,13 +149,13 @@ pub fn explore<F: Family>(
             )?;
         }
     }
-    // Integrations that were called off look as if orbits were not found.
+    // A search whose integrations were called off looks like one without orbits.
     CalledOff::check(called_off)?;
     tell_lost(&mut out, span);
     Ok(out)
 }
 
-/// Tells of branches that are not followed, but for those that were followed from their other ends.
+/// Reports branches that were not followed, except those that were followed from their other ends.
 fn tell_lost(out: &mut Branches, span: &Span) {
     for branch in 0..out.all.len() {
         for number in 0..out.all[branch].1.bifurcations.len() {
@@ -173,7 +173,7 @@ fn tell_lost(out: &mut Branches, span: &Span) {
     }
 }
 
-/// Follows the branch of an orbit, and those that begin on it.
+/// Follows the branch of an orbit, and the branches that begin on it.
 fn begin(
     map: &mut impl CycleMap,
     span: &Span,
@@ -220,8 +220,8 @@ fn begin(
     Ok(())
 }
 
-/// Follows the branches that begin at a bifurcation, given by its branch and its number; what of them is not
-/// followed.
+/// Follows the branches that begin at a bifurcation, given by its branch and its number. Returns a branch that could
+/// not be followed, if any.
 fn begun(
     map: &mut impl CycleMap,
     span: &Span,
@@ -269,7 +269,7 @@ fn begun(
     lost
 }
 
-/// Whether the branch that begins at a period doubling has been followed, from there or to there: there is one.
+/// Whether the one branch that begins at a period doubling has been followed already, in either direction.
 fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool {
     if at.kind != Kind::PeriodDoubling {
         return false;
@@ -288,11 +288,11 @@ fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool 
     })
 }
 
-/// Distance, as a part of the interval and in sizes of the motion, at which two period doublings are one.
+/// Distance below which two period doublings are the same, relative to the interval and to the size of the motion.
 const SAME_PLACE: f64 = 1e-5;
 
-/// Whether an orbit lies on a known branch: on the plane through it across a chord of that branch lies the orbit
-/// itself.
+/// Whether an orbit lies on a known branch. It does if the orbit of that branch, on the plane through the given orbit
+/// and across a chord of the branch, is the same.
 fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbit) -> bool {
     for (_, branch) in &known.all {
         if branch.orbits[0].period != orbit.period {
@@ -309,7 +309,7 @@ fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbi
     false
 }
 
-/// Whether a branch passes an orbit, taken to start at one of its strobes, on the way to its orbit `last`.
+/// Whether a branch passes an orbit just before its orbit number `last`. The orbit starts at one of its strobes.
 fn passes(
     map: &mut impl CycleMap,
     span: &Span,
@@ -334,7 +334,7 @@ fn passes(
         .collect();
     let s = branch.lengths[last - 1];
     let near = guess(span, &knots, s + along * (branch.lengths[last] - s));
-    // The plane through the orbit, wherever the guess lies.
+    // A guess on the plane through the orbit.
     let on_plane = Vector {
         u: (a.u.iter().zip(&chord.u))
             .map(|(a, c)| a + along * c)
@@ -353,5 +353,5 @@ fn passes(
     })
 }
 
-/// Part of a chord by which an orbit beside its ends may lie on it as well.
+/// Fraction of a chord beyond its ends within which an orbit may still lie on the branch.
 const BEYOND: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! What can happen on a branch, and the functions whose zeros say so.
+//! The kinds of bifurcations, and the functions whose zeros are bifurcations.
 
 use super::map::CycleMap;
 use super::orbit::{Orbit, SAME_ORBIT, length};
@@ -7,16 +7,16 @@ use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
-/// Part of P_p outside the range of M − I from which a multiplier +1 is a fold.
+/// Component of P_p outside the range of M − I, relative to its length, above which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
 
 /// Distance from the unit circle, or from ±1, at which a multiplier counts as on it.
 pub(super) const ON_CIRCLE: f64 = 1e-4;
 
-/// What happens on a branch.
+/// The kind of a bifurcation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// The branch turns: two orbits meet.
+    /// The branch turns at a parameter value where two orbits meet.
     Fold,
     /// A multiplier +1 without a turn: another branch crosses.
     BranchPoint,
@@ -29,13 +29,13 @@ pub enum Kind {
         /// The extreme.
         extreme: Extreme,
     },
-    /// Multipliers jump across the unit circle where the map has a corner, and the branch goes on the same way.
+    /// Multipliers jump across the unit circle where the map has a corner, and the branch does not turn.
     Jump,
-    /// The sequence of contact changes becomes another, and no extreme on a surface says how.
+    /// The contact sequence changes without an extreme on a surface.
     Sequence,
-    /// The orbit becomes one of a part of its period, where that doubles.
+    /// The orbit merges into one of half its period, at the period doubling of that one.
     Merging {
-        /// That part, in cycles.
+        /// Period of the other orbit, in cycles.
         period: u32,
     },
 }
@@ -56,7 +56,7 @@ impl Kind {
     }
 }
 
-/// The multiplier of an orbit that is next to where a bifurcation of some kind has one.
+/// The multiplier of an orbit nearest to the critical value of a kind.
 pub(super) fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
     let near = |wanted: f64| {
         let real = orbit.multipliers.iter().filter(|m| m.im == 0.0);
@@ -85,9 +85,9 @@ pub enum Test {
     MinusOne,
     /// `Π (μ_i μ_j − 1)`.
     Pair,
-    /// The depth of the extreme nearest in time to one.
+    /// The depth of the extreme nearest in time to the given one.
     Depth(Extreme),
-    /// The offset after some cycles, along its value at the first orbit.
+    /// The offset after some cycles, projected on its value at the first orbit.
     Offset(u32, Vec<f64>),
 }
 
@@ -105,8 +105,8 @@ fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
 }
 
 impl Test {
-    /// Its value at an orbit: a logarithm of its size to be compared with others of the same test, and
-    /// a sign. None where the orbit has no such extreme.
+    /// Its value at an orbit: the logarithm of its size, to be compared with others of the same test, and its sign.
+    /// `None` if the orbit has no such extreme.
     pub fn at(&self, orbit: &Orbit) -> Option<(f64, f64)> {
         let all = &orbit.multipliers;
         Some(match self {
@@ -138,13 +138,13 @@ impl Test {
         })
     }
 
-    /// Whether it has another sign at one orbit than at the other.
+    /// Whether its signs at two orbits differ.
     pub fn changes(&self, a: &Orbit, b: &Orbit) -> bool {
         matches!((self.at(a), self.at(b)), (Some(a), Some(b)) if a.1 != b.1)
     }
 }
 
-/// Complex multipliers outside a circle of some radius.
+/// Number of complex multipliers outside a circle.
 pub(super) fn pairs_outside(orbit: &Orbit, radius: f64) -> usize {
     let outside = |m: &&Complex64| m.im != 0.0 && m.norm() > radius;
     orbit.multipliers.iter().filter(outside).count()
@@ -166,7 +166,7 @@ pub(super) fn crosses(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bo
     along.abs() <= OUT_OF_RANGE * length(&column)
 }
 
-/// Distance of a multiplier from where a bifurcation has it.
+/// Distance of a multiplier from its critical value at a kind.
 pub(super) fn off_circle(kind: &Kind, multiplier: Complex64) -> f64 {
     match kind {
         Kind::PeriodDoubling => (multiplier + 1.0).norm(),

@@ -1,8 +1,8 @@
-//! Where exactly something happens between two neighbouring orbits of a branch.
+//! Where exactly between two neighbouring orbits of a branch does a bifurcation lie?
 //!
-//! The zero of a test is bracketed by the two and found by secants and halvings, every value being that of a
-//! corrected orbit. Where the branch turns in between, orbits are sought on planes across the chord of the
-//! bracket: the branch passes each of them, while values of the parameter beyond its tip have no orbit.
+//! The two orbits bracket the zero of a test function. Secants and bisections narrow the bracket, with values at
+//! corrected orbits. If the branch turns in between, orbits are sought on planes across the chord of the bracket. The
+//! branch crosses each of these planes, but has no orbit at parameters beyond its turning point.
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
@@ -12,26 +12,26 @@ use super::path::{Across, Span, Vector, guess, place_bare, tangent};
 /// Part of the parameter's interval to which a bifurcation is located.
 const LOCATED: f64 = 1e-12;
 
-/// Length of branch from which neighbours whose parameter is located are near as well.
+/// Arclength of the bracket below which its ends also count as close.
 const NARROW: f64 = 1e-7;
 
-/// Most orbits that a location takes.
+/// Largest number of orbits computed to locate one zero.
 const MOST_TRIALS: usize = 80;
 
-/// Where a test changes its sign.
+/// A located zero of a test.
 pub(super) struct Located {
     pub orbit: Orbit,
     pub length: f64,
     pub bracket: [f64; 2],
     /// The nearest orbits on both sides.
     sides: [Orbit; 2],
-    /// Whether they are as near as can be.
+    /// Whether the bracket is narrow enough.
     pub narrow: bool,
 }
 
 impl Located {
-    /// What happens there, of a kind at first sight; none where no multiplier passes the circle, as where two real
-    /// ones have a product of 1.
+    /// The kind of bifurcation, from the kind that the test suggests. `None` if no multiplier crosses the unit
+    /// circle, for example if two real multipliers have the product 1.
     pub fn kind(
         &self,
         map: &mut impl CycleMap,
@@ -50,7 +50,7 @@ impl Located {
             Kind::Fold if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) => {
                 if crosses(map, span, &self.orbit) { Kind::BranchPoint } else { Kind::Fold }
             }
-            // The determinant changes its sign without a zero where M is not continuous: so does dp/ds.
+            // Where M is discontinuous, the determinant changes its sign without a zero, and so does dp/ds.
             Kind::Fold if self.turns(map, span, knots) => Kind::Fold,
             Kind::PeriodDoubling | Kind::Torus
                 if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) =>
@@ -63,7 +63,7 @@ impl Located {
         })
     }
 
-    /// Whether the parameter runs the other way beyond, by the tangents on both sides.
+    /// Whether the parameter reverses there, by the tangents on both sides.
     fn turns(&self, map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) -> bool {
         let [.., (_, a), (_, b)] = knots else {
             return false;
@@ -82,8 +82,8 @@ impl Located {
     }
 }
 
-/// Where the orbits of a part of the period double: the place where a branch merges into them. On that
-/// branch itself the equations are singular there.
+/// Where the orbits of period `period` double, that is, where the branch merges into them. On the branch itself, the
+/// equations are singular there.
 pub(super) fn merging(
     map: &mut impl CycleMap,
     span: &Span,
@@ -123,7 +123,7 @@ pub(super) fn merging(
             break;
         }
     }
-    // Where multipliers jump the determinant has no zero.
+    // If the multipliers jump, the determinant has no zero.
     let there = critical(&Kind::PeriodDoubling, &newer.2)?;
     if (there + 1.0).norm() > ON_CIRCLE {
         return None;
@@ -133,7 +133,7 @@ pub(super) fn merging(
     Some((newer.2, *s_b, bracket))
 }
 
-/// Parts of a bracket at which an orbit is sought: others where there is none at the first.
+/// Fractions of a bracket at which an orbit is sought, in order, if there is none at the first choice.
 const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
 
 /// The zero of a test between the last two orbits.
@@ -153,7 +153,7 @@ pub(super) fn locate(
     };
     let mut low = (*s_a, value(a)?, (*a).clone());
     let mut high = (*s_b, value(b)?, (*b).clone());
-    // Where the branch turns in between, no value of the parameter leads to its tip.
+    // If the branch turns in between, its turning point cannot be reached at a given parameter.
     let turns = Test::PlusOne.changes(a, b);
     let mut best: Option<(f64, f64, Orbit)> = None;
     let mut exact = false;
@@ -166,8 +166,8 @@ pub(super) fn locate(
         if width <= LOCATED || together && width <= NARROW && approached {
             break;
         }
-        // Where a secant leaves more than half of the bracket the next step halves it; of orbits that have come
-        // home nothing but that is known.
+        // If a secant step leaves more than half of the bracket, the next step halves it. The offset has no useful
+        // value beyond a merging, only a sign.
         let halves = matches!(test, Test::Offset(..)) || width > 0.5 * before;
         let part = if halves { 0.5 } else { (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3) };
         before = if halves { f64::INFINITY } else { width };
@@ -210,14 +210,14 @@ pub(super) fn locate(
     })
 }
 
-/// Whether a multiplier +1 is still to be approached.
+/// Whether the multiplier +1 is not yet reached.
 fn off(test: &Test, orbit: &Orbit) -> bool {
     matches!(test, Test::PlusOne)
         && critical(&Kind::Fold, orbit)
             .is_none_or(|m| off_circle(&Kind::Fold, m) > 0.01 * ON_CIRCLE)
 }
 
-/// An orbit between two neighbours, at a part of their chord: its length of branch and itself.
+/// An orbit between two neighbours at a fraction of their chord, with its arclength.
 fn inside(
     map: &mut impl CycleMap,
     span: &Span,
@@ -237,7 +237,7 @@ fn inside(
         .collect();
     let chord = Vector::between(span, low, high);
     let across = if turns { Across::Always(&chord) } else { Across::Steep(&chord) };
-    // A polynomial through a corner leads astray, a chord does not.
+    // A polynomial through a corner is a bad guess, but a chord is not.
     [guess(span, &chosen, s), guess(span, &ends, s)]
         .into_iter()
         .find_map(|guess| {

@@ -1,8 +1,8 @@
-//! What continuation needs to know of a system: its map over whole cycles.
+//! The interface between continuation and a system: the map over whole cycles.
 //!
-//! Coordinates u are those of the energy norm in half gaps, the neutral pair left out. What is far and
-//! near is told by the size of the orbit itself ([`Details::size`]): a gap may never be met. A planted map with a known normal form serves as well as a
-//! drive ([`super::drive::DriveMap`]).
+//! The coordinates u are those of the energy norm in half gaps, without the neutral pair. Distances are relative to
+//! the size of the orbit ([`Details::size`]), because an orbit may never reach a gap. The map can be a drive
+//! ([`super::drive::DriveMap`]) or, in tests, a planted map with a known normal form.
 
 use super::touches::Touches;
 use faer::Mat;
@@ -10,13 +10,13 @@ use faer::Mat;
 /// Two parameters of a map.
 pub type At = [f64; 2];
 
-/// Where a map has no value.
+/// Reasons why the map cannot be evaluated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MapError {
     /// There is no model with these parameters.
     #[error("{0}")]
     NoModel(String),
-    /// What drives the system does not repeat.
+    /// The excitation is not periodic.
     #[error("the excitation is not periodic, so there are no periodic orbits")]
     NeverRepeats,
     /// A trajectory cannot be integrated.
@@ -27,25 +27,25 @@ pub enum MapError {
 /// The image of a point after some cycles.
 #[derive(Debug, Clone)]
 pub struct Image {
-    /// Where it ends.
+    /// The end point.
     pub end: Vec<f64>,
-    /// Derivative of the end by the start.
+    /// Derivative of the end point with respect to the start.
     pub monodromy: Mat<f64>,
 }
 
-/// What an orbit is like on its way.
+/// Properties of an orbit over its period.
 #[derive(Debug, Clone, Default)]
 pub struct Details {
     /// u at the start of every cycle.
     pub strobes: Vec<Vec<f64>>,
-    /// Modal displacement \[m √kg\] and velocity \[m √kg/s\] at the start of the first cycle, one entry a mode each.
+    /// Modal displacement \[m √kg\] and velocity \[m √kg/s\] at the start of the first cycle, one entry per mode.
     pub start: [Vec<f64>; 2],
-    /// How contacts are touched.
+    /// The contact sequence, and the extremes of every contact's depth.
     pub touches: Touches,
     /// Motion of the mesh over a period.
     pub motion: Motion,
-    /// Size of the motion, in the unit of u: half of what the depth of a contact, or δ, swings by. Zero where
-    /// the map does not say; u is of the order of 1 then.
+    /// Size of the motion in the unit of u: half the range of δ, or of a contact's depth if that is larger. Zero if
+    /// the map does not specify it; u is then of the order of 1.
     pub size: f64,
 }
 
@@ -69,7 +69,7 @@ pub trait CycleMap {
     /// Number of coordinates.
     fn dimension(&self) -> usize;
 
-    /// Cycles after which what drives the system repeats: periods are its multiples.
+    /// Period of the excitation in cycles. Periods of orbits are multiples of it.
     fn unit(&self) -> u32 {
         1
     }
@@ -80,7 +80,7 @@ pub trait CycleMap {
     /// [`MapError`].
     fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError>;
 
-    /// The derivative of that image by the parameter `axis`, per unit.
+    /// The derivative of that image with respect to the parameter `axis`, per unit.
     ///
     /// # Errors
     /// [`MapError`].
@@ -92,7 +92,7 @@ pub trait CycleMap {
         axis: usize,
     ) -> Result<Vec<f64>, MapError>;
 
-    /// What the way of `period` cycles from u is like.
+    /// The properties of the trajectory over `period` cycles from u.
     ///
     /// # Errors
     /// [`MapError`].

@@ -1,4 +1,4 @@
-//! Periodic orbits followed over a parameter, through their bifurcations.
+//! Continuation of periodic orbits over a parameter, through their bifurcations.
 
 pub mod bifurcation;
 pub mod branch;

@@ -1,9 +1,9 @@
-//! Onset of rattle in closed form: down to which load do the flanks stay together?
+//! Down to which load do the flanks stay together? The onset of rattle in closed form.
 //!
-//! While contact lasts the motion is linear: at a speed, the depth of the drive flank's contact under
-//! load L is `d(t; L) = d₀(t) + L d₁(t)`, known from the orbits of two loads so high that nothing opens.
-//! It vanishes at time t under the load `−d₀/d₁`; the largest of these is the onset, at the time where
-//! the orbit then grazes the flank from inside. Holds where stiffness does not depend on the load.
+//! While contact lasts, the motion is linear. At a given speed, the depth of the drive flank's contact under load L
+//! is `d(t; L) = d₀(t) + L d₁(t)`, computed from the orbits at two loads without separation. It vanishes at time t
+//! under the load `−d₀/d₁`. The largest of these loads is the onset; the orbit then grazes the flank from inside. The
+//! stiffness must not depend on the load.
 
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
@@ -21,17 +21,17 @@ pub struct Onset {
     pub at: At,
     /// Mesh phase of the graze \[cycles of the base period\].
     pub phase: f64,
-    /// Largest modulus of the multipliers: below 1 the orbit is stable up to there.
+    /// Largest modulus of the multipliers; below 1, the orbit is stable down to the onset.
     pub radius: f64,
 }
 
-/// Loads tried, each twice the one before, until contact lasts.
+/// Largest number of loads tried, each twice the previous one, until contact lasts.
 const MOST_DOUBLINGS: u32 = 14;
 
-/// Places looked at in a window.
+/// Sampled positions per window.
 const PLACES: usize = 48;
 
-/// Steps by which the place of the largest load is narrowed.
+/// Steps that narrow the position of the largest load.
 const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.
@@ -54,11 +54,11 @@ impl Observer for Depths<'_> {
     fn event(&mut self, _: &Event) {}
 }
 
-/// The onset at `at`, of which the entry `load` is replaced; none where the drive does not stay in
-/// contact under any load tried.
+/// The onset at `at`, with its entry `load` replaced. `None` if the drive does not stay in contact under any load
+/// tried.
 ///
 /// # Errors
-/// [`MapError`] where there is no model.
+/// [`MapError`] if there is no model.
 pub fn onset<F: Family>(
     map: &mut DriveMap<'_, F>,
     at: At,
@@ -95,7 +95,7 @@ pub fn onset<F: Family>(
     else {
         return Ok(None);
     };
-    // A place on the border of two windows has a neighbour in either.
+    // A position on the border of two windows has a neighbour in each.
     let (count, ends) = (a.len(), [place(1), place(PLACES - 1)]);
     let mut stretches = vec![(
         window,
@@ -133,7 +133,7 @@ pub fn onset<F: Family>(
     }))
 }
 
-/// The orbit in lasting contact of the drive flank; none where contact changes.
+/// The orbit in lasting contact of the drive flank; `None` if contact changes.
 fn in_contact<F: Family>(map: &mut DriveMap<'_, F>, at: At) -> Result<Option<Orbit>, MapError> {
     let start = map.model(at)?.start(&InitialState::Static);
     let guess = map.coordinates(&start.state);

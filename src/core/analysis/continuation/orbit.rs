@@ -1,5 +1,5 @@
-//! One periodic orbit, next to a guess: by Newton's method at given parameters, or with one of them
-//! free and a plane that the orbit lies on instead.
+//! Newton's method for one periodic orbit near a guess: at given parameters, or on a given plane with one free
+//! parameter.
 //!
 //! ```text
 //! | M − I   P_p | | Δu |     | P(u, p) − u |
@@ -11,19 +11,19 @@ use crate::numerics::linalg::{eigenvalues, solve};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Most Newton steps; a good guess needs two or three.
+/// Largest number of Newton steps; a good guess needs two or three.
 const MOST_STEPS: u32 = 10;
 
-/// Residual, as a part of the state's length, at which an orbit counts as found, but for one step more.
+/// Residual, relative to the state's length, at which an orbit counts as found. One more step may follow.
 const CONVERGED: f64 = 1e-11;
 
-/// The same where another step does not halve it: round-off of long periods and stiff tables.
+/// The same if the last step has not halved the residual: round-off of long periods and stiff tables.
 const STAGNANT: f64 = 1e-8;
 
-/// Longest step, as a part of the state's length, that is made from an orbit that counts as found.
+/// Longest step, relative to the state's length, that is still applied to a found orbit.
 const LAST_STEP: f64 = 1e-8;
 
-/// Longest step, in lengths of the state, from one that is worth following.
+/// Longest step, relative to the state's length, before the iteration counts as divergent.
 const LONGEST_STEP: f64 = 30.0;
 
 /// A periodic orbit.
@@ -35,15 +35,15 @@ pub struct Orbit {
     pub at: At,
     /// Period in cycles.
     pub period: u32,
-    /// Distance between start and end of a period before the last step \[half gaps\].
+    /// Distance between start and end of a period, before the last step \[half gaps\].
     pub residual: f64,
-    /// Newton steps that it took until there.
+    /// Newton steps until that residual.
     pub steps: u32,
-    /// Derivative of the map of a period.
+    /// Derivative of the map over one period.
     pub monodromy: Mat<f64>,
     /// Floquet multipliers, largest modulus first.
     pub multipliers: Vec<Complex64>,
-    /// What it is like on its way.
+    /// Its properties over the period.
     pub details: Details,
 }
 
@@ -53,7 +53,7 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
-    /// Whether it is an orbit of half its period.
+    /// Whether the orbit already repeats after half its period.
     pub(super) fn repeats_sooner(&self) -> bool {
         self.period.is_multiple_of(2)
             && length(&self.offset(self.period / 2)) < SAME_ORBIT * self.size()
@@ -67,10 +67,10 @@ impl Orbit {
         }
     }
 
-    /// The same orbit as one of twice its period.
+    /// The same orbit with twice its period.
     ///
     /// # Errors
-    /// [`NoOrbit`] where it cannot be integrated.
+    /// [`NoOrbit`] if the orbit cannot be integrated.
     pub(super) fn doubled(&self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
         let twice = Bare {
             u: self.u.clone(),
@@ -82,38 +82,37 @@ impl Orbit {
         twice.with_multipliers(2 * self.period)?.with_details(map)
     }
 
-    /// How far a part of a period leads away from the start: zero where the orbit's own period is
-    /// shorter.
+    /// Displacement from the start after some cycles of a period. It is zero if the orbit repeats after these cycles.
     pub fn offset(&self, cycles: u32) -> Vec<f64> {
         let later = &self.details.strobes[cycles as usize];
         later.iter().zip(&self.u).map(|(a, b)| a - b).collect()
     }
 }
 
-/// Where the orbit next to a guess is to lie.
+/// Which condition selects the orbit near a guess.
 #[derive(Debug, Clone)]
 pub enum Border {
-    /// At the parameters of the guess.
+    /// The parameters are those of the guess.
     Parameters,
-    /// On a plane through the guess, one parameter being free.
+    /// The orbit lies on a plane through the guess, and one parameter is free.
     Plane {
-        /// That parameter.
+        /// The free parameter.
         axis: usize,
         /// Its unit.
         scale: f64,
-        /// Normal of the plane, the coordinates' part.
+        /// Coordinates of the plane's normal.
         normal: Vec<f64>,
-        /// The parameter's part, per unit.
+        /// Component of the normal along the parameter, per unit.
         along: f64,
-        /// Derivative of the map by the parameter, per unit, near the guess.
+        /// Derivative of the map with respect to the parameter, per unit, near the guess.
         column: Vec<f64>,
     },
 }
 
-/// Why there is no orbit next to a guess.
+/// Reasons why no orbit is found near a guess.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoOrbit {
-    /// The map has no value where Newton's method led.
+    /// The map could not be evaluated at an iterate of Newton's method.
     #[error(transparent)]
     Map(#[from] MapError),
     /// Newton's method did not converge.
@@ -124,7 +123,7 @@ pub enum NoOrbit {
     },
 }
 
-/// An orbit without its multipliers and its details.
+/// An orbit without multipliers and details.
 #[derive(Debug, Clone)]
 pub struct Bare {
     /// Coordinates.
@@ -138,7 +137,7 @@ pub struct Bare {
     pub monodromy: Mat<f64>,
 }
 
-/// Seeks the orbit next to a guess.
+/// Finds the orbit near a guess.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -161,7 +160,7 @@ pub fn correct(
             .map(|(end, start)| end - start)
             .collect();
         let residual = length(&defect);
-        // Round-off goes with the state, wherever its gaps are.
+        // Round-off is proportional to the state, whatever the gaps are.
         let size = length(&u).max(length(&image.end));
         if residual.is_nan() || residual > 2.0 * last.max(size) {
             return Err(NoOrbit::Newton { residual });
@@ -173,7 +172,7 @@ pub fn correct(
         if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
         }
-        // A last short step costs nothing, as its matrix is at hand. Next to a fold it would be long: noise.
+        // The last short step is free because its matrix is known. Near a fold it would be long, and noise.
         if !found || long <= LAST_STEP * size {
             for (u, step) in u.iter_mut().zip(&step) {
                 *u += step;
@@ -234,10 +233,10 @@ fn newton_step(
 }
 
 impl Bare {
-    /// With multipliers, and without details.
+    /// Adds the multipliers.
     ///
     /// # Errors
-    /// [`NoOrbit`] where its multipliers are not finite.
+    /// [`NoOrbit`] if the multipliers are not finite.
     pub fn with_multipliers(self, period: u32) -> Result<Orbit, NoOrbit> {
         let multipliers = eigenvalues(self.monodromy.as_ref()).ok_or(NoOrbit::Newton {
             residual: self.residual,
@@ -256,17 +255,17 @@ impl Bare {
 }
 
 impl Orbit {
-    /// With its details.
+    /// Adds the details.
     ///
     /// # Errors
-    /// [`NoOrbit`] where it cannot be integrated.
+    /// [`NoOrbit`] if the orbit cannot be integrated.
     pub fn with_details(mut self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
         self.details = map.details(&self.u, self.at, self.period)?;
         Ok(self)
     }
 }
 
-/// Seeks the orbit next to a guess, with its multipliers and its details.
+/// Finds the orbit near a guess, with its multipliers and details.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -296,10 +295,10 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// Distance, in sizes of the motion, at which two orbits are one.
+/// Distance, in sizes of the motion, below which two orbits are the same.
 pub(super) const SAME_ORBIT: f64 = 1e-6;
 
-/// Whether two orbits are one, whichever cycle they start in.
+/// Whether two orbits are the same, at any cycle of `a`.
 pub fn same(a: &Orbit, b: &Orbit) -> bool {
     let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT * b.size();
     a.period == b.period && a.details.strobes.iter().any(meets)

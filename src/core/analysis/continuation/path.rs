@@ -1,19 +1,19 @@
-//! A stretch of branch: orbits in order, and guesses between and beyond them.
+//! Guesses and corrected orbits between and beyond consecutive orbits of a branch.
 
 use super::map::CycleMap;
 use super::orbit::{Border, NoOrbit, Orbit, correct, length};
 
-/// Weight of a change by the motion's own size against the whole interval of the parameter, in the length of a branch.
+/// Weight, in the arclength, of a change by the motion's size, relative to the whole interval of the parameter.
 const WEIGHT: f64 = 0.1;
 
-/// Part of a unit tangent that the parameter must have for an orbit to be sought at a given
-/// parameter; elsewhere it is sought on a plane across the branch.
+/// Smallest parameter component of a unit tangent for a search at a fixed parameter. Below it, the search uses a
+/// plane across the branch.
 const STEEP: f64 = 0.15;
 
-/// Orbits that a guess is a polynomial through.
+/// Largest number of orbits in a polynomial guess.
 const MOST_KNOTS: usize = 4;
 
-/// Which parameter is free, and its interval.
+/// The free parameter and its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     /// The parameter.
@@ -25,7 +25,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// Length of the interval: the parameter's unit.
+    /// Length of the interval, the unit of the parameter.
     pub fn scale(&self) -> f64 {
         self.to - self.from
     }
@@ -36,14 +36,14 @@ impl Span {
     }
 }
 
-/// A direction or a place: coordinates and the parameter, per unit.
+/// A direction or a point: coordinates, and the parameter in its unit.
 #[derive(Debug, Clone)]
 pub struct Vector {
     /// Coordinates.
     pub u: Vec<f64>,
     /// The parameter over its unit.
     pub p: f64,
-    /// Size of the motion that coordinates are measured by.
+    /// Size of the motion, the unit of the coordinates in lengths.
     pub size: f64,
 }
 
@@ -53,7 +53,7 @@ impl Vector {
         (WEIGHT / self.size * length(&self.u)).hypot(self.p)
     }
 
-    /// The other way.
+    /// The opposite direction.
     pub fn reversed(&self) -> Self {
         Self {
             u: self.u.iter().map(|u| -u).collect(),
@@ -80,13 +80,13 @@ impl Vector {
     }
 }
 
-/// Length of branch from one orbit to the next.
+/// Arclength from one orbit to the next.
 pub fn apart(span: &Span, a: &Orbit, b: &Orbit) -> f64 {
     Vector::between(span, a, b).length()
 }
 
-/// The guess at a length `s` along orbits given with theirs: the polynomial through the nearest ones. Its p is
-/// the parameter itself.
+/// The guess at an arclength `s`: the polynomial through the nearest orbits, given with their arclengths. Its `p` is
+/// the parameter itself, without its unit.
 pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
     let mut near: Vec<&(f64, &Orbit)> = knots.iter().collect();
     near.sort_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
@@ -107,19 +107,19 @@ pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
     Vector { u, p, size }
 }
 
-/// What fixes the place of an orbit on a branch.
+/// The condition that fixes the position of an orbit on a branch.
 #[derive(Debug, Clone, Copy)]
 pub enum Across<'v> {
     /// The parameter of the guess.
     Parameter,
-    /// A plane across this direction where the branch is steep along it, the parameter elsewhere.
+    /// A plane across this direction if the branch is steep along it, otherwise the parameter.
     Steep(&'v Vector),
-    /// A plane across this direction. Whatever connects two orbits passes every plane across their chord that
-    /// lies between them, where the branch turns as well.
+    /// A plane across this direction. A branch between two orbits crosses every plane across their chord that lies
+    /// between them, even if it turns.
     Always(&'v Vector),
 }
 
-/// Seeks the orbit next to a guess.
+/// Finds the orbit near a guess.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -133,7 +133,7 @@ pub fn place(
     place_bare(map, span, like, guess, across)?.with_details(map)
 }
 
-/// The same without its details, but for its size.
+/// The same without details, except the size.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -178,11 +178,11 @@ fn plane(
     })
 }
 
-/// The direction of a branch at an orbit, towards larger values of the parameter: from the exact
-/// derivative of the map.
+/// The direction of a branch at an orbit, towards larger values of the parameter, from the exact derivative of the
+/// map.
 ///
 /// # Errors
-/// [`NoOrbit`] where the map has none.
+/// [`NoOrbit`] if the map has no derivative.
 pub fn tangent(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Result<Vector, NoOrbit> {
     let column = map.by_parameter(&orbit.u, orbit.at, orbit.period, span.axis)?;
     let n = column.len();

@@ -1,5 +1,4 @@
-//! Orbits to begin with, at given parameters: that of lasting contact, and those that a trajectory
-//! settles on or comes near.
+//! First orbits at given parameters: the orbit in lasting contact, and the orbits that a trajectory approaches.
 
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
@@ -7,26 +6,26 @@ use super::orbit::{Border, Orbit, distance, find, length, same};
 use crate::analysis::orbits::returns;
 use crate::model::{InitialState, TrajectoryState};
 
-/// How orbits are sought.
+/// Settings of the search for orbits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// Cycles before returns are looked at.
+    /// Cycles before the search for returns.
     pub transient: u64,
-    /// Cycles among which they are looked for.
+    /// Cycles with a search for returns.
     pub cycles: u64,
     /// Longest period.
     pub longest: u32,
     /// Newton searches for each period.
     pub guesses: usize,
-    /// Where trajectories start.
+    /// Initial state of the trajectories.
     pub initial: InitialState,
 }
 
-/// The orbits found at some parameters, each with its shortest period: first the one next to static
-/// equilibrium, then by period.
+/// The orbits found at given parameters, each with its shortest period: first the orbit near static equilibrium, then
+/// by period.
 ///
 /// # Errors
-/// [`MapError`] where there is no model.
+/// [`MapError`] if there is no model.
 pub fn orbits<F: Family>(
     map: &mut DriveMap<'_, F>,
     at: At,
@@ -41,7 +40,8 @@ pub fn orbits<F: Family>(
     let Ok(path) = strobes(map, at, start, search) else {
         return Ok(found);
     };
-    // Where a transient is chaotic round-off decides where it settles: others start farther out.
+    // After a chaotic transient, round-off decides which orbit is reached. More trajectories therefore start farther
+    // out.
     let others = WIDER.map(|factor| widened(&path, factor));
     let mut paths = vec![path];
     for start in others {
@@ -59,7 +59,7 @@ pub fn orbits<F: Family>(
     Ok(found)
 }
 
-/// Seeks the orbit next to a guess, gives it its shortest period and keeps it where it is new.
+/// Finds the orbit near a guess, reduces it to its shortest period, and adds it to `found` if it is new.
 pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: At, period: u32) {
     let Ok(mut orbit) = find(map, guess, at, period, &Border::Parameters) else {
         return;
@@ -79,10 +79,10 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
     }
 }
 
-/// How much farther from the mean of a trajectory than where it ends others start.
+/// Factors on the last state's distance from the mean of the trajectory, for the additional starts.
 const WIDER: [f64; 3] = [-1.0, 2.0, -3.0];
 
-/// The state as many times as far from the mean of a path as its last.
+/// The state at `factor` times the last state's distance from the mean of a path.
 fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {
     let last = &path[path.len() - 1];
     let mean = |i: usize| path.iter().map(|u| u[i]).sum::<f64>() / path.len() as f64;
@@ -91,7 +91,7 @@ fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Distance, in sizes of the motion, at which two points of an orbit are one.
+/// Distance, in sizes of the motion, below which two points of an orbit are the same.
 const SAME_POINT: f64 = 1e-7;
 
 fn strobes<F: Family>(
@@ -110,8 +110,8 @@ fn strobes<F: Family>(
     Ok(path)
 }
 
-/// Points midway between a state of the path and its return after `period` cycles, nearest returns
-/// first, no two within a period of each other, all in the first cycle of what drives the motion.
+/// Midpoints between a state of the path and its return after `period` cycles, nearest returns first. No two are
+/// within a period of each other, and all are at the start of the base period.
 fn near_returns(path: &[Vec<f64>], period: usize, unit: usize, most: usize) -> Vec<Vec<f64>> {
     let apart = |n: usize| distance(&path[n], &path[n + period]);
     let places = (0..path.len().saturating_sub(period)).step_by(unit);

@@ -1,4 +1,4 @@
-//! The other branches that begin at a bifurcation.
+//! Which other branches begin at a bifurcation?
 
 use super::bifurcation::Bifurcation;
 use super::kind::Kind;
@@ -11,25 +11,25 @@ use num_complex::Complex64;
 /// Distances from the bifurcation, in sizes of the motion, at which the first orbit of a branch is sought.
 const AWAY: [f64; 9] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 1e-5, 2e-6, 0.1, 0.3];
 
-/// Why a branch that begins at a bifurcation is not found.
+/// Reasons why a branch that begins at a bifurcation is not found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoBranch {
-    /// The multiplier on the unit circle has no direction of its own.
+    /// The multiplier on the unit circle has no unique eigenvector.
     #[error("the orbit has several multipliers at {wanted:+}")]
     NoDirection {
         /// The multiplier.
         wanted: f64,
     },
-    /// Newton's method finds no orbit next to the bifurcation.
+    /// Newton's method finds no orbit near the bifurcation.
     #[error(transparent)]
     Orbit(#[from] NoOrbit),
-    /// It finds nothing but the branch that the bifurcation lies on.
+    /// It finds only the branch of the bifurcation.
     #[error("every nearby orbit lies on the branch of the bifurcation")]
     OnlyKnown,
 }
 
-/// The first two orbits of every branch that begins at a bifurcation: the bifurcation's own as one of
-/// theirs, and one away from it.
+/// The first two orbits of every branch that begins at a bifurcation: the orbit at the bifurcation, with the period
+/// of the branch, and one away from it.
 pub fn branches(
     map: &mut impl CycleMap,
     span: &Span,
@@ -61,7 +61,7 @@ pub fn branches(
     sides.iter().map(beside).collect()
 }
 
-/// The orbit nearest to the bifurcation's own that is found on the branch that leaves it in a direction.
+/// The first orbit, away from the bifurcation, of the branch that leaves it in a direction.
 fn first(
     map: &mut impl CycleMap,
     span: &Span,
@@ -74,7 +74,7 @@ fn first(
         let guess: Vec<f64> = (here.u.iter().zip(direction))
             .map(|(u, v)| u + side * away * v)
             .collect();
-        // At the bifurcation itself the derivative by the parameter lies in the range of M − I.
+        // At the bifurcation itself, the derivative with respect to the parameter is in the range of M − I.
         let column = map
             .by_parameter(&guess, here.at, here.period, span.axis)
             .map_err(NoOrbit::from)?;

@@ -1,8 +1,8 @@
 //! How does an orbit touch its contacts, and how near is it to touching them otherwise?
 //!
-//! The depth of a contact is `s δ − b`, b the gap: negative where it is open. Where an extreme of the
-//! depth passes zero the orbit grazes the contact, from outside (a maximum) or from inside (a minimum),
-//! and the sequence of contact changes becomes another.
+//! The depth of a contact is `s δ − b` with the gap b; it is negative while the contact is open. Where an extreme of
+//! the depth passes zero, the orbit grazes the contact from outside (a maximum) or from inside (a minimum), and the
+//! contact sequence changes.
 
 use crate::analysis::modal_series::{ModalMotion, Series, padded};
 use crate::model::Model;
@@ -11,7 +11,7 @@ use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 use std::collections::BTreeMap;
 
-/// Round-off of the derivative of a series, in units of the sum of its terms' sizes.
+/// Round-off of the derivative of a series, relative to the sum of its terms' sizes.
 const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// An extreme of the depth of a contact.
@@ -37,7 +37,7 @@ pub struct Touches {
 }
 
 impl Touches {
-    /// Whether two sequences are one, whichever change is counted first.
+    /// Whether two sequences are the same up to a cyclic shift.
     pub fn alike(&self, other: &Self) -> bool {
         let (a, b) = (&self.sequence, &other.sequence);
         a.len() == b.len()
@@ -53,8 +53,8 @@ impl Touches {
             .min_by(f64::total_cmp)
     }
 
-    /// Contact changes over the period, by the signs of the depths at their extremes, but for those that the graze of a
-    /// contact makes, whose depth is round-off.
+    /// Contact changes over the period, counted by the signs of the depths at their extremes. Changes at the grazing
+    /// extreme are omitted, because its depth is round-off.
     pub fn changes_beside(&self, graze: &Extreme) -> usize {
         let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
         let grazing = (self.extremes.iter().filter(same))
@@ -85,7 +85,7 @@ impl Touches {
         swings.fold(0.0, f64::max)
     }
 
-    /// The sequence in letters: contacts by their places from 1, capital where they close.
+    /// The sequence as text: each contact's number from 1, with `+` if it closes and `-` if it opens.
     pub fn text(&self) -> String {
         let word = |&(contact, closes): &(usize, bool)| {
             let sign = if closes { '+' } else { '-' };
@@ -94,8 +94,8 @@ impl Touches {
         self.sequence.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// The extreme of the same contact and kind that is nearest in time to another on an orbit of
-    /// `period` cycles.
+    /// The extreme of the same contact and kind that is nearest in time to the given one, on an orbit of `period`
+    /// cycles.
     pub fn nearest(&self, to: &Extreme, period: f64) -> Option<&Extreme> {
         let apart = |e: &Extreme| {
             let d = (e.time - to.time).rem_euclid(period);
@@ -107,16 +107,16 @@ impl Touches {
     }
 }
 
-/// Watches an orbit.
+/// Observes the touches and the motion of an orbit.
 #[derive(Debug)]
 pub struct Watch<'m> {
     model: &'m Model,
-    /// Made where a window does not show what is asked.
+    /// Created at the first window that does not contain the required deflection.
     motion: Option<ModalMotion<'m>>,
     /// Whether every depth was rising.
     rising: Vec<Option<bool>>,
-    /// For every contact an extreme where its depth was first seen to rise or to fall, as it is if
-    /// the depth came there otherwise.
+    /// For every contact, a possible extreme at the first window: it is one if the depth arrives there in the other
+    /// direction at the end of the period.
     first: Vec<Option<Extreme>>,
     touches: Touches,
     sums: [f64; 3],
@@ -125,7 +125,7 @@ pub struct Watch<'m> {
 }
 
 impl<'m> Watch<'m> {
-    /// Nothing seen yet.
+    /// Before the first window.
     pub fn new(model: &'m Model) -> Self {
         Self {
             model,
@@ -138,8 +138,8 @@ impl<'m> Watch<'m> {
         }
     }
 
-    /// How a whole period touches its contacts: a depth that turns where the period begins has an
-    /// extreme there, which no window shows.
+    /// The touches of a whole period. A depth that turns at the start of the period has an extreme there, which no
+    /// window contains.
     pub fn of_period(self) -> Touches {
         let mut touches = self.touches;
         let turned = (self.first.into_iter().flatten())
@@ -300,8 +300,8 @@ mod tests {
         fn event(&mut self, _: &Event) {}
     }
 
-    /// A stop far off, on a line that no window shows, with an error of its own, and the drive flank,
-    /// whose teeth are relieved: their depths are those of the states.
+    /// The depths of two contacts are those of the states: a distant stop on a line that windows do not contain, with
+    /// an error, and the drive flank with relieved teeth.
     #[test]
     fn a_contact_is_as_deep_as_the_states_say() {
         let own = [0.9, 0.4, 0.2];
@@ -323,8 +323,8 @@ mod tests {
         }
     }
 
-    /// A deflection that falls and rises: besides the minimum between, of which a window shows the other
-    /// side, it has a maximum where the period begins, at either depth.
+    /// A deflection that falls and rises has a minimum in the middle, where two windows meet, and a maximum at the
+    /// start of the period.
     #[test]
     fn an_extreme_where_the_period_begins_is_seen() {
         let own = [0.9, 0.4];

@@ -1,9 +1,9 @@
-//! The orbit that a trajectory comes to, and how it is seen to.
+//! Which orbit does a trajectory approach, and how is that verified?
 //!
-//! Newton's method finds an orbit next to a trajectory whether or not that ends there. The trajectory is
-//! watched while the slowest multiplier halves its distance: where it comes as near as the map of a period
-//! predicts, the orbit attracts it. Where neither the orbit nor the way to it has an event, the map alone may
-//! prove it, without watching.
+//! Newton's method may find an orbit near a trajectory that does not approach it. The trajectory is therefore
+//! observed while the slowest multiplier halves its distance. If it comes as near as the monodromy matrix predicts,
+//! the orbit attracts it. If neither the orbit nor the approach has an event, the matrix alone may prove this without
+//! an integration.
 
 use super::shooting::{PeriodicOrbit, SAME_POINT, shoot, shortest};
 use crate::analysis::lasting_contact::LastingContact;
@@ -13,50 +13,50 @@ use crate::numerics::linalg::{eigenpair, product};
 use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
 
-/// Longest integration, in mesh cycles, spent on watching a trajectory approach an orbit at once.
+/// Longest integration of one observation of an approach \[mesh cycles\].
 const LONGEST_WATCH: f64 = 3000.0;
 
-/// Distance, in half gaps, at which a trajectory is on the orbit, if the orbit is known as well.
+/// Distance, in half gaps, below which a trajectory is on the orbit, if the orbit is known as accurately.
 const ARRIVED: f64 = 1e-9;
 
-/// Largest distance, in half gaps, up to which an orbit that is known no better counts as reached.
+/// Largest distance, in half gaps, below which a less accurately known orbit counts as reached.
 const FARTHEST_ARRIVED: f64 = 1e-5;
 
-/// Part of the decrease of the distance by which the approach may miss its prediction.
+/// Largest error of the predicted approach, relative to the decrease of the distance.
 const PREDICTION_SLACK: f64 = 0.2;
 
-/// An approach over some periods of an orbit.
+/// An observed approach over some periods of an orbit.
 struct Watched {
     /// Offsets from the orbit in energy coordinates.
     before: Mat<f64>,
     after: Mat<f64>,
-    /// What the monodromy matrix makes of the first.
+    /// Prediction of `after` by the monodromy matrix.
     predicted: Mat<f64>,
-    /// Whether the events were those of the orbit.
+    /// Whether the events are those of the orbit.
     same_events: bool,
     /// Whether contact is certain to last until the orbit is reached.
     certain: bool,
 }
 
-/// How the approach to an orbit is watched.
+/// Settings for the observation of an approach to an orbit.
 struct Watch<'a, K: Kernel> {
     kernel: &'a K,
     norm: &'a EnergyNorm,
     orbit: &'a PeriodicOrbit,
-    /// Periods watched: as many as the slowest multiplier takes to halve the distance, or what
-    /// [`LONGEST_WATCH`] allows.
+    /// Observed periods: the number in which the slowest multiplier halves the distance, limited by
+    /// [`LONGEST_WATCH`].
     periods: u64,
-    /// Whether they are fewer than that.
+    /// Whether [`LONGEST_WATCH`] limits them.
     cut: bool,
-    /// Part of a distance by which it decreases meanwhile, one half at most.
+    /// Relative decrease of the distance in these periods, at most one half.
     decrease: f64,
-    /// Distance at which a trajectory is on the orbit. A residual r leaves the orbit's place open by
-    /// r / (1 - μ) along the direction of the slowest multiplier μ.
+    /// Distance below which a trajectory is on the orbit. A residual r leaves an uncertainty r / (1 − μ) of the orbit
+    /// along the direction of the slowest multiplier μ.
     arrived: f64,
 }
 
 impl<'a, K: Kernel> Watch<'a, K> {
-    /// None where the orbit does not attract.
+    /// `None` if the orbit does not attract.
     fn new(kernel: &'a K, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Option<Self> {
         let radius = orbit.spectral_radius();
         if radius.is_nan() || radius >= 1.0 {
@@ -71,7 +71,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
             orbit,
             periods: periods as u64,
             cut: most < halving,
-            // Of a radius next to 1, without cancellation.
+            // Without cancellation for a radius near 1.
             decrease: (-(periods * radius.ln()).exp_m1()).min(0.5),
             arrived: norm.unit()
                 * (2.0 * orbit.residual / (1.0 - radius)).clamp(ARRIVED, FARTHEST_ARRIVED),
@@ -83,9 +83,9 @@ impl<'a, K: Kernel> Watch<'a, K> {
         Mat::from_fn(apart.len(), 1, |row, _| apart[row])
     }
 
-    /// Advances `trajectory`, which starts a period. An integration ends early where its events are
-    /// not those of the orbit (an event too many or too few may have slipped past the start of a cycle), or where
-    /// contact is certain to last.
+    /// Advances `trajectory` from the start of a period. The integration ends early if its events are not those of
+    /// the orbit, or if contact is certain to last. One event may be missing or additional, because it may have moved
+    /// across the start of a cycle.
     fn follow(
         &self,
         trajectory: &mut TrajectoryState,
@@ -125,8 +125,8 @@ impl<'a, K: Kernel> Watch<'a, K> {
         })
     }
 
-    /// What may prove that contact lasts on the way of a trajectory to an orbit without events, where that takes less time
-    /// than watching.
+    /// A possible proof that contact lasts until a trajectory reaches an orbit without events. `None` if it does not
+    /// apply, or if it takes more time than the observation.
     fn lasting_contact(
         &self,
         model: &'a Model,
@@ -143,7 +143,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
             .flatten()
     }
 
-    /// Whether the linear map governs an approach.
+    /// Whether the linear map predicts an approach.
     fn is_linear(&self, seen: &Watched) -> bool {
         let [before, after, predicted] =
             [&seen.before, &seen.after, &seen.predicted].map(|offset| offset.norm_l2());
@@ -153,20 +153,19 @@ impl<'a, K: Kernel> Watch<'a, K> {
         if before <= self.arrived {
             return after <= self.arrived;
         }
-        // Over a watch that was cut short, distances across and along a flat torus may differ by more
-        // than they decrease.
+        // In a limited observation, distances across and along a flat torus may differ by more than they decrease.
         let distance = if self.cut { before.min(predicted) } else { before };
         let missed = (&seen.after - &seen.predicted).norm_l2();
         missed <= PREDICTION_SLACK * self.decrease * distance && after < before
     }
 }
 
-/// Advances `trajectory` until the slowest multiplier of `orbit` has halved its distance, but for
-/// 3000 cycles at most, and tells whether it came as near as the monodromy matrix predicts, with
-/// the orbit's events. If so, the linear map governs the approach; remainders shrink with distance.
+/// Advances `trajectory` until the slowest multiplier of `orbit` has halved its distance, for at most 3000 cycles.
+/// Returns whether it came as near as the monodromy matrix predicts, with the orbit's events. If so, the linear map
+/// governs the approach, because the nonlinear terms shrink with the distance.
 ///
 /// # Errors
-/// [`Stop`] as for any integration.
+/// [`Stop`] as in any integration.
 pub fn approaches<K: Kernel>(
     kernel: &K,
     norm: &EnergyNorm,
@@ -182,38 +181,38 @@ pub fn approaches<K: Kernel>(
     Ok(watch.is_linear(&seen))
 }
 
-/// Part of an offset that may be left, after a watch, of all but its slowest direction.
+/// Largest part of an offset, except along its slowest direction, that may remain after an observation.
 const OTHERS_LEFT: f64 = 0.1;
 
-/// Cosine of the angle between offset and prediction from which both point along one direction.
+/// Cosine of the angle between offset and prediction above which both point along one direction.
 const ALIGNED: f64 = 0.9;
 
-/// Part of the predicted decrease that an approach along the slowest direction makes at least.
+/// Smallest decrease of an approach along the slowest direction, relative to the prediction.
 const FALLS: f64 = 0.1;
 
-/// Most states tried between a trajectory and an orbit, each at a [`NEARER`]th of the distance of the
-/// one before it.
+/// Largest number of states tried between a trajectory and an orbit, each at [`NEARER`] times the distance of the
+/// previous one.
 const MOST_BETWEEN: usize = 8;
 
-/// Ratio of the distances of states that are tried one after the other.
+/// Ratio of the distances of consecutive tried states.
 const NEARER: f64 = 0.25;
 
-/// How a trajectory comes to an orbit.
+/// How a trajectory approaches an orbit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Approach {
     /// As the monodromy matrix predicts.
     AsPredicted,
-    /// Along the slowest direction, on which states nearer to the orbit move as predicted.
+    /// Along the slowest direction; states nearer to the orbit on it move as predicted.
     AlongALine,
-    /// In contact that is certain to last, so that the map of a period holds all the way.
+    /// In contact that is certain to last, so that the linear map is exact.
     InContact,
 }
 
-/// Periods whose integration takes as long as bounding what is felt of one multiplier over a period.
+/// Periods that take as long to integrate as the bound of one multiplier's effect over a period takes to compute.
 const BOUND: u64 = 2;
 
-/// Tells how `trajectory` comes to `orbit`, and advances it while it is watched; none where it is not
-/// seen to.
+/// Determines how `trajectory` approaches `orbit`, and advances it during the observation. `None` if no approach is
+/// observed.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
@@ -244,13 +243,13 @@ pub fn comes<K: Kernel>(
     }
 }
 
-/// Whether `trajectory` comes to `orbit` along its slowest direction, though it is so far away that the
-/// linear map does not say how fast: next to a bifurcation the multiplier of that direction is almost
-/// 1 in modulus, and terms of the distance's square and cube outweigh what is missing.
+/// Whether `trajectory` approaches `orbit` along its slowest direction from a distance at which the linear map does
+/// not predict the rate. Near a bifurcation, the multiplier of that direction has a modulus near 1, and quadratic and
+/// cubic terms outweigh its distance from 1.
 ///
-/// All other directions have decayed, so that states move on a line through the orbit. The
-/// trajectory moves towards the orbit, so do states ever nearer to it, and the last as the linear map
-/// predicts. Where two multipliers are slow, a torus may lie around the orbit: nothing is said then.
+/// All other directions have decayed, so states move on a line through the orbit. The trajectory and states ever
+/// nearer to the orbit move towards it, and the last one moves as the linear map predicts. With two slow multipliers,
+/// there may be a torus around the orbit, and the result is `None`.
 fn comes_along_a_line<K: Kernel>(
     model: &Model,
     watch: &Watch<'_, K>,
@@ -296,21 +295,20 @@ fn comes_along_a_line<K: Kernel>(
     Ok(None)
 }
 
-/// Leading multiplier of an orbit whose period has doubled just now: what is near a farther one has left
-/// it after some hundred cycles.
+/// Smallest leading multiplier of an orbit whose period has just doubled. Below it, trajectories near the orbit leave
+/// it within some hundred cycles.
 const JUST_DOUBLED: f64 = -1.1;
 
-/// Displacements, in half gaps, from which an orbit of twice the period is sought beside its parent.
+/// Smallest and largest displacement, in half gaps, at which an orbit of twice the period is sought near its parent.
 const DISPLACEMENTS: [f64; 2] = [1e-5, 0.3];
 
-/// Largest ratio of the distance of that orbit to the displacement from which it was found: one farther away
-/// is another orbit.
+/// Largest ratio of the distance of that orbit to the displacement that led to it. A more distant orbit is another
+/// one.
 const BESIDE: f64 = 4.0;
 
-/// The attracting orbit of twice the period that a period doubling has left beside `parent`, where
-/// that is unstable by it alone. A trajectory nearer to the parent than to halfway between both is put
-/// halfway: it leaves the parent along the direction in which that is unstable, either way, but the more
-/// slowly the nearer the doubling is.
+/// The attracting orbit of twice the period near `parent`, if a period doubling alone has made `parent` unstable. A
+/// trajectory nearer to the parent than halfway between both is moved to halfway. It would leave the parent along the
+/// unstable direction to either side anyway, but slowly near the period doubling.
 fn doubled<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -327,7 +325,7 @@ fn doubled<K: Kernel>(
         return None;
     }
     let [direction, _] = eigenpair(parent.monodromy.as_ref(), *leading)?.vector;
-    // The side of the parent on which the trajectory lies.
+    // The side of the parent on which the trajectory is.
     let apart = norm.difference(&trajectory.state, &parent.start.state);
     let along: f64 = apart.iter().zip(&direction).map(|(a, d)| a * d).sum();
     let side = 1f64.copysign(along);
@@ -344,7 +342,7 @@ fn doubled<K: Kernel>(
     while by <= largest {
         let guess = displaced(by);
         let found = shoot(model, kernel, norm, &guess, 2 * parent.period, workspace);
-        // An iterate that diverges or storms is no orbit.
+        // An iterate that diverges or has too many events is no orbit.
         if let Ok(Some(orbit)) = found
             && orbit.spectral_radius() < 1.0
         {
@@ -364,23 +362,23 @@ fn doubled<K: Kernel>(
     None
 }
 
-/// An attracting orbit, and how a trajectory was seen to come to it.
+/// An attracting orbit, and how a trajectory approaches it.
 #[derive(Debug)]
 pub struct Attracting {
     /// The orbit with its shortest period.
     pub orbit: PeriodicOrbit,
-    /// Whether it is the orbit of twice the period beside an unstable one.
+    /// Whether it is the orbit of twice the period near an unstable one.
     pub doubled: bool,
-    /// How the trajectory comes to it.
+    /// How the trajectory approaches it.
     pub approach: Approach,
 }
 
-/// Seeks an orbit of `period` mesh cycles next to `trajectory` which attracts it, or, where that orbit has
-/// become unstable by a period doubling, the orbit of twice the period beside it. Advances `trajectory`
-/// while it is watched; its own period is a multiple of `unit` cycles.
+/// Seeks an orbit of `period` mesh cycles near `trajectory` that attracts it. If that orbit has become unstable by a
+/// period doubling, seeks the orbit of twice the period near it. Advances `trajectory` during the observation. The
+/// shortest period is a multiple of `unit` cycles.
 ///
 /// # Errors
-/// [`Stop`] where the trajectory itself diverges or storms.
+/// [`Stop`] if the trajectory itself diverges or has too many events.
 pub fn attracting<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -390,7 +388,7 @@ pub fn attracting<K: Kernel>(
     workspace: &mut K::Workspace,
     counters: &mut Counters,
 ) -> Result<Option<Attracting>, Stop> {
-    // An iterate that diverges or storms is no orbit, and no fault of the trajectory.
+    // An iterate that diverges or has too many events is no orbit; the trajectory may still be fine.
     let found = shoot(model, kernel, norm, trajectory, period, workspace);
     let Ok(Some(orbit)) = found else {
         return Ok(None);

@@ -9,10 +9,10 @@ use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-/// Modulus of the leading multiplier from which a stable orbit is near losing its stability.
+/// Modulus of the leading multiplier above which a stable orbit is near a bifurcation.
 const NEAR_THE_CIRCLE: f64 = 0.9;
 
-/// What its leading multiplier crosses the unit circle as.
+/// Bifurcation at which the leading multiplier crosses the unit circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bifurcation {
     /// At +1: a fold (saddle-node), or a symmetry that breaks.
@@ -33,8 +33,8 @@ impl Bifurcation {
         }
     }
 
-    /// By the leading multiplier; none of one well inside the unit circle, where a
-    /// complex pair may yet meet on the real axis, and nothing is told by where it stands.
+    /// The bifurcation of a leading multiplier. `None` well inside the unit circle, where the position means little
+    /// because a complex pair may still become real.
     fn of(leading: Complex64) -> Option<Self> {
         (leading.norm() >= NEAR_THE_CIRCLE).then_some(if leading.im != 0.0 {
             Self::NeimarkSacker
@@ -46,25 +46,24 @@ impl Bifurcation {
     }
 }
 
-/// What is to be said of an orbit beside its multipliers.
+/// Properties of an orbit besides its multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Character {
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// How it gains or loses stability; none where its leading multiplier is well inside the
-    /// unit circle.
+    /// How it gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
     pub bifurcation: Option<Bifurcation>,
     /// Contact-state changes in a period.
     pub events: u64,
     /// Largest minus smallest δ \[m\].
     pub deflection_pp: f64,
-    /// Smallest distance of an extreme of a contact's depth from its surface, in half gaps: 0 is
-    /// grazing, where the event sequence changes. None where no depth has an extreme.
+    /// Smallest distance of an extreme of a contact's depth from its surface, in half gaps. At 0 the orbit grazes,
+    /// and the event sequence changes. `None` if no depth has an extreme.
     pub grazing_margin: Option<f64>,
     /// Growth, over one period of the full system, of a kick of [`KICK`] in the direction of
     /// strongest growth.
     pub kick_growth: f64,
-    /// The same as the monodromy matrix has it: its largest singular value.
+    /// The same from the monodromy matrix: its largest singular value.
     pub kick_growth_linear: f64,
 }
 
@@ -112,10 +111,10 @@ mod tests {
     use crate::structure::StructureContact;
     use num_complex::c64;
 
-    /// A stop that the orbit nearly reaches is as near as it is, however far the flanks are.
+    /// The margin of a stop that the orbit nearly reaches is its distance, however far the flanks are.
     #[test]
     fn the_margin_is_that_of_any_contact() {
-        // The stop does not feel what the flanks lack.
+        // Without the transmission error, the depth of the stop depends on δ alone.
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.transmission_error.clear();
         let point = OperatingPoint {

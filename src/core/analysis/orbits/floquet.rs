@@ -1,10 +1,9 @@
 //! Multipliers of a periodic orbit.
 //!
-//! The monodromy matrix of k mesh cycles is the product of the windows' exact tangent maps
-//! and the saltation matrices at events; its columns are tangents started along the
-//! coordinate axes. The neutral pair is left out: nothing feels it, so that what remains is
-//! an exact block of the whole. The matrix is scaled to energy before its eigenvalues are
-//! taken.
+//! The monodromy matrix of k mesh cycles is the product of the exact tangent maps of windows and the saltation
+//! matrices at events. Its columns are tangents that start along the coordinate axes. The neutral pair is omitted: it
+//! affects nothing, so the rest is an exact block of the matrix. The matrix is scaled to energy before its
+//! eigenvalues are computed.
 
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
@@ -13,9 +12,9 @@ use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them: the
-/// derivative of the end by the start in energy coordinates `y = weight x`, neutral pair
-/// left out; dimension 2(N − neutral), components in the order of [`EnergyNorm::felt`].
+/// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them. It is the derivative of the end
+/// with respect to the start in energy coordinates `y = weight x`, without the neutral pair. Dimension 2(N −
+/// neutral), components in the order of [`EnergyNorm::felt`].
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
@@ -46,9 +45,8 @@ pub fn monodromy<K: Kernel>(
     }))
 }
 
-/// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles,
-/// largest modulus first. `start` is advanced by one period. None where the
-/// eigenvalue iteration fails.
+/// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles, largest modulus first.
+/// `start` is advanced by one period. `None` if the eigenvalue iteration fails.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.

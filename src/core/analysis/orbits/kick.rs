@@ -1,8 +1,8 @@
 //! How does a kick grow over the returns to a periodic orbit?
 //!
-//! The kick points where the monodromy matrix M grows most in one return, along its leading right
-//! singular vector u. After n returns the linear prediction is `|Mⁿ u|` times the kick: near a
-//! return its largest singular value, later its leading multiplier.
+//! The kick has the direction in which the monodromy matrix M grows most in one return, its leading right singular
+//! vector u. After n returns, the linear prediction is `|Mⁿ u|` times the kick. Its growth is the largest singular
+//! value in the first return and tends to the leading multiplier later.
 
 use super::shooting::PeriodicOrbit;
 use crate::analysis::norm::EnergyNorm;
@@ -12,22 +12,22 @@ use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-/// Size of the kick that an orbit is tried with, in half gaps.
+/// Size of the kick, in half gaps.
 pub const KICK: f64 = 1e-5;
 
-/// Power iterations for the direction of strongest growth; they stop when it stands still.
+/// Largest number of power iterations for the direction of strongest growth; they stop when it converges.
 const MOST_ITERATIONS: usize = 200;
 
-/// Turn of the direction, per iteration, at which it stands still.
+/// Change of the direction per iteration at which it has converged.
 const STILL: f64 = 1e-10;
 
 /// Distances from an orbit after a kick of [`KICK`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kick {
-    /// After 0, 1, 2, … returns, integrated in full, in half gaps; cut short before a return that
-    /// diverges or storms.
+    /// After 0, 1, 2, … returns of the full system, in half gaps. The list ends before a return that diverges or has
+    /// too many events.
     pub distance: Vec<f64>,
-    /// The same as the monodromy matrix predicts it.
+    /// The same, predicted by the monodromy matrix.
     pub linear: Vec<f64>,
 }
 
@@ -55,17 +55,17 @@ pub fn follow<K: Kernel>(
     kick
 }
 
-/// A trajectory that was kicked off an orbit, and what the monodromy matrix makes of the kick.
+/// A trajectory kicked off an orbit, and the kick's image under the monodromy matrix.
 pub(super) struct Kicked<'a> {
     norm: &'a EnergyNorm,
     orbit: &'a PeriodicOrbit,
     trajectory: TrajectoryState,
-    /// The kick in energy coordinates, of unit norm at first.
+    /// The kick in energy coordinates, initially of unit norm.
     linear: Mat<f64>,
 }
 
 impl<'a> Kicked<'a> {
-    /// At the start of the orbit, kicked in the direction of strongest growth.
+    /// A trajectory at the start of the orbit, kicked in the direction of strongest growth.
     pub(super) fn new(model: &Model, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Self {
         let linear = strongest(&orbit.monodromy);
         let mut state = orbit.start.state.clone();
@@ -103,7 +103,7 @@ impl<'a> Kicked<'a> {
     }
 }
 
-/// The direction of unit norm that a matrix stretches most: power iteration on `Mᵀ M`.
+/// The unit vector that a matrix stretches most, by power iteration on `Mᵀ M`.
 fn strongest(matrix: &Mat<f64>) -> Mat<f64> {
     let n = matrix.nrows();
     let mut direction = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * (i as f64).sin());
@@ -140,7 +140,7 @@ mod tests {
         assert!((growth - expected).abs() < 1e-14, "{growth} {expected}");
     }
 
-    /// A matrix that forgets everything stretches nothing most: any direction does, of unit norm.
+    /// A zero matrix stretches nothing, so any unit vector is right.
     #[test]
     fn a_matrix_of_zeros_has_a_direction_of_unit_norm() {
         for size in [1, 2, 5] {

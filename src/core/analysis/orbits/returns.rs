@@ -1,8 +1,7 @@
 //! Where does a path come back nearest to itself?
 
-/// The places of a path that return nearest after `period` steps, nearest first, no two within a
-/// period of each other; at most `most`. `apart` is the distance of a place from its return, `places`
-/// are those that have one.
+/// Indices of the path that return nearest after `period` steps, nearest first, no two within a period of each other;
+/// at most `most`. `apart` is the distance of an index from its return, `places` are the indices that have one.
 pub fn nearest(
     places: impl Iterator<Item = usize>,
     apart: impl Fn(usize) -> f64,

@@ -1,13 +1,12 @@
-//! The periodic orbit next to a state, by Newton's method on the map of k mesh cycles.
+//! The periodic orbit near a state, by Newton's method on the map of k mesh cycles.
 //!
 //! ```text
 //! (M − I) Δ = x − P(x),      M = dP/dx, exact (windows and saltations)
 //! ```
 //!
-//! in energy coordinates, neutral pair left out. The map of a drive with contact damping is
-//! continuous with a derivative that jumps where the event sequence changes, so that steps
-//! converge quadratically once the sequence is the orbit's own. An orbit that never leaves
-//! contact, or never touches, is found in one step: the map is affine.
+//! in energy coordinates, without the neutral pair. The map of a drive with contact damping is continuous, but its
+//! derivative jumps where the event sequence changes. Steps converge quadratically once the sequence is that of the
+//! orbit. An orbit that never leaves contact, or never touches, is found in one step because its map is affine.
 
 use super::floquet::monodromy;
 use crate::analysis::norm::EnergyNorm;
@@ -17,24 +16,24 @@ use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Most Newton steps; a good guess needs three to five.
+/// Largest number of Newton steps; a good guess needs three to five.
 const MOST_STEPS: usize = 8;
 
-/// Residual, in half gaps, at which an orbit counts as found: round-off of a cycle is some
-/// 1e-14, and one more step is made from there.
+/// Residual, in half gaps, at which an orbit counts as found. The round-off of a cycle is some 1e-14, and one more
+/// step follows.
 const CONVERGED: f64 = 1e-11;
 
-/// Residual, in half gaps, at which an orbit counts as found where another step does not halve
-/// it: round-off of nearly critically damped modes in tables.
+/// Residual, in half gaps, at which an orbit counts as found if the next step does not halve it: round-off of nearly
+/// critically damped modes in tables.
 const STAGNANT: f64 = 1e-9;
 
-/// Longest step, in half gaps, from a state that is worth following.
+/// Longest step, in half gaps, before the search counts as divergent.
 const LONGEST_STEP: f64 = 30.0;
 
 /// A periodic orbit.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
-    /// Its state at the start of a mesh cycle.
+    /// State at the start of a mesh cycle.
     pub start: TrajectoryState,
     /// Period in mesh cycles.
     pub period: u32,
@@ -49,7 +48,7 @@ pub struct PeriodicOrbit {
 }
 
 impl PeriodicOrbit {
-    /// Largest modulus of the multipliers: below 1 where the orbit attracts.
+    /// Largest modulus of the multipliers; below 1, the orbit attracts.
     pub fn spectral_radius(&self) -> f64 {
         self.multipliers
             .first()
@@ -57,11 +56,11 @@ impl PeriodicOrbit {
     }
 }
 
-/// Seeks an orbit of `period` mesh cycles next to `guess`. None where Newton's method does
-/// not converge within a few steps.
+/// Seeks an orbit of `period` mesh cycles near `guess`. `None` if Newton's method does not converge within a few
+/// steps.
 ///
 /// # Errors
-/// [`Stop`] where an iterate diverges or storms.
+/// [`Stop`] if an iterate diverges or has too many events.
 pub fn shoot<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -73,8 +72,8 @@ pub fn shoot<K: Kernel>(
     Shooting::new(model, kernel, norm, period).orbit(guess, workspace)
 }
 
-/// As [`shoot`], for an orbit on which no contact opens or closes: the solution of a linear system. None where
-/// there is an event in the period from `guess`, or in that from the solution.
+/// As [`shoot`], for an orbit without events, which solves a linear system. `None` if there is an event in the period
+/// from `guess` or in the one from the solution.
 ///
 /// # Errors
 /// As [`shoot`].
@@ -100,12 +99,12 @@ struct Shooting<'a, K: Kernel> {
     counters: Counters,
     /// Whether an iterate with an event ends the search.
     without_event: bool,
-    /// Closed contacts and derivative of a period without an event: all that start with the same contacts
-    /// closed share it.
+    /// Closed contacts and derivative of a period without an event. All such periods with the same contacts closed
+    /// have the same derivative.
     lasting: Option<(ActiveSet, Mat<f64>)>,
 }
 
-/// A period that was integrated.
+/// An integrated period.
 struct Passed {
     end: TrajectoryState,
     matrix: Mat<f64>,
@@ -125,7 +124,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         }
     }
 
-    /// Integrates a period, with tangents only where its derivative is not known.
+    /// Integrates a period, with tangents only if its derivative is unknown.
     fn pass(
         &mut self,
         start: &TrajectoryState,
@@ -221,11 +220,11 @@ impl<'a, K: Kernel> Shooting<'a, K> {
     }
 }
 
-/// Distance, in half gaps, at which two points of an orbit are one.
+/// Distance, in half gaps, below which two points of an orbit are the same.
 pub(super) const SAME_POINT: f64 = 1e-7;
 
-/// The orbit with its own, shortest period: a multiple of `unit` cycles that divides the
-/// period it was found with. The map of an orbit without events is affine, and has no other orbit.
+/// The orbit with its shortest period: a multiple of `unit` cycles that divides the given period. The map of an orbit
+/// without events is affine and has no other orbit.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.

@@ -1,10 +1,9 @@
 //! Which periodic orbits, stable or not, lie on or near a point's attractor?
 //!
-//! The trajectory is advanced; where its strobe states nearly return after k cycles, the
-//! state midway between a state and its return is a guess for Newton's method on the k-cycle
-//! map. A chaotic set is threaded by unstable orbits, which its trajectory visits again and
-//! again; of a settled motion the survey finds its own orbit, and midway between the points
-//! of a doubled one lies its parent. States that are given are guesses as well.
+//! The trajectory is advanced. If its strobe states nearly return after k cycles, the midpoint of a state and its
+//! return is a guess for Newton's method on the k-cycle map. A chaotic set contains unstable orbits that its
+//! trajectory approaches again and again. For settled motion, the survey finds its periodic orbit, and its parent at
+//! the midpoint between the points of a doubled one. Given states are guesses as well.
 
 use super::character::{self, Character};
 use super::kick::{self, Kick};
@@ -19,81 +18,81 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Longest period that can be asked for, in mesh cycles.
+/// Upper limit of the periods \[mesh cycles\].
 pub const LONGEST_PERIOD: u32 = 64;
 
-/// Distance, in half gaps, at which two orbits are one.
+/// Distance, in half gaps, below which two orbits are the same.
 const SAME_ORBIT: f64 = 1e-6;
 
-/// What is asked of periodic orbits.
+/// Settings of a survey of periodic orbits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrbitConfig {
     /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
     pub periods: Vec<u32>,
     /// Newton searches for each period.
     pub guesses: u32,
-    /// Mesh cycles that guesses are taken from.
+    /// Mesh cycles with a search for guesses.
     pub cycles: u32,
-    /// Whether the multipliers are kept, not only the largest.
+    /// Whether all multipliers are stored, or only the largest.
     pub floquet: bool,
-    /// Returns that a kick is followed over.
+    /// Number of returns over which a kick is followed.
     pub returns: u32,
     /// Further guesses, for every period, at mesh cycle 0.
     pub states: Vec<InitialState>,
 }
 
-/// What a survey found.
+/// Results of a survey.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct OrbitSurvey {
     /// The orbits, by period, then in the order found.
     pub orbits: Vec<OrbitOutcome>,
-    /// Given states that led to no orbit, by period, then in the order given.
+    /// Given states near which no orbit was found, by period, then in the given order.
     pub missed: Vec<MissedState>,
     /// Mesh cycles integrated for guesses; Newton searches are not counted.
     pub cycles: u64,
 }
 
-/// A search from a given state that led to no orbit.
+/// A search from a given state that found no orbit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MissedState {
-    /// Which of the given states, from 0.
+    /// Index of the given state, from 0.
     pub state: u32,
     /// The period sought \[mesh cycles\].
     pub period: u32,
-    /// Why there is no orbit.
+    /// The reason.
     pub reason: String,
 }
 
 /// A periodic orbit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrbitOutcome {
-    /// The given state that led to it, from 0; none where a near return did.
+    /// Index of the given state that led to it, from 0; `None` if it was found by a near return.
     pub state: Option<u32>,
-    /// Modal displacements \[m √kg\] and velocities \[m √kg/s\] at the start of a mesh cycle at
-    /// which the excitation is as at cycle 0.
+    /// Modal displacements \[m √kg\] and velocities \[m √kg/s\] at the start of a mesh cycle with the same excitation
+    /// as cycle 0.
     pub start: [Vec<f64>; 2],
-    /// Its own, shortest period \[mesh cycles\].
+    /// Shortest period \[mesh cycles\].
     pub period: u32,
     /// Distance between start and end of a period, in half gaps.
     pub residual: f64,
-    /// Mesh deflection δ at the start of the mesh cycle at which it is smallest \[m\].
+    /// Mesh deflection δ at the start of the mesh cycle where it is smallest \[m\].
     pub deflection: f64,
     /// Its rate δ' there \[m/s\].
     pub velocity: f64,
     /// Largest exponent `ln|μ| / k` \[1/cycle\].
     pub lambda: f64,
-    /// All multipliers, largest modulus first; empty where not asked for.
+    /// All multipliers, largest modulus first; empty if `floquet` is not set.
     pub multipliers: Vec<Complex64>,
-    /// What else is to be said of it.
+    /// Its other properties.
     pub character: Character,
     /// How a kick grows over several returns.
     pub kick: Kick,
 }
 
-/// Seeks periodic orbits from where `trajectory` stands, which is advanced.
+/// Seeks periodic orbits from `trajectory`, which is advanced.
 ///
 /// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
+/// [`CalledOff`] if `called_off` was raised.
 pub fn survey<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -108,13 +107,13 @@ pub fn survey<K: Kernel>(
     for _ in 0..question.cycles {
         CalledOff::check(called_off)?;
         let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), &mut counters);
-        // What diverged later may have passed orbits before.
+        // A trajectory that diverges may have passed orbits before.
         if integrated.is_err() {
             break;
         }
         path.push(trajectory.clone());
     }
-    // Nothing repeats sooner than what drives it.
+    // No motion repeats sooner than the excitation.
     let unit = Recurrence::new(model).excitation();
     let mut search = Search {
         model,
@@ -150,7 +149,7 @@ pub fn survey<K: Kernel>(
         for guess in guesses(&norm, &path, period as usize, question.guesses as usize) {
             CalledOff::check(called_off)?;
             let guess = midway(model, &path[guess], &path[guess + period as usize]);
-            // Most near returns belong to no orbit of this period, and no one asked for them.
+            // Most near returns belong to no orbit of this period, and the caller did not ask for them.
             _ = search.from(&guess, period, None);
         }
     }
@@ -163,24 +162,25 @@ pub fn survey<K: Kernel>(
     })
 }
 
-/// The orbits of a model, as far as they are found.
+/// The orbits of a model found by a search.
 struct Search<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
     norm: &'a EnergyNorm,
     question: &'a OrbitConfig,
-    /// Cycles after which the excitation repeats.
+    /// Period of the excitation \[mesh cycles\].
     unit: u32,
     workspace: K::Workspace,
-    /// Strobe states and what is reported.
+    /// The strobe states and the result of each orbit.
     found: Vec<(Vec<TrajectoryState>, OrbitOutcome)>,
 }
 
 impl<K: Kernel> Search<'_, K> {
-    /// Seeks the orbit next to a guess, and adds it where it is a new one.
+    /// Seeks the orbit near a guess, and adds it if it is new.
     ///
     /// # Errors
-    /// Why there is no orbit; an iterate that diverges or storms is no fault of the point.
+    /// The reason why there is no orbit. An iterate that diverges or has too many events is not an error of the
+    /// point.
     fn from(
         &mut self,
         guess: &TrajectoryState,
@@ -207,7 +207,7 @@ impl<K: Kernel> Search<'_, K> {
         Ok(())
     }
 
-    /// The strobe states of an orbit, and what is reported of it.
+    /// The strobe states and the result of an orbit.
     fn describe(
         &mut self,
         orbit: &PeriodicOrbit,
@@ -240,8 +240,7 @@ impl<K: Kernel> Search<'_, K> {
     }
 }
 
-/// Places on the path that nearly return after `period` cycles, nearest first, no two within
-/// a period of each other.
+/// Indices of the path that nearly return after `period` cycles, nearest first, no two within a period of each other.
 fn guesses(norm: &EnergyNorm, path: &[TrajectoryState], period: usize, most: usize) -> Vec<usize> {
     let apart = |n: usize| norm.distance(&path[n].state, &path[n + period].state);
     let places = 0..path.len().saturating_sub(period);
@@ -255,7 +254,7 @@ fn midway(model: &Model, a: &TrajectoryState, b: &TrajectoryState) -> Trajectory
     TrajectoryState::new(model, state, a.cycle)
 }
 
-/// The orbit next to a guess, with its own period.
+/// The orbit near a guess, with its shortest period.
 fn seek<K: Kernel>(
     model: &Model,
     kernel: &K,

@@ -1,15 +1,15 @@
 //! The leading multiplier of a periodic orbit from full trajectories.
 //!
-//! Twins start a small distance to both sides of the orbit along the leading eigenvector u of
-//! its monodromy matrix (real and imaginary part in turn) and are integrated over one period.
-//! They know nothing of tangents and saltations. With `D u = (P(x + εu) − P(x − εu)) / 2ε`
+//! Twins start at a small distance on both sides of the orbit along the leading eigenvector u of its monodromy
+//! matrix, real and imaginary part in turn. They are integrated over one period and use no tangents or saltations.
+//! With `D u = (P(x + εu) − P(x − εu)) / 2ε`
 //!
 //! ```text
-//! μ = uᴴ (D u) / uᴴ u,       D u = μ u  where the monodromy matrix is right
+//! μ = uᴴ (D u) / uᴴ u,       D u = μ u  if the monodromy matrix is right
 //! ```
 //!
-//! Where the orbit contracts they are drawn apart again after any cycle that has brought them
-//! too near to each other, along their own difference; the factors multiply.
+//! If the orbit contracts, twins that come too near in a cycle are rescaled along their difference; the factors
+//! multiply.
 
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::twin::ROUND_OFF as ROUND_OFF_OF_A_CYCLE;
@@ -17,36 +17,34 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::{Complex64, c64};
 
-/// Distance of a twin from the orbit, in half gaps: between round-off of a period over it
-/// and the curvature of the map.
+/// Distance of a twin from the orbit, in half gaps: a compromise between round-off of a period and the curvature of
+/// the map.
 const DISTANCE: f64 = 1e-6;
 
-/// Part of the distance by which twins may miss the eigenvector's image whatever their own
-/// error: round-off of a period, a few 1e-14 half gaps, over the distance. More where the states
-/// are many half gaps.
+/// Tolerance on the eigenvector's image, relative to the distance, for the round-off of a period, a few 1e-14 half
+/// gaps. It adds to the error of the twins, and grows if the states are many half gaps.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Part of their distance at which twins are drawn apart again.
+/// Fraction of their distance below which twins are rescaled.
 const TOO_NEAR: f64 = 1e-2;
 
-/// Part of what is left of their distance that round-off may be.
+/// Largest round-off, relative to the remaining distance.
 const MOST_ROUND_OFF: f64 = 1e-2;
 
-/// The leading exponent as twins have it.
+/// The leading exponent from twins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwinExponent {
     /// `ln|μ| / k` \[1/cycle\].
     pub exponent: f64,
-    /// What one-sided differences change of it.
+    /// Its change with one-sided differences.
     pub error: f64,
     /// Whether the twins' image of the eigenvector is μ times itself.
     pub agrees: bool,
 }
 
-/// The leading exponent of the orbit of `period` mesh cycles through `start`, along the leading
-/// eigenvector of its monodromy matrix, `direction`, of unit norm in energy coordinates as real
-/// and imaginary part. None where the orbit contracts so strongly that a cycle leaves twins no
-/// distance but round-off.
+/// The leading exponent of the orbit of `period` mesh cycles through `start`. `direction` is the leading eigenvector
+/// of its monodromy matrix, of unit norm in energy coordinates, as real and imaginary part. `None` if the orbit
+/// contracts so strongly that only round-off remains after a cycle.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
@@ -60,8 +58,7 @@ pub fn leading_exponent<K: Kernel>(
     workspace: &mut K::Workspace,
 ) -> Result<Option<TwinExponent>, Stop> {
     let mut twins = Twins::new(model, norm, start, direction.clone());
-    // Nats of growth before the twins were last drawn apart, and what one-sided differences
-    // change of them.
+    // Growth, as a natural logarithm, before the twins were last rescaled, and its change with one-sided differences.
     let (mut logarithm, mut error) = (0.0, 0.0);
     // Round-off of all cycles, relative to the distance.
     let mut round_off = 0.0;
@@ -101,11 +98,11 @@ pub fn leading_exponent<K: Kernel>(
     }))
 }
 
-/// Trajectories to both sides of an orbit, along the real and the imaginary part of a direction.
+/// Trajectories on both sides of an orbit, along the real and the imaginary part of a direction.
 struct Twins<'a> {
     norm: &'a EnergyNorm,
     orbit: TrajectoryState,
-    /// Ahead and behind, a pair a part; none of a part that is zero.
+    /// A pair ahead and behind per part; `None` for a part that is zero.
     sides: [Option<[TrajectoryState; 2]>; 2],
 }
 
@@ -136,7 +133,7 @@ impl<'a> Twins<'a> {
         }
     }
 
-    /// A cycle of the orbit and of all twins.
+    /// Advances the orbit and all twins by a cycle.
     fn advance_cycle<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -149,7 +146,7 @@ impl<'a> Twins<'a> {
         Ok(())
     }
 
-    /// Images of both parts in energy coordinates, from both sides and from one.
+    /// Images of both parts in energy coordinates, by central and by one-sided differences.
     fn images(&self) -> [[Vec<f64>; 2]; 2] {
         let distance = DISTANCE * self.norm.unit();
         let apart = |one: &TrajectoryState, other: &TrajectoryState, by: f64| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! What an observer is shown of a step: a cubic as a Legendre series.
+//! The cubic that an observer sees on a step, as a Legendre series.
 
 /// Legendre coefficients of the cubic through a value and its rate at both ends of a window.
 ///

@@ -1,8 +1,8 @@
-//! What do the contacts look like at one instant, and what changes on the way to the next?
+//! What are the states of the contacts at one instant, and what changes before the next?
 
 use crate::model::{Contact, Release};
 
-/// What a contact looks like at one instant.
+/// The state of a contact at one instant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MeshState {
     pub time: f64,
@@ -25,20 +25,20 @@ impl MeshState {
     }
 }
 
-/// Where between two instants a contact changes its state.
+/// A change of a contact's state between two instants.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Change {
     /// Whether it closes.
     pub closes: bool,
-    /// Fraction of the way.
+    /// Position between the instants, from 0 to 1.
     pub fraction: f64,
-    /// Whether it is at its surface; else its push passes zero.
+    /// Whether it is at its surface; otherwise its push passes zero.
     pub on_surface: bool,
 }
 
 impl Change {
-    /// The change of a contact of some stiffness \[N/m\] and damping \[N s/m\] that is `closed`; none
-    /// where it stays what it is.
+    /// The change of a contact with a stiffness \[N/m\] and a damping \[N s/m\] that is `closed` or open; `None` if
+    /// its state does not change.
     pub fn between(
         [old, new]: [&MeshState; 2],
         contact: &Contact,
@@ -54,7 +54,7 @@ impl Change {
             return None;
         }
         let [level, goal] = [old, new].map(|mesh| side * mesh.gap[0]);
-        // What was compressed closes by its push, and by it every contact lets go that never pulls.
+        // A compressed contact closes by its push. A contact that never pulls always opens by its push.
         let on_surface = !by_force || (closes && side * (old.deflection - level) <= 0.0);
         let (left, change) = if on_surface {
             let change = (new.deflection - old.deflection) - (goal - level);
@@ -88,8 +88,7 @@ mod tests {
         }
     }
 
-    /// An instant by the deflection and the gap as a contact on a side sees them \[µm\], at constant rates
-    /// \[m/s\].
+    /// An instant from the deflection and the gap of a contact towards its side \[µm\], at constant rates \[m/s\].
     fn seen(side: f64, [deflection, gap]: [f64; 2], [rate, opening]: [f64; 2]) -> MeshState {
         MeshState {
             time: 0.0,
@@ -109,7 +108,7 @@ mod tests {
         }
     }
 
-    /// Where deflection and gap go along straight lines, they meet where these cross.
+    /// Deflection and gap on straight lines meet at their intersection.
     #[test]
     fn a_surface_that_moves_is_met_where_the_lines_cross() {
         for side in [1.0, -1.0] {
@@ -131,7 +130,7 @@ mod tests {
                 );
                 assert!(Change::between([&old, &new], &contact, closes, LAW).is_none());
             }
-            // Beyond the surface from the start: at once.
+            // Beyond the surface from the start, the change is immediate.
             let [old, new] =
                 [[11.0, 10.0], [14.0, 10.0]].map(|places| seen(side, places, [0.0; 2]));
             let change = Change::between([&old, &new], &contact, false, LAW).unwrap();
@@ -139,7 +138,7 @@ mod tests {
         }
     }
 
-    /// What never pulls lets go where its push passes zero, and what is compressed takes hold there.
+    /// A contact that never pulls opens where its push passes zero, and a compressed one closes there.
     #[test]
     fn a_contact_that_never_pulls_changes_with_its_push() {
         for side in [1.0, -1.0] {
@@ -153,7 +152,7 @@ mod tests {
             assert!(back.closes && !back.on_surface);
             assert!((back.fraction - 0.5).abs() < 1e-12, "{}", back.fraction);
             assert!(Change::between([&pulling, &pulling], &contact, false, LAW).is_none());
-            // From outside it is met on its surface.
+            // From outside, it closes at its surface.
             let outside = seen(side, [9.0, 10.0], [0.3, 0.0]);
             let inside = seen(side, [12.0, 10.0], [0.3, 0.0]);
             let met = Change::between([&outside, &inside], &contact, false, LAW).unwrap();

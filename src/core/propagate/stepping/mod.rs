@@ -1,4 +1,4 @@
-//! The fixed-small-step kernel: the trajectory as a method sees it that knows nothing of events.
+//! How does a method with small fixed steps, without event location, integrate the trajectory?
 //!
 //! Strang splitting (1968). Each step of length h is
 //!
@@ -8,10 +8,9 @@
 //! half a step of the free structure, exact.
 //! ```
 //!
-//! The contact state is read off δ at the middle. With contact damping the force decays
-//! during the impulse, `F' = −λ F` with `λ = Σ (k w + c w A)·g`, so that its integral is
-//! `F₀ (1 − e^{−λh})/λ`. The method is of order 2 while the contact state lasts and of
-//! order 1 where it changes.
+//! δ at the middle determines the contact state. With contact damping, the force decays during the impulse,
+//! `F' = −λ F` with `λ = Σ (k w + c w A)·g`, so that its integral is `F₀ (1 − e^{−λh})/λ`. The method has order 2
+//! while the contact state lasts, and order 1 where it changes.
 
 mod cubic;
 mod mesh_state;
@@ -30,7 +29,7 @@ use mesh_state::{Change, MeshState};
 use rotation::Rotation;
 use tables::{ContactTable, Middle, Rows, dot, middles};
 
-/// Most equal parts of the cycle on which segment boundaries are sought.
+/// Largest number of equal parts of the cycle in the search for common boundaries of segments.
 const MOST_PARTS: usize = 10_000;
 
 /// The fixed-small-step kernel of one model.
@@ -38,7 +37,7 @@ const MOST_PARTS: usize = 10_000;
 pub struct Stepping {
     period: f64,
     half_gap: f64,
-    /// Steps a mesh cycle.
+    /// Steps per mesh cycle.
     steps: usize,
     /// Mesh cycles of a base period.
     base: usize,
@@ -48,16 +47,16 @@ pub struct Stepping {
     half: Rotation,
     directions: Vec<Rows>,
     contacts: Vec<ContactTable>,
-    /// How many of them are springs of the flanks.
+    /// Number of contacts that are springs of the flanks.
     flank_springs: usize,
-    /// Per line: transmission error and its rate at every half step of a base period, at the end of
-    /// each cycle as its own; empty where the errors do not repeat with it, as those of a shaft's order.
+    /// Transmission error and its rate, per line, at every half step of a base period, including the end of each
+    /// cycle. Empty if the errors do not repeat with the base period, as for orders of a shaft.
     transmission_error: Vec<Vec<[f64; 2]>>,
     lines: Vec<Line>,
     ripple: Vec<RippleTable>,
 }
 
-/// One torque ripple, tabulated.
+/// A tabulated torque ripple.
 #[derive(Debug, Clone)]
 struct RippleTable {
     /// Phase at the start of cycle 0 and turns per cycle.
@@ -69,10 +68,9 @@ struct RippleTable {
 }
 
 impl Stepping {
-    /// The kernel with at least `steps` steps a mesh cycle: rounded up so that every
-    /// segment boundary falls on a step boundary. A boundary that no grid of at most 10 000
-    /// parts meets is moved to the nearest step, an error of order 1. A cycle with more than
-    /// `event_limit` events is given up.
+    /// The kernel with at least `steps` steps per mesh cycle, rounded up so that every segment boundary is a step
+    /// boundary. A boundary that is on no grid of at most 10 000 parts moves to the nearest step, a first-order
+    /// error. A cycle with more than `event_limit` events ends the integration.
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
         let period = model.period();
         let base = model.base_cycles();
@@ -139,7 +137,7 @@ impl Stepping {
         }
     }
 
-    /// Steps a mesh cycle after rounding up.
+    /// Steps per mesh cycle, rounded up.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -171,8 +169,8 @@ impl Stepping {
         &self.directions[self.segment(contact, cycle, j).direction]
     }
 
-    /// The contacts at the start of step `j`. Where line or gap of some change they may open or
-    /// close: at a prescribed time, so that tangents go on as they are.
+    /// The contacts at the start of step `j`. If the line or gap of a contact changes there, it may open or close.
+    /// The time is prescribed, so tangents do not change.
     fn turn<O: Observer, const M: usize>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -199,9 +197,8 @@ impl Stepping {
         Ok(mesh)
     }
 
-    /// Carries the closed contacts from one state of step `j` to the next: an event, with its
-    /// saltation, for every contact that opens or closes between the two, in the order of their
-    /// times; first what opens.
+    /// Updates the closed contacts from one state of step `j` to the next. Every contact that opens or closes in
+    /// between is an event, with its saltation. Contacts that open come first, then the order of times.
     fn follow<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -242,7 +239,7 @@ impl Stepping {
                 rate: rate(old) + fraction * (rate(new) - rate(old)),
             };
             changes.meet(&event, observer, counters)?;
-            // I ∓ c g w: minus on entry, plus on release; none where no force acts.
+            // I ∓ c g w: minus on entry, plus on release; no jump if no force acts.
             let [_, damping] = self.law(contact, trajectory.cycle, j);
             let direction = self.direction(contact, trajectory.cycle, j);
             let jump = match (change.on_surface, change.closes) {
@@ -259,8 +256,8 @@ impl Stepping {
         }
     }
 
-    /// The impulse of contact forces and ripple at the middle of step `j`. Those of several closed
-    /// contacts follow one another symmetrically, each for half the step.
+    /// The impulse of contact forces and ripple at the middle of step `j`. Impulses of several closed contacts are
+    /// applied in a symmetric order, each for half the step.
     fn kick(
         &self,
         trajectory: &mut TrajectoryState,
@@ -278,7 +275,7 @@ impl Stepping {
             for contact in active.iter().chain(back) {
                 let mut mesh = mesh[contact];
                 let direction = self.direction(contact, trajectory.cycle, j);
-                // What the others have done to the rate since.
+                // The other impulses have changed the rate.
                 let [_, error_rate] = self.error_at(direction.line, trajectory.cycle, 2 * j + 1);
                 mesh.rate = dot(&direction.rate, &trajectory.state) - error_rate;
                 self.push(trajectory, tangents, j, contact, &mesh, 0.5 * self.step);
@@ -325,9 +322,9 @@ impl Stepping {
 /// Scratch memory of [`Stepping`].
 #[derive(Debug, Clone)]
 pub struct SteppingWorkspace {
-    /// State at the start of the step that is shown to an observer.
+    /// State at the start of the observed step.
     start: Vec<f64>,
-    /// The segment of every contact, as the observer is shown it.
+    /// The segment of every contact, for the observer.
     segments: Vec<Segment>,
     /// Cosine and sine of every ripple's phase at the start of the cycle.
     turned: Vec<[f64; 2]>,
@@ -361,7 +358,7 @@ impl Kernel for Stepping {
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         let shown = (observer, counters);
-        // Room for many is not made where it is not needed.
+        // Avoids the larger arrays if there are few contacts.
         if self.contacts.len() <= SEVERAL_CONTACTS {
             self.pass::<O, SEVERAL_CONTACTS>(trajectory, tangents, workspace, shown)
         } else {
@@ -371,7 +368,7 @@ impl Kernel for Stepping {
 }
 
 impl Stepping {
-    /// Passes one cycle of at most M contacts.
+    /// Integrates a cycle with at most M contacts.
     fn pass<O: Observer, const M: usize>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -443,7 +440,7 @@ impl Stepping {
             }
             last = mesh;
         }
-        // The contacts that are closed in the next cycle are those of the state itself.
+        // The closed contacts of the next cycle follow from the state at the end.
         let end: [_; M] =
             self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
         for (at_end, own) in end.iter().zip(&self.contacts) {

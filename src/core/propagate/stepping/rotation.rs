@@ -41,7 +41,7 @@ impl Rotation {
         self.apply::<true>(state);
     }
 
-    /// Advances a tangent of length 2N: the torques are left out.
+    /// Advances a tangent of length 2N, without the torques.
     pub fn advance_tangent(&self, tangent: &mut [f64]) {
         self.apply::<false>(tangent);
     }
@@ -69,7 +69,7 @@ impl Rotation {
 fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     let mu = block.growth();
     let m = block.traceless();
-    // M² = −ν² I, or σ² I of an overdamped block.
+    // M² = −ν² I, or σ² I for an overdamped block.
     let (cos, sinc, square_of_m) = match block.spread() {
         Some(sigma) => {
             let (sinh, cosh) = ((sigma * t).sinh(), (sigma * t).cosh());
@@ -92,7 +92,7 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     let (even, odd) = if size * t * t < 1.0 {
         integrals_by_series(mu, square_of_m, t)
     } else if square.abs() * t * t < 1.0 {
-        // One of two real eigenvalues is next to zero.
+        // One of two real eigenvalues is near zero.
         let sigma = square_of_m.max(0.0).sqrt();
         let integral = |rate: f64| {
             if rate == 0.0 { t } else { (rate * t).exp_m1() / rate }

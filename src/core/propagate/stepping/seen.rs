@@ -1,4 +1,4 @@
-//! How does a step see all contacts of a model?
+//! What are the deflections and gaps of all contacts at a half step?
 
 use super::Stepping;
 use super::mesh_state::MeshState;
@@ -17,7 +17,7 @@ impl Stepping {
         }
     }
 
-    /// All contacts at half step `index` of a mesh cycle, as step `j` sees them.
+    /// All contacts at half step `index` of a mesh cycle, with the segments of step `j`.
     pub(super) fn mesh_states<const M: usize>(
         &self,
         state: &[f64],
@@ -32,7 +32,7 @@ impl Stepping {
             let direction = self.direction(contact, cycle, j);
             let [gap_error, slope] = self.segment(contact, cycle, j).error_at(phase);
             let half_gap = self.contacts[contact].contact.half_gap;
-            // Contacts on one line see one deflection.
+            // Contacts on one line share their deflection.
             let [deflection, rate] = match known.filter(|(line, _)| *line == direction.line) {
                 Some((_, other)) => [out[other].deflection, out[other].rate],
                 None => {

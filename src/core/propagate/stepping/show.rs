@@ -1,4 +1,4 @@
-//! A step as the observer sees it.
+//! Passes a step to the observer.
 
 use super::Stepping;
 use super::cubic::{derivative, hermite};
@@ -7,8 +7,8 @@ use crate::model::{Segment, TrajectoryState};
 use crate::propagate::{ClosedContact, Observer, Window};
 
 impl Stepping {
-    /// Shows a step to the observer: δ as the cubic through values and rates at its ends,
-    /// F as the force of that cubic.
+    /// Passes a step to the observer: δ as the cubic through values and rates at its ends, F as the force of that
+    /// cubic.
     pub(super) fn show<O: Observer, const M: usize>(
         &self,
         trajectory: &TrajectoryState,

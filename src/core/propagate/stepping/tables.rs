@@ -1,4 +1,4 @@
-//! What the steps of a base period read.
+//! Tables that the steps of a base period read.
 
 use crate::model::{Contact, Direction, MeshGain, Model};
 
@@ -15,9 +15,9 @@ pub(super) struct Rows {
 #[derive(Debug, Clone)]
 pub(super) struct ContactTable {
     pub contact: Contact,
-    /// Whether line or gap change anywhere.
+    /// Whether its line or gap changes anywhere.
     pub turns: bool,
-    /// Per step: the contact at its middle.
+    /// The contact at the middle of every step.
     pub middles: Vec<Middle>,
 }
 
@@ -26,11 +26,11 @@ pub(super) struct ContactTable {
 pub(super) struct Middle {
     /// Its segment in the mesh cycle.
     pub segment: usize,
-    /// Whether it may open or close where the step starts, at a prescribed time.
+    /// Whether it may open or close at the start of the step, at a prescribed time.
     pub turned: bool,
     /// Stiffness \[N/m\].
     pub stiffness: f64,
-    /// Rate at which its force decays under its own impulse \[1/s\].
+    /// Decay rate of its force under its impulse \[1/s\].
     pub decay: f64,
 }
 
@@ -46,7 +46,7 @@ impl Middle {
 }
 
 impl Rows {
-    /// Those of a direction.
+    /// The rows of a direction.
     pub fn new(direction: &Direction) -> Self {
         let columns = |entry: fn(&MeshGain) -> [f64; 2]| -> Vec<f64> {
             let first = direction.gains.iter().map(|gain| entry(gain)[0]);
@@ -72,7 +72,7 @@ pub(super) fn middles(
     let mut out = Vec::new();
     for number in 0..model.base_cycles() {
         let cycle = contact.cycle(number as u64);
-        // What turns where a segment starts that is too short for a step turns with the next one.
+        // A change at the start of a segment shorter than a step belongs to the next step.
         let mut turned = false;
         for (index, s) in cycle.segments.iter().enumerate() {
             let direction = &directions[s.direction];
@@ -97,7 +97,7 @@ pub(super) fn middles(
 
 /// Scalar product.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight running sums, so that the additions need not wait for one another.
+    // Eight independent sums, so that additions do not wait for each other.
     let mut sums = [0.0; 8];
     let (a_chunks, a_rest) = a.as_chunks::<8>();
     let (b_chunks, b_rest) = b.as_chunks::<8>();

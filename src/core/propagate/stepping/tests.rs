@@ -21,7 +21,7 @@ fn model(stiffness: &[f64]) -> Model {
     Model::new(&structure(), &drive, fixtures::strong_rattle()).unwrap()
 }
 
-/// One window, kept.
+/// A recorded window.
 struct Shown {
     start: f64,
     duration: f64,
@@ -31,7 +31,7 @@ struct Shown {
     state: Vec<f64>,
 }
 
-/// Keeps what it is shown.
+/// Records windows and events.
 #[derive(Default)]
 struct Record {
     windows: Vec<Shown>,
@@ -136,7 +136,7 @@ fn watching_does_not_change_the_trajectory() {
             .unwrap();
     }
     assert_eq!(seen, unseen);
-    // Events alternate between contact states and end at the trajectory's own.
+    // Each event starts from the contact state of the previous one, and the last one ends in that of the trajectory.
     assert!(!record.events.is_empty());
     for pair in record.events.windows(2) {
         assert_eq!(pair[0].to, pair[1].from);
@@ -175,7 +175,7 @@ fn event_limit_and_divergence_stop_the_integration() {
     assert!(matches!(stop, Err(Stop::Diverged { .. })));
 }
 
-/// A contact whose line turns where a segment starts that is shorter than a step turns with the next step.
+/// A contact whose line changes at the start of a segment shorter than a step changes it with the next step.
 #[test]
 fn a_segment_without_a_step_hides_no_turn() {
     let mut structure = structure();

@@ -1,4 +1,4 @@
-//! From window to window.
+//! How does a motion advance from window to window?
 
 use super::powers::{
     Course, Sum, composed, length as terms_of, place_of, second_derivative, value, value_and_slope,
@@ -13,16 +13,17 @@ use crate::propagate::vectors::{Aligned, TERMS};
 use crate::propagate::{Counters, Stop};
 use std::f64::consts::TAU;
 
-/// Radians of the fastest rate on a window. Terms left out are 3²⁴/24! = 5e-13 of the amplitude of the fastest wave.
+/// Angle of the fastest rate on a window \[rad\]. Omitted terms are 3²⁴/24! = 5e-13 of the amplitude of the fastest
+/// wave.
 const LONGEST: f64 = 3.0;
 
-/// Part of a mesh cycle, or of a window, that sums are rounded by.
+/// Round-off of sums, relative to a mesh cycle or a window.
 const ROUNDING: f64 = 1e-14;
 
-/// Largest last terms of a series, relative to their sum.
+/// Largest size of the last two terms of a series, relative to its sum.
 const TAIL: f64 = 4.0 * f64::EPSILON;
 
-/// Most halvings of a window whose series does not end.
+/// Largest number of halvings of a window with a series that does not converge.
 const HALVINGS: u32 = 8;
 
 /// Scratch memory of the kernel.
@@ -30,7 +31,7 @@ const HALVINGS: u32 = 8;
 pub struct Workspace {
     motions: Motions,
     segments: Vec<Segment>,
-    /// Mesh phase up to which they hold.
+    /// Mesh phase at which the segments end.
     end: f64,
 }
 
@@ -62,7 +63,7 @@ impl Workspace {
     }
 }
 
-/// Where a window starts and how far it reaches.
+/// Length of a window, and the course of rotation and loads on it.
 struct Reach {
     /// Its length \[s\].
     length: f64,
@@ -84,12 +85,12 @@ impl Reach {
 }
 
 impl VaryingSpeed {
-    /// Advances a motion to the end of a stretch, shows windows and events to `watch`, and adds the work done to `counters`.
-    /// Allocates nothing.
+    /// Advances a motion to the end of a stretch, passes windows and events to `watch`, and adds the work to
+    /// `counters`. Allocates nothing.
     ///
     /// # Errors
-    /// [`Stop`] where the motion diverges, too many events fall in a mesh cycle, or the drive does not run forwards; the motion is then
-    /// unspecified.
+    /// [`Stop`] if the motion diverges, has too many events in a mesh cycle, or the drive does not run forwards. The
+    /// motion is then unspecified.
     pub fn advance<W: Watch>(
         &self,
         motion: &mut Motion,
@@ -169,8 +170,8 @@ impl VaryingSpeed {
         Ok(())
     }
 
-    /// Solves a window that starts at a time \[s\] of a stretch and has some length \[s\] at most: it is halved until its
-    /// series end.
+    /// Solves a window that starts at a time \[s\] of a stretch. It is at most as long as given \[s\] and is halved
+    /// until its series converge.
     fn solve(
         &self,
         motion: &Motion,
@@ -190,7 +191,7 @@ impl VaryingSpeed {
         reach
     }
 
-    /// How far a window of some length at most reaches: to the end of the segments.
+    /// Limits a window of a given length to the end of the segments.
     fn reach(
         &self,
         motion: &Motion,
@@ -263,10 +264,10 @@ impl VaryingSpeed {
         window::meet(self.instructions, &self.system, &reach.task(), motions);
     }
 
-    /// Refuses deflections that are no motion.
+    /// Rejects diverged deflections.
     fn check_range(&self, motion: &Motion, motions: &Motions) -> Result<(), Stop> {
         for &[line, _] in &motions.lines {
-            // Written so that what is no number is refused.
+            // Written so that NaN is rejected.
             let within = motions.deflections[line][0].abs() <= self.farthest[line];
             if !within {
                 return Err(Stop::Diverged {
@@ -277,7 +278,7 @@ impl VaryingSpeed {
         Ok(())
     }
 
-    /// Lets an event happen.
+    /// Applies an event.
     fn meet<W: Watch>(
         &self,
         found: Found,
@@ -322,7 +323,7 @@ impl VaryingSpeed {
         Ok(())
     }
 
-    /// Takes up the next segments.
+    /// Moves to the next segments.
     fn pass_end(&self, motion: &mut Motion, workspace: &mut Workspace, counters: &mut Counters) {
         motion.phase = workspace.end;
         if motion.phase >= 1.0 {
@@ -331,12 +332,12 @@ impl VaryingSpeed {
             motion.events = 0;
             counters.cycles += 1;
         }
-        // Stiffness steps, and beyond a change of gap or line nothing stands on a surface.
+        // The stiffness steps, and after a step of gap or line no contact is on its surface.
         motion.standing = [ActiveSet::FREE; 2];
         self.set_segments(motion, workspace);
     }
 
-    /// Takes up the segments at the phase of a motion.
+    /// Sets the segments at the phase of a motion.
     fn set_segments(&self, motion: &Motion, workspace: &mut Workspace) {
         let ends = &self.ends[(motion.cycle % self.ends.len() as u64) as usize];
         let next = ends
@@ -366,7 +367,7 @@ impl VaryingSpeed {
         self.set_closed(motion.contact, workspace);
     }
 
-    /// Takes up the closed contacts.
+    /// Sets the closed contacts.
     fn set_closed(&self, active: ActiveSet, workspace: &mut Workspace) {
         let Workspace {
             motions, segments, ..
@@ -389,7 +390,7 @@ impl VaryingSpeed {
         }
     }
 
-    /// Takes a motion up.
+    /// Loads the state of a motion into the workspace.
     fn load(&self, motion: &Motion, workspace: &mut Workspace) {
         let n = self.model.modes();
         let (first, second) = motion.state.split_at(n);
@@ -400,7 +401,7 @@ impl VaryingSpeed {
         self.set_segments(motion, workspace);
     }
 
-    /// Hands its state back.
+    /// Stores the state in the motion.
     fn store(&self, motion: &mut Motion, workspace: &Workspace) {
         let n = self.model.modes();
         let (first, second) = motion.state.split_at_mut(n);
@@ -410,17 +411,17 @@ impl VaryingSpeed {
     }
 }
 
-/// Whether stiffness and gap of a contact are the same all over a segment.
+/// Whether stiffness and gap of a contact are constant over a segment.
 fn is_constant(segment: &Segment) -> bool {
     segment.stiffness.is_constant() && segment.error.is_none()
 }
 
-/// Whether the series of a window have come to their ends.
+/// Whether the series of a window have converged.
 fn ends(motions: &Motions) -> bool {
     let short = |series: &[f64; TERMS]| {
         let sum: f64 = series.iter().map(|a| a.abs()).sum();
         let tail = series[TERMS - 1].abs() + series[TERMS - 2].abs();
-        // What is no number does not get better.
+        // Halving does not remove NaN.
         tail <= TAIL * sum || tail.is_nan()
     };
     motions

@@ -1,15 +1,16 @@
-//! How deflections answer states, forces and loads.
+//! How do deflections respond to states, forces and loads?
 //!
-//! Of `z' = A z + Σ b f` the deflection `δ = w·z` has the coefficients `j! δ_j = h^j w A^j z(0) + Σ_m h^m w A^{m−1} b (j − m)! f_{j−m}`
-//! in powers of `u = t/h`. The rows `w A^j` and the numbers `w A^{m−1} b` do not depend on h: so the deflections, and the forces
-//! of the contacts with them, are known before any block moves.
+//! For `z' = A z + Σ b f`, the deflection `δ = w·z` has the coefficients
+//! `j! δ_j = h^j w A^j z(0) + Σ_m h^m w A^{m−1} b (j − m)! f_{j−m}` in powers of `u = t/h`. The rows `w A^j` and the
+//! numbers `w A^{m−1} b` do not depend on h. The deflections and the forces of the contacts are therefore known
+//! before the blocks move.
 
 use super::powers::Powers;
 use super::rows::Rows;
 use crate::model::LOAD_TERMS;
 use crate::propagate::vectors::{Aligned, LANES, TERMS, Vector};
 
-/// j!, which doubles hold exactly up to 22!, and 23! to round-off.
+/// j!, exact in doubles up to 22!; 23! is rounded.
 pub const FACTORIALS: Powers = {
     let mut all = [1.0; TERMS];
     let mut j = 1;
@@ -31,39 +32,39 @@ pub const SHARES: Powers = {
     all
 };
 
-/// A series, `j! a_j`, behind as many zeros: what comes later is read from further in front.
+/// A series, `j! a_j`, after as many zeros: a delay of the series is a read from an earlier position.
 pub type Delayed = [f64; 2 * TERMS];
 
-/// What answers are made of.
+/// The inputs for computing responses.
 #[derive(Debug)]
 pub struct Structure<'a> {
     /// Generators of the blocks: entries 00, 01, 10, 11.
     pub generator: &'a [Aligned; 4],
-    /// ω \[1/s\]: powers of the generator are divided by its powers.
+    /// ω \[1/s\]: powers of the generator are divided by powers of ω.
     pub rate: f64,
     /// Inputs of a unit force along every direction.
     pub forces: Vec<&'a Rows>,
-    /// Of each load; none where there is nothing.
+    /// Inputs of each load; `None` for a load without effect.
     pub loads: &'a [Option<Rows>; LOAD_TERMS],
-    /// Of the ripples.
+    /// Inputs of the ripples.
     pub ripples: &'a [Rows],
 }
 
-/// The answers along one direction.
+/// The responses along one direction.
 #[derive(Debug, Clone)]
 pub struct Answers {
     /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second components.
     states: Aligned,
-    /// `w (A/ω)^{m−1} b` of forces along every direction.
+    /// Responses `w (A/ω)^{m−1} b` to forces along every direction.
     pub forces: Vec<Powers>,
-    /// Of loads; none where nothing acts.
+    /// Responses to loads; `None` for a load without effect.
     pub loads: [Option<Powers>; LOAD_TERMS],
-    /// Of ripples.
+    /// Responses to ripples.
     pub ripples: Vec<Powers>,
 }
 
 impl Answers {
-    /// Those along a direction, of which a deflection is some rows of the components.
+    /// Responses along a direction; `deflection` are the rows that map components to its deflection.
     pub fn new(structure: &Structure<'_>, deflection: &Rows) -> Self {
         let [a, b, c, d] = structure.generator;
         let ([first, second], n, rate) = (deflection, a.len(), structure.rate);
@@ -78,7 +79,7 @@ impl Answers {
         }
         let to = |input: &Rows| {
             let mut out = [0.0; TERMS];
-            // A force moves nothing at once: the term of m = 1 is zero but for rounding.
+            // A force causes no instantaneous deflection: the term of m = 1 is zero except for rounding.
             for (m, sum) in out.iter_mut().enumerate().skip(2) {
                 for (part, own) in input.iter().enumerate() {
                     for (i, unit) in own.iter().enumerate() {
@@ -96,7 +97,7 @@ impl Answers {
         }
     }
 
-    /// `h^j w A^j z`, from rows of components and the powers of h ω.
+    /// `h^j w A^j z`, from components and the powers of h ω.
     #[inline(always)]
     pub fn to_state<V: Vector>(&self, components: [&[f64]; 2], scales: &Powers) -> Powers {
         const GROUPS: usize = TERMS / LANES;
@@ -138,7 +139,7 @@ pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
     out
 }
 
-/// Adds the answer to a coefficient `j! f_j`. It begins two powers later: lanes before that stay.
+/// Adds the response to a coefficient `j! f_j`. It starts two powers later; earlier lanes do not change.
 #[inline(always)]
 pub fn answer<V: Vector>(seen: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
     let factor = V::splat(factor);

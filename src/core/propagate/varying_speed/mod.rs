@@ -1,11 +1,11 @@
-//! The drive while its speed varies.
+//! How does a drive move while its speed varies?
 //!
 //! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`Stretch`] of time the rotation and the
 //! loads are polynomials. A motion starts and stops at any time. The mean rotation is that of the whole drive as a rigid body,
 //! and mesh forces do not act on it. [`Stretch::accelerated`] gives the torque that accelerates it.
 //!
-//! The kernel integrates in power series of time. They do not depend on a fixed speed, so that it builds nothing anew while the
-//! speed varies.
+//! The kernel integrates in power series of time. They do not depend on a fixed speed, so no table is rebuilt while
+//! the speed varies.
 
 mod advance;
 mod answers;
@@ -29,7 +29,7 @@ use rows::{Rows, rows};
 use std::f64::consts::TAU;
 use system::System;
 
-/// Why a drive cannot run at a speed that varies.
+/// Reasons why a drive cannot run at a varying speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum VaryingSpeedError {
     /// Its modes change with the speed.
@@ -54,7 +54,7 @@ pub enum VaryingSpeedError {
 pub struct Motion {
     /// First components of all blocks, then second components: length 2N.
     pub state: Vec<f64>,
-    /// The contacts that are closed.
+    /// The closed contacts.
     pub contact: ActiveSet,
     /// Mesh cycle.
     pub cycle: u64,
@@ -62,7 +62,7 @@ pub struct Motion {
     pub phase: f64,
     /// Time \[s\].
     pub time: f64,
-    /// Contacts that have opened or closed right here, on their surfaces and where their force vanishes.
+    /// Contacts that have just opened or closed: those on their surfaces, and those with a vanishing force.
     pub standing: [ActiveSet; 2],
     /// Contacts that have opened or closed in this mesh cycle.
     pub events: u32,
@@ -75,7 +75,7 @@ pub struct VaryingSpeed {
     system: System,
     /// Mesh cycles per radian of the pinion.
     cycles_per_radian: f64,
-    /// As of [`crate::model::LoadTerms`].
+    /// From [`crate::model::LoadTerms`].
     mobility: Option<[f64; 2]>,
     on_bearings: Vec<[f64; LOAD_TERMS]>,
     outputs: Vec<Rows>,
@@ -89,12 +89,12 @@ pub struct VaryingSpeed {
 }
 
 impl VaryingSpeed {
-    /// The kernel of a model, at whatever speed that stands, of a structure.
+    /// The kernel of a model, built from its structure. The speed of the model does not matter.
     ///
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     ///
     /// # Errors
-    /// Modes change with the speed, or there are dry sliders.
+    /// [`VaryingSpeedError`] if modes change with the speed, or if there are dry sliders or rigid stops.
     pub fn new(
         structure: &ModalStructure,
         model: &Model,
@@ -145,14 +145,14 @@ impl VaryingSpeed {
         self.cycles_per_radian
     }
 
-    /// Mean angular acceleration of the pinion \[rad/s²\] under torques on the pinion's and the wheel's shaft \[N m\], each positive in
-    /// its own sense of running; none where the drive does not turn freely.
+    /// Mean angular acceleration of the pinion \[rad/s²\] under torques on the pinion's and the wheel's shaft \[N
+    /// m\], each positive in its sense of rotation. `None` if the drive does not rotate freely.
     pub fn mean_acceleration(&self, torques: [f64; 2]) -> Option<f64> {
         let [pinion, wheel] = self.mobility?;
         Some(pinion * torques[0] + wheel * torques[1])
     }
 
-    /// A motion that goes on from a trajectory, at time 0.
+    /// A motion that continues a trajectory, at time 0.
     pub fn start(&self, trajectory: &TrajectoryState) -> Motion {
         Motion {
             state: trajectory.state.clone(),

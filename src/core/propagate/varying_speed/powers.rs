@@ -8,13 +8,13 @@ use std::sync::OnceLock;
 /// Coefficients by powers of u.
 pub type Powers = [f64; TERMS];
 
-/// Most coefficients of what is given over a stretch.
+/// Number of coefficients of a course.
 pub const COURSE_TERMS: usize = 5;
 
-/// What is given over a stretch: coefficients by powers of time \[s\] since its start.
+/// A polynomial on a stretch: coefficients by powers of time \[s\] since its start.
 pub type Course = [f64; COURSE_TERMS];
 
-/// A sum that keeps what rounding takes off it.
+/// A compensated sum, which keeps the rounding error.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sum {
     /// Its value.
@@ -23,12 +23,12 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// A number.
+    /// Starts with a number.
     pub fn of(value: f64) -> Self {
         Self { value, rest: 0.0 }
     }
 
-    /// Adds a number that is smaller, or of the same size.
+    /// Adds a number of the same or a smaller size.
     pub fn add(&mut self, term: f64) {
         let term = term + self.rest;
         let sum = self.value + term;
@@ -37,12 +37,12 @@ impl Sum {
     }
 }
 
-/// The value at a place.
+/// The value at a position.
 pub fn value(series: &[f64], place: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, a| sum * place + a)
 }
 
-/// Value and derivative at a place.
+/// Value and derivative at a position.
 pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
     let [mut sum, mut slope] = [0.0; 2];
     for a in series.iter().rev() {
@@ -52,10 +52,10 @@ pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
     [sum, slope]
 }
 
-/// A course on a window that starts at a time \[s\] of the stretch and has some length \[s\]: by powers of u.
+/// A course on a window that starts at a time \[s\] of the stretch, with a length \[s\], by powers of u.
 pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
     let mut own = *course;
-    // Horner's scheme, again and again: coefficients about `start`.
+    // Repeated Horner schemes give the coefficients about `start`.
     for first in 0..COURSE_TERMS - 1 {
         for k in (first..COURSE_TERMS - 1).rev() {
             own[k] += start * own[k + 1];
@@ -69,7 +69,7 @@ pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
     own
 }
 
-/// The rate of a course.
+/// The derivative of a course.
 pub fn rate(course: &Course) -> Course {
     std::array::from_fn(|k| {
         let next = course.get(k + 1).copied().unwrap_or(0.0);
@@ -77,7 +77,7 @@ pub fn rate(course: &Course) -> Course {
     })
 }
 
-/// The square of a course up to its last term; higher powers of u are left out.
+/// The square of a course up to its last term, without higher powers of u.
 pub fn square(a: &Course) -> Course {
     std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
 }
@@ -90,7 +90,8 @@ pub fn second_derivative(series: &Powers, r: f64) -> Powers {
     })
 }
 
-/// Where a course that grows all the time and starts at 0 reaches a value: Newton's method from the mean rate up to u = 1.
+/// The position where an increasing course that starts at 0 reaches a value, by Newton's method from the mean rate up
+/// to u = 1.
 pub fn place_of(course: &Course, reached: f64) -> f64 {
     let mut place = reached / value(course, 1.0);
     for _ in 0..20 {
@@ -104,7 +105,8 @@ pub fn place_of(course: &Course, reached: f64) -> f64 {
     place.max(0.0)
 }
 
-/// A Legendre series in a place that is a polynomial of u: Clenshaw's recurrence with series for numbers.
+/// A Legendre series of a position that is a polynomial of u, by Clenshaw's recurrence with series in place of
+/// numbers.
 pub fn composed(legendre: &[f64], place: &Course, out: &mut Powers) {
     let (mut next, mut after) = ([0.0; TERMS], [0.0; TERMS]);
     for (n, a) in legendre.iter().enumerate().rev() {
@@ -168,7 +170,7 @@ mod tests {
     use super::*;
     use crate::numerics::legendre;
 
-    /// Ten thousand tenths of a thousandth are one.
+    /// Ten thousand times a tenth of a thousandth is one.
     #[test]
     fn sums_of_many_terms_are_exact() {
         let mut sum = Sum::of(0.0);

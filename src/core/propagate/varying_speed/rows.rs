@@ -1,8 +1,8 @@
-//! Numbers of blocks as rows of lanes.
+//! Per-block numbers as rows of lanes.
 
 use crate::propagate::vectors::{Aligned, LANES};
 
-/// Pairs of numbers, one pair a block, as two rows of lanes.
+/// Pairs of numbers, one pair per block, as two rows of lanes.
 pub type Rows = [Aligned; 2];
 
 /// Pairs as rows.

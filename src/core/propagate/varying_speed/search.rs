@@ -1,8 +1,8 @@
-//! What happens first on a window?
+//! Which event comes first on a window?
 //!
-//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it never pulls, where
-//! its force vanishes; what has let go so is compressed still, and takes hold again where the force that it would have rises to zero, until it
-//! comes free.
+//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it never
+//! pulls, where its force vanishes. A contact opened by its force is still compressed. It takes load again where the
+//! force that it would have rises to zero, until it becomes free.
 
 use super::VaryingSpeed;
 use super::powers::{Powers, to_legendre, value, value_and_slope};
@@ -14,45 +14,45 @@ use crate::propagate::events::{Guard, Margin, ROUND_OFF};
 use crate::propagate::vectors::TERMS;
 use crate::propagate::volterra::lanes;
 
-/// What a contact meets.
+/// The cause of a found position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Met {
     /// Its surface.
     Surface,
     /// The zero of its force.
     NoForce,
-    /// Its surface, having let go before: nothing changes.
+    /// The surface of a compressed open contact, which becomes free: no force changes.
     Freedom,
-    /// The thickness from which on its layer of a film may act again: nothing changes.
+    /// The thickness from which its film layer may act again: no force changes.
     Band,
 }
 
-/// What comes first.
+/// The first event on a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Where, in parts of the window.
+    /// Position, as a fraction of the window.
     pub place: f64,
     /// The contact.
     pub contact: usize,
-    /// What it meets.
+    /// The cause.
     pub met: Met,
-    /// Whether the contact stands there, to rounding.
+    /// Whether the contact is there within rounding.
     pub stands: bool,
-    /// Rate of its deflection against its surface \[m/s\].
+    /// Rate of its deflection relative to its surface \[m/s\].
     pub rate: f64,
 }
 
-/// A margin that ends a contact's state where it turns negative.
+/// A margin; a contact's state ends where it becomes negative.
 struct Candidate {
     margin: Powers,
     noise: f64,
-    /// Whether it is zero where the window starts.
+    /// Whether it is zero at the start of the window.
     known: bool,
     met: Met,
 }
 
 impl VaryingSpeed {
-    /// What happens first on a window of some length \[s\].
+    /// The first event on a window of a length \[s\].
     pub(super) fn first_event(
         &self,
         (active, standing): (ActiveSet, [ActiveSet; 2]),
@@ -98,7 +98,7 @@ impl VaryingSpeed {
         first
     }
 
-    /// Makes the tables of the search, of which a process has one each: searches then allocate nothing.
+    /// Creates the tables of the search, one each per process. Searches then allocate nothing.
     pub(super) fn prepare_search(&self) {
         let [one, several] = [[1.0, 0.0], [0.0, 9.0]].map(|[slope, rate]| {
             let [mut margin, _] = wave(0.0, &[0.0, rate, 0.0, 0.0, 0.0]);
@@ -116,7 +116,7 @@ impl VaryingSpeed {
         }
     }
 
-    /// What may end the state of a contact.
+    /// The margins that may end the state of a contact.
     fn candidates(
         &self,
         (contact, segment): (usize, &Segment),
@@ -184,7 +184,7 @@ impl VaryingSpeed {
         std::array::from_fn(|j| side * deflection[j] - gap[j])
     }
 
-    /// Where a margin turns negative, up to a place of the window.
+    /// The position where a margin becomes negative, up to a limit.
     fn exit(&self, candidate: &Candidate, limit: f64, counters: &mut Counters) -> Option<f64> {
         let margin = to_legendre(&candidate.margin);
         if !candidate.known && margin[0] > legendre::variation(&margin) + candidate.noise {

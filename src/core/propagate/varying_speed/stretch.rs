@@ -1,4 +1,4 @@
-//! The course of speed and loads over a stretch of time.
+//! Speed and loads over a stretch of time.
 
 use super::VaryingSpeed;
 use super::powers::{Course, on_window, rate, square, value};
@@ -9,16 +9,16 @@ use crate::model::{LOAD_TERMS, LoadTerm};
 pub struct Stretch {
     /// Its length \[s\].
     pub duration: f64,
-    /// Angle that the pinion turns on average \[rad\], 0 at the start.
+    /// Mean rotation of the pinion \[rad\], 0 at the start.
     pub turned: Course,
     /// Load, as a fraction of the rated one.
     pub load: Course,
-    /// Torques on the pinion's and the wheel's shaft beside that \[N m\], each positive in its own sense of running.
+    /// Additional torques on the pinion's and the wheel's shaft \[N m\], each positive in its sense of rotation.
     pub torques: [Course; 2],
 }
 
 impl Stretch {
-    /// One of constant speed \[rad/s\] and load.
+    /// A stretch of constant speed \[rad/s\] and load.
     pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
         let mut own = Self {
             duration,
@@ -30,8 +30,8 @@ impl Stretch {
         own
     }
 
-    /// The same with the torque on the pinion's shaft that accelerates the whole drive as its course asks; without it where the
-    /// drive does not turn freely.
+    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `turned` requires. Unchanged if the
+    /// drive does not rotate freely.
     #[must_use]
     pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {
         if let Some([mobility, _]) = kernel.mobility {
@@ -43,7 +43,7 @@ impl Stretch {
         self
     }
 
-    /// Whether the speed is above zero at all places of a fine grid.
+    /// Whether the speed is positive at all points of a fine grid.
     pub(super) fn runs_forwards(&self) -> bool {
         const PLACES: u32 = 64;
         let speed = rate(&self.turned);

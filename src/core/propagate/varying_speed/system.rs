@@ -1,4 +1,4 @@
-//! A model as a window needs it: matrices and participations in lanes, and how fast anything moves.
+//! A model in the form that windows need: matrices and participations in lanes, and a bound of the rates.
 
 use super::answers::{Answers, Structure};
 use super::rows::{Rows, rows};
@@ -7,46 +7,46 @@ use crate::propagate::Volterra;
 use crate::propagate::vectors::{Aligned, LANES};
 use std::f64::consts::TAU;
 
-/// How a contact along a direction meets the blocks.
+/// Coupling of the blocks and a contact along a direction.
 #[derive(Debug, Clone)]
 pub struct Gains {
-    /// What the deflection is of the components.
+    /// Gains of the deflection by components.
     pub deflection: Rows,
-    /// What a unit force takes off the components' rates.
+    /// Rates of the components that a unit force subtracts.
     pub input: Rows,
 }
 
 /// The fixed part of the equations of motion.
 #[derive(Debug, Clone)]
 pub struct System {
-    /// Blocks, filled up to whole lane groups.
+    /// Number of blocks, rounded up to whole lane groups.
     pub padded: usize,
     /// Generators of the blocks: entries 00, 01, 10, 11.
     pub generator: [Aligned; 4],
-    /// Whether blocks are modes: displacement and velocity, forces on the velocity alone.
+    /// Whether blocks are modes: displacement and velocity, with forces on the velocity alone.
     pub modal: bool,
-    /// By direction.
+    /// Gains of every direction.
     pub directions: Vec<Gains>,
-    /// Inputs per unit of each load term; none where there is nothing.
+    /// Inputs per unit of each load term; `None` for a load without effect.
     pub loads: [Option<Rows>; LOAD_TERMS],
     /// Inputs of the ripples.
     pub ripples: Vec<Rows>,
-    /// Turns a mesh cycle of every wave, once each.
+    /// The distinct numbers of turns per mesh cycle of all waves.
     pub turns: Vec<f64>,
-    /// Of every ripple: its wave, and factors of the wave's cosine and sine.
+    /// The wave of every ripple, with factors of cosine and sine.
     pub ripple_waves: Vec<Wave>,
-    /// Of every line likewise.
+    /// The waves of every line's error.
     pub error_waves: Vec<Vec<Wave>>,
-    /// Answers of deflections, by direction.
+    /// Responses of deflections, by direction.
     pub answers: Vec<Answers>,
-    /// At least 1: a bound of the rates of the structure with one contact closed \[1/s\].
+    /// Upper bound of the rates of the structure with one contact closed, at least 1 \[1/s\].
     pub fastest: f64,
 }
 
-/// A part of something that repeats: `cos` times the cosine of a wave and `sin` times its sine.
+/// A harmonic: `cos` times the cosine of a wave plus `sin` times its sine.
 #[derive(Debug, Clone, Copy)]
 pub struct Wave {
-    /// Among [`System::turns`].
+    /// Index into [`System::turns`].
     pub wave: usize,
     /// Factor of the cosine.
     pub cos: f64,
@@ -55,7 +55,7 @@ pub struct Wave {
 }
 
 impl System {
-    /// That of a model with some loads.
+    /// The system of a model with its loads.
     pub fn new(model: &Model, loads: &LoadTerms) -> Self {
         let generator = |part: usize| rows(model.blocks.iter().map(|block| block.generator[part]));
         let ([a, b], [c, d]) = (generator(0), generator(1));
@@ -106,7 +106,7 @@ impl System {
         own
     }
 
-    /// A cosine of some amplitude and phase \[rad\] as part of a wave.
+    /// A cosine with an amplitude and a phase \[rad\], as a harmonic of a wave.
     fn wave(&mut self, turns: f64, amplitude: f64, phase: f64) -> Wave {
         let known = self.turns.iter().position(|own| *own == turns);
         let wave = known.unwrap_or_else(|| {
@@ -121,7 +121,7 @@ impl System {
         }
     }
 
-    /// The fastest rate \[1/s\] while so many mesh cycles pass a second.
+    /// The fastest rate \[1/s\] at a number of mesh cycles per second.
     pub fn fastest_at(&self, cycles: f64) -> f64 {
         let waves = self.turns.iter().map(|turns| TAU * turns * cycles);
         waves.fold(self.fastest.max(cycles), f64::max)

@@ -1,4 +1,4 @@
-//! At constant speed the motion is that of the other kernels; while it varies, closed forms.
+//! At constant speed, the motion is that of the other kernels. At varying speed, it agrees with closed forms.
 
 use super::*;
 use crate::model::{
@@ -6,7 +6,7 @@ use crate::model::{
 };
 use crate::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
 
-/// Phases of events and what is closed behind them; the mesh period.
+/// Phases of events with the closed contacts after them, and the mesh period.
 struct Events(Vec<(f64, ActiveSet)>, f64);
 
 impl Observer for Events {
@@ -20,7 +20,7 @@ impl Observer for Events {
     }
 }
 
-/// The same.
+/// The same for a varying speed.
 #[derive(Default)]
 struct Phases(Vec<(f64, ActiveSet)>);
 
@@ -51,7 +51,7 @@ fn drives() -> Vec<Drive> {
     vec![fixtures::two_level_mesh(1e-5), sloping, never_pulls, both]
 }
 
-/// Cut into stretches of any length, a mesh cycle is that of the structured kernel: events and end.
+/// A mesh cycle, divided into stretches of any length, has the events and the end of the Volterra kernel.
 #[test]
 fn constant_speed_is_the_motion_of_the_other_kernels() {
     let structure = structure();
@@ -80,7 +80,7 @@ fn constant_speed_is_the_motion_of_the_other_kernels() {
                     own.advance(motion, &stretch, &mut room, &mut phases, &mut counters)
                         .unwrap();
                 }
-                // What the next cycle begins with is not of this one.
+                // Events at the start of the next cycle do not belong to this one.
                 let end = trajectory.cycle as f64 - 1e-12;
                 phases.0.retain(|(phase, _)| *phase < end);
                 assert_eq!(
@@ -140,7 +140,7 @@ fn acceleration_loads_the_mesh() {
     let of_wheel = kernel.mean_acceleration([0.0, 1.0]).unwrap() * reduced;
     assert!((of_wheel - ratio).abs() < 1e-13, "{of_wheel}");
 
-    /// The mesh force where the last window ends.
+    /// The mesh force at the end of the last window.
     struct Last(MovingSignal, Instant, f64);
     impl Watch for Last {
         fn window(&mut self, window: &MovingWindow<'_>) {
@@ -175,13 +175,13 @@ fn acceleration_loads_the_mesh() {
     );
 }
 
-/// An end of large inertia follows the angle that is imposed on it while the speed rises, and what hangs on it by a spring
-/// vibrates against it by `z'' + 2 ζ ω z' + ω² z = −ψ''`.
+/// An end with a large inertia follows the imposed angle while the speed rises. The inertia on a spring behind it
+/// vibrates relative to it by `z'' + 2 ζ ω z' + ω² z = −ψ''`.
 #[test]
 fn an_imposed_motion_follows_the_rotation() {
     let (heavy, light, own, ratio) = (1e7f64, 2e-3, 900.0, 0.03);
     let total = heavy + light;
-    // A rotation of both, and the light one against the heavy one.
+    // A common rotation, and the light end relative to the heavy one.
     let elastic = [
         -(light / (heavy * total)).sqrt(),
         (heavy / (light * total)).sqrt(),
@@ -226,7 +226,7 @@ fn an_imposed_motion_follows_the_rotation() {
     kernel
         .advance(&mut motion, &stretch, &mut room, &mut (), &mut counters)
         .unwrap();
-    // As it starts, the end has neither moved nor begun to move.
+    // Initially, the end has no displacement and no velocity.
     let exact = imposed(time) - imposed(0.0) - time * imposed_rate(0.0);
     let turned = motion.state[0] / total.sqrt();
     assert!((turned - exact).abs() < 1e-11, "{turned} {exact}");
@@ -251,7 +251,7 @@ fn an_imposed_motion_follows_the_rotation() {
     assert!((twist / exact - 1.0).abs() < 1e-8, "{twist} {exact}");
 }
 
-/// A drive that comes to rest, or a state that is no motion, ends the integration.
+/// A drive that comes to rest and a NaN state end the integration.
 #[test]
 fn what_cannot_go_on_stops() {
     let structure = structure();

@@ -1,4 +1,4 @@
-//! What a motion of varying speed shows of itself.
+//! What can an observer see of a motion with varying speed?
 
 use super::VaryingSpeed;
 use super::powers::{Course, Powers, value};
@@ -7,7 +7,7 @@ use super::window::{Motions, along, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
 use crate::propagate::vectors::Aligned;
 
-/// A window of the motion. Series are in u, which runs from 0 to `part`.
+/// A window of the motion. Series are in u from 0 to `part`.
 #[derive(Debug, Clone, Copy)]
 pub struct MovingWindow<'a> {
     pub(super) kernel: &'a VaryingSpeed,
@@ -16,22 +16,22 @@ pub struct MovingWindow<'a> {
     pub time: f64,
     /// Its length \[s\].
     pub duration: f64,
-    /// The last u: 1, or less where an event ends the window.
+    /// The last u: 1, or less if an event ends the window.
     pub part: f64,
     /// Mesh cycle.
     pub cycle: u64,
     /// Mesh phase at its start.
     pub phase: f64,
-    /// Mesh cycles that pass from there on, by powers of u.
+    /// Mesh cycles since the start, by powers of u.
     pub cycles: Course,
-    /// What each load term is, by powers of u.
+    /// Every load term, by powers of u.
     pub loads: [Course; LOAD_TERMS],
     /// The closed contacts.
     pub contact: ActiveSet,
 }
 
 impl MovingWindow<'_> {
-    /// Force of a contact \[N\]; none where it is open.
+    /// Force of a contact \[N\]; `None` if it is open.
     pub fn force(&self, contact: usize) -> Option<&Powers> {
         let closed = self.motions.closed.iter();
         let mut pairs = closed.zip(&self.motions.forces);
@@ -45,7 +45,7 @@ impl MovingWindow<'_> {
         &self.motions.deflections[self.motions.line_of[contact]]
     }
 
-    /// Looks at a place of the window; at the blocks only where their states are read.
+    /// Moves `instant` to a position in the window. Computes the states of the blocks only if they are read.
     pub fn look(&self, place: f64, reads_states: bool, instant: &mut Instant) {
         instant.place = place;
         if !reads_states {
@@ -68,7 +68,7 @@ impl MovingWindow<'_> {
             .for_each(|rate| *rate *= scale);
     }
 
-    /// Sum of the forces of some contacts at a place \[N\].
+    /// Sum of the forces of some contacts at a position \[N\].
     fn sum_of_forces(&self, contacts: impl Iterator<Item = usize>, place: f64) -> f64 {
         contacts
             .filter_map(|contact| self.force(contact))
@@ -76,7 +76,7 @@ impl MovingWindow<'_> {
             .sum()
     }
 
-    /// Force on a bearing beside that of the blocks: of modes left out \[N\].
+    /// Force on a bearing from omitted modes \[N\].
     fn left_out(&self, index: usize, place: f64) -> f64 {
         let kernel = self.kernel;
         let shares = kernel.on_bearings[index].iter().zip(&self.loads);
@@ -98,7 +98,7 @@ impl MovingWindow<'_> {
     }
 }
 
-/// The blocks at a place of a window.
+/// The blocks at a position in a window.
 #[derive(Debug, Clone)]
 pub struct Instant {
     place: f64,
@@ -107,7 +107,7 @@ pub struct Instant {
 }
 
 impl Instant {
-    /// Room for it.
+    /// Allocates an instant.
     pub fn new(kernel: &VaryingSpeed) -> Self {
         let room = || [0, 1].map(|_| Aligned::zeros(kernel.system.padded));
         Self {
@@ -127,36 +127,36 @@ pub struct MovingEvent {
     pub cycle: u64,
     /// Mesh phase.
     pub phase: f64,
-    /// Mesh cycles a second.
+    /// Mesh cycles per second.
     pub speed: f64,
-    /// The contacts that are closed before.
+    /// The closed contacts before the event.
     pub from: ActiveSet,
-    /// The contacts that are closed after.
+    /// The closed contacts after the event.
     pub to: ActiveSet,
-    /// The one that opens or closes.
+    /// The contact that opens or closes.
     pub contact: usize,
-    /// Rate of its deflection against its surface \[m/s\].
+    /// Rate of its deflection relative to its surface \[m/s\].
     pub rate: f64,
 }
 
-/// Watches a motion.
+/// Observes a motion.
 pub trait Watch {
-    /// A window was passed.
+    /// Called after a window.
     fn window(&mut self, _window: &MovingWindow<'_>) {}
 
-    /// A contact opened or closed.
+    /// Called at an event.
     fn event(&mut self, _event: &MovingEvent) {}
 }
 
-/// Nobody watches.
+/// No observer.
 impl Watch for () {}
 
-/// A signal of a motion: what it is, and where it stands on a window.
+/// A signal of a motion, and how it is computed on a window.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MovingSignal {
-    /// What it is.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Its place and direction; of a mesh its gears.
+    /// Its position and direction; for a mesh, its gears.
     pub name: String,
     place: Place,
 }
@@ -200,7 +200,7 @@ impl MovingSignal {
         meshes.chain(bearings).chain(outputs).collect()
     }
 
-    /// Whether it is the deflection of the first mesh, or its force; none of all else.
+    /// Whether it is the deflection of the first mesh (`true`) or its force (`false`); `None` for other signals.
     pub fn first_mesh(&self) -> Option<bool> {
         match self.place {
             Place::Deflection(DRIVE_FLANK) => Some(true),
@@ -209,7 +209,7 @@ impl MovingSignal {
         }
     }
 
-    /// Its name in tables, `deflection`, `force` or the quantity with its place, and its unit.
+    /// Its name in tables (`deflection`, `force`, or the quantity with its position) and its unit.
     pub fn named(&self) -> [String; 2] {
         let name = match self.first_mesh() {
             Some(true) => "deflection".to_owned(),
@@ -219,7 +219,7 @@ impl MovingSignal {
         [name, self.quantity.unit().to_owned()]
     }
 
-    /// Whether its value takes the states of the blocks; deflections and forces of contacts are known as series.
+    /// Whether its value needs the states of the blocks. Deflections and forces of contacts are known as series.
     pub fn reads_states(&self) -> bool {
         matches!(self.place, Place::Bearing(_) | Place::Output(_))
     }

@@ -1,9 +1,10 @@
-//! The motion on one window, as power series.
+//! The motion on one window as power series.
 //!
-//! Between breakpoints and events `z' = A z + s(t) − Σ g F`, with forces `F = k (δ − s b) + c (δ' − s b')` of the closed
-//! contacts and deflections `δ = w·z − e`. Stiffness, gaps, errors and loads are power series of `u = t/h`, whatever course the speed takes,
-//! and so is the motion: coefficient j + 1 of z follows from those up to j. Deflections and forces come first, by the answers of the
-//! structure, then the blocks. Windows are so short that 24 terms leave out what round-off would.
+//! Between breakpoints and events `z' = A z + s(t) − Σ g F`, with forces `F = k (δ − s b) + c (δ' − s b')` of the
+//! closed contacts and deflections `δ = w·z − e`. Stiffness, gaps, errors and loads are power series of `u = t/h` for
+//! any course of the speed, and so is the motion: coefficient j + 1 of z follows from those up to j. Deflections and
+//! forces come first, from the responses of the structure, then the blocks. Windows are so short that the terms
+//! beyond 24 are within round-off.
 
 use super::answers::{Delayed, FACTORIALS, SHARES, answer, delayed};
 use super::powers::{COURSE_TERMS, Course, Powers};
@@ -15,11 +16,11 @@ use crate::propagate::vectors::{Aligned, InstructionSet, LANES, TERMS, Vector, f
 /// A closed contact on a window.
 #[derive(Debug, Clone, Copy)]
 pub struct Closed {
-    /// Its place among the contacts.
+    /// Its index among the contacts.
     pub contact: usize,
     /// Its line.
     pub line: usize,
-    /// Place of this among the lines in use.
+    /// Index of the line among the lines in use.
     pub place: usize,
     /// Its direction.
     pub direction: usize,
@@ -34,14 +35,14 @@ pub struct Closed {
 pub struct Law {
     /// k \[N/m\].
     pub stiffness: Powers,
-    /// Terms of it.
+    /// Number of its terms.
     pub stiffness_terms: usize,
     /// b \[m\].
     pub gap: Powers,
 }
 
 impl Law {
-    /// Nothing.
+    /// All zero.
     pub const ZERO: Self = Self {
         stiffness: [0.0; TERMS],
         stiffness_terms: 1,
@@ -49,25 +50,25 @@ impl Law {
     };
 }
 
-/// What drives a window.
+/// Length and loads of a window.
 #[derive(Debug, Clone, Copy)]
 pub struct Task {
     /// Its length \[s\].
     pub length: f64,
-    /// What each load term is there.
+    /// Value of each load term.
     pub loads: [Course; LOAD_TERMS],
 }
 
-/// The series of a window, and what they are made of.
+/// The series of a window, and the data for computing them.
 #[derive(Debug, Clone)]
 pub struct Motions {
-    /// First and second components of the blocks: padded rows, one a power of u.
+    /// First and second components of the blocks: padded rows, one per power of u.
     pub components: [Aligned; 2],
     /// The components at the end of the window.
     pub end: [Aligned; 2],
     /// Deflections of the lines in use \[m\].
     pub deflections: Vec<Powers>,
-    /// Sum of the sizes of a deflection's parts where the window starts \[m\].
+    /// Sum of the absolute contributions to a deflection at the start of the window \[m\].
     pub sizes: Vec<f64>,
     /// Errors of the lines \[m\].
     pub errors: Vec<Powers>,
@@ -79,9 +80,9 @@ pub struct Motions {
     pub lines: Vec<[usize; 2]>,
     /// Line of every contact.
     pub line_of: Vec<usize>,
-    /// Of the lines in use: `j! δ_j` without errors.
+    /// `j! δ_j` without errors, for the lines in use.
     pub seen: Vec<Powers>,
-    /// Of the lines in use, as many as there are contacts each: answers to forces of the closed ones.
+    /// Responses to forces of the closed contacts, for the lines in use; one entry per contact and line.
     pub answers: Vec<Delayed>,
     /// The closed contacts.
     pub closed: Vec<Closed>,
@@ -103,7 +104,7 @@ pub fn sum_of_waves(parts: &[Wave], waves: &[[Powers; 2]]) -> Powers {
     out
 }
 
-/// Cosine and sine of `start + Σ angle u^k` \[rad\]; the constant of `angle` does not count.
+/// Cosine and sine of `start + Σ angle u^k` \[rad\], without the constant term of `angle`.
 pub fn wave(start: f64, angle: &Course) -> [Powers; 2] {
     let (mut cos, mut sin) = ([0.0; TERMS], [0.0; TERMS]);
     (sin[0], cos[0]) = start.sin_cos();
@@ -134,7 +135,7 @@ fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The deflections and forces of a window from the components at its start, which are the first of `own`.
+    /// The deflections and forces of a window from the components at its start, which come first in `own`.
     fn meet(system: &System, task: &Task, own: &mut Motions) = meet_body
 }
 
@@ -186,7 +187,7 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
             } = own.closed[k];
             let law = &own.laws[contact];
             let mut sum = 0.0;
-            // Forces up to j − 1 move deflections up to j + 1.
+            // Forces up to j − 1 determine deflections up to j + 1.
             if damping != 0.0 && j + 1 < TERMS {
                 let next = own.seen[place][j + 1] * SHARES[j + 1];
                 let rate = next - own.errors[line][j + 1] - side * law.gap[j + 1];
@@ -205,7 +206,7 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
 }
 
 for_each_set! {
-    /// The components of a window whose forces are known, and what they are at a place of it.
+    /// The components of a window with known forces, and their values at a position in it.
     fn move_blocks(system: &System, task: &Task, place: f64, own: &mut Motions) = move_blocks_body
 }
 
@@ -231,7 +232,7 @@ fn move_blocks_body<V: Vector>(system: &System, task: &Task, place: f64, own: &m
     }
 }
 
-/// Moves some lane groups side by side, so that none waits for itself. Gives their number.
+/// Moves several lane groups at once, to hide latencies. Returns their number.
 #[inline(always)]
 fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     system: &System,
@@ -295,7 +296,7 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     GROUPS
 }
 
-/// Adds an input to the rates of lane groups; of modes it acts on velocities alone.
+/// Adds an input to the rates of lane groups. If blocks are modes, it acts on velocities alone.
 #[inline(always)]
 fn add<V: Vector, const GROUPS: usize, const MODAL: bool>(
     input: &Rows,
@@ -330,7 +331,7 @@ fn along_body<V: Vector>(rows: &Rows, states: &[Aligned; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The components at a place, and their rates by it.
+    /// The components at a position, and their derivatives by it.
     fn states_at(
         place: f64,
         padded: usize,

@@ -1,4 +1,4 @@
-//! Numbers from the start of a cache line on, so that a vector load never straddles two.
+//! Numbers that start on a cache line, so that a vector load never spans two lines.
 
 use super::shapes::LANES;
 use std::ops::{Deref, DerefMut};
@@ -6,20 +6,20 @@ use std::ops::{Deref, DerefMut};
 /// A cache line \[bytes\].
 const LINE: usize = LANES * size_of::<f64>();
 
-/// Numbers, the first of them on a cache line of its own.
+/// Numbers that start on a cache line.
 #[derive(Debug, Default)]
 pub struct Aligned {
-    /// With room for a start anywhere in a line.
+    /// Memory with space for alignment.
     room: Vec<f64>,
     first: usize,
     length: usize,
 }
 
 impl Aligned {
-    /// So many zeros.
+    /// `length` zeros.
     pub fn zeros(length: usize) -> Self {
         let room = vec![0.0; length + LANES - 1];
-        // Where an address cannot be told, as in Miri, the place does not matter.
+        // If the address is unknown, as in Miri, alignment does not matter.
         let first = room.as_ptr().align_offset(LINE).min(LANES - 1);
         Self {
             room,
@@ -28,7 +28,7 @@ impl Aligned {
         }
     }
 
-    /// As many numbers as asked for, of any value; room is made where there is too little.
+    /// Sets the length to `length`, with arbitrary values. Allocates if the memory is too small.
     pub fn hold(&mut self, length: usize) {
         if self.first + length <= self.room.len() {
             self.length = length

@@ -1,9 +1,8 @@
-//! The machine's vectors: which of them this process takes, and loops written once for all.
+//! Which vector instructions does this process use, and how is a loop written once for all of them?
 //!
-//! Every loop is written over arrays of lanes; with the target features switched on the compiler turns it into the
-//! machine's vectors (closures would not inherit the features, so there are none). Results
-//! differ between instruction sets within rounding (fused or separate multiply-add), never
-//! between runs on one.
+//! Every loop is written over arrays of lanes. With the target features enabled, the compiler turns it into the
+//! machine's vectors. Closures would not inherit the features, so there are none. Results differ between instruction
+//! sets within rounding (fused or separate multiply-add), never between runs on one.
 
 mod aligned;
 mod shapes;
@@ -23,10 +22,10 @@ use crate::numerics::instructions::portable;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InstructionSet(Level);
 
-/// Which one it is.
+/// The instruction sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// What every machine has.
+    /// Instructions that every machine has.
     Portable,
     /// AVX2 with fused multiply-adds.
     #[cfg(target_arch = "x86_64")]
@@ -37,10 +36,10 @@ pub enum Level {
 }
 
 impl InstructionSet {
-    /// What every machine has.
+    /// The instructions that every machine has.
     pub const PORTABLE: Self = Self(Level::Portable);
 
-    /// All sets this machine has, slowest first.
+    /// All sets of this machine, slowest first.
     pub fn available() -> Vec<Self> {
         #[allow(unused_mut)]
         let mut sets = vec![Self::PORTABLE];
@@ -56,7 +55,7 @@ impl InstructionSet {
         sets
     }
 
-    /// The fastest set this machine has, as far as the process may take it.
+    /// The fastest set of this machine that the process may use.
     pub fn best() -> Self {
         if portable() {
             return Self::PORTABLE;
@@ -64,7 +63,7 @@ impl InstructionSet {
         Self::available().last().copied().unwrap_or(Self::PORTABLE)
     }
 
-    /// Which one it is, for [`for_each_set`].
+    /// The instruction set, for [`for_each_set`].
     pub(crate) fn level(self) -> Level {
         self.0
     }

@@ -1,4 +1,4 @@
-//! In what groups do numbers lie?
+//! Sizes and alignment of series and lane groups.
 
 use crate::numerics::legendre::transforms24;
 use std::sync::OnceLock;
@@ -9,7 +9,7 @@ pub const TERMS: usize = 24;
 /// A series on a window.
 pub type Series = [f64; TERMS];
 
-/// A series of a table, on cache lines of its own.
+/// A series of a table, aligned to cache lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Row(pub Series);
@@ -19,10 +19,10 @@ impl Row {
     pub const ZERO: Self = Self([0.0; TERMS]);
 }
 
-/// Blocks carried side by side.
+/// Blocks that are processed together.
 pub const LANES: usize = 8;
 
-/// One lane group, on a cache line of its own: a vector load never straddles two.
+/// One lane group, aligned to a cache line, so that a vector load never spans two lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Lanes(pub [f64; LANES]);
@@ -32,7 +32,7 @@ impl Lanes {
     pub const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// What a value at each node of [`transforms24`] adds to a series.
+/// Contribution of a value at each node of [`transforms24`] to a series.
 pub fn interpolation() -> &'static [Row; TERMS] {
     static ROWS: OnceLock<[Row; TERMS]> = OnceLock::new();
     ROWS.get_or_init(|| {

@@ -1,12 +1,11 @@
-//! Eight lanes as the machine has them.
+//! Eight lanes in the machine's vectors.
 //!
-//! Loops over arrays are left to the compiler for vectors of two and four. For vectors of eight
-//! it would keep the sums of several columns in memory, and gather where rows are summed along:
-//! these are written out in a file of their own.
+//! For vectors of two and four, the compiler packs loops over arrays. For vectors of eight, it would keep the sums of
+//! several columns in memory and use gathers for sums along rows. These are written out in a separate file.
 
 use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 
-/// Eight numbers and what is done to them.
+/// Eight numbers and their operations.
 pub trait Vector: Copy {
     /// Whether multiply-adds are fused.
     const FUSED: bool;
@@ -22,10 +21,10 @@ pub trait Vector: Copy {
     /// The first 8 numbers of a slice.
     fn read(from: &[f64]) -> Self;
 
-    /// Sets the first 8 numbers of a slice.
+    /// Writes the first 8 numbers of a slice.
     fn write(self, to: &mut [f64]);
 
-    /// The number of one lane in all.
+    /// The number of one lane in all lanes.
     fn lane(self, lane: usize) -> Self;
 
     /// `self · factor + term`.
@@ -37,16 +36,16 @@ pub trait Vector: Copy {
     /// Magnitudes.
     fn size(self) -> Self;
 
-    /// The last lane first.
+    /// The lanes in reverse order.
     fn reversed(self) -> Self;
 
-    /// Every lane one further on, with a number in the first.
+    /// Shifts every lane by one, with a number in the first.
     fn behind(self, first: f64) -> Self;
 
     /// Square roots.
     fn root(self) -> Self;
 
-    /// Lanes that are at most those of another, the first one in bit 0; lanes that are no numbers count.
+    /// Bit mask of the lanes that are at most those of `other`, the first lane in bit 0. Lanes with NaN count.
     fn at_most(self, other: Self) -> u32;
 
     /// `self + other`.
@@ -55,13 +54,13 @@ pub trait Vector: Copy {
     /// `self − other`.
     fn minus(self, other: Self) -> Self;
 
-    /// The larger number of each lane; of lanes that are no numbers the other's.
+    /// The larger number of each lane; if `self` or `other` is NaN, the number of `other`.
     fn larger(self, other: Self) -> Self;
 
-    /// The smaller number of each lane, likewise.
+    /// The smaller number of each lane, with the same rule.
     fn smaller(self, other: Self) -> Self;
 
-    /// The sum of every vector, one a lane.
+    /// The sum of every vector, one per lane.
     fn sums(vectors: [Self; LANES]) -> Self;
 
     /// `Σ_j rows[k][j] weights[j]` for every k.
@@ -73,7 +72,7 @@ pub trait Vector: Copy {
         Self::splat(0.0)
     }
 
-    /// As lanes of a table.
+    /// The lanes, in the form of a table.
     #[inline(always)]
     fn lanes(self) -> Lanes {
         let mut out = Lanes::ZERO;
@@ -95,7 +94,7 @@ pub trait Vector: Copy {
     }
 }
 
-/// Lanes that the compiler packs as it can; fused multiply-adds where `FUSED`.
+/// Lanes that the compiler packs; with fused multiply-adds if `FUSED`.
 #[derive(Clone, Copy)]
 pub struct Packed<const FUSED: bool>([f64; LANES]);
 

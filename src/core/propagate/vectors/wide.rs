@@ -1,4 +1,4 @@
-//! Eight lanes in a register of AVX-512.
+//! Eight lanes in an AVX-512 register.
 
 #![allow(unsafe_code)]
 
@@ -12,11 +12,10 @@ use std::arch::x86_64::{
     _mm512_unpacklo_pd,
 };
 
-/// A register of AVX-512.
+/// An AVX-512 register.
 ///
-/// It is named only as an argument of the bodies that `for_each_set` inlines into functions
-/// compiled for AVX-512, which are reached after the processor was asked for it: that is what
-/// every `unsafe` below relies on.
+/// It is only used as a type argument of the bodies that `for_each_set` inlines into functions compiled for AVX-512.
+/// These are only called after the processor was checked for AVX-512. Every `unsafe` below relies on this.
 #[derive(Clone, Copy)]
 pub struct Wide(__m512d);
 
@@ -132,7 +131,7 @@ impl Vector for Wide {
         u32::from(unsafe { _mm512_cmp_pd_mask::<_CMP_NGT_UQ>(self.0, other.0) })
     }
 
-    /// Sums along a vector by folding two rows into one until one is left.
+    /// Sums along vectors by folding two rows into one until one is left.
     #[inline(always)]
     fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
         let mut w = [Self::zero(); TERMS / LANES];
@@ -154,7 +153,7 @@ impl Vector for Wide {
     }
 }
 
-/// The sum of every vector, one a lane.
+/// The sum of every vector, one per lane.
 #[inline(always)]
 fn folded(v: [Wide; LANES]) -> Wide {
     let mut quarters = [Wide::zero(); 4];

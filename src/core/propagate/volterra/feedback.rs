@@ -1,21 +1,21 @@
-//! The mesh closed on itself: what a window in contact makes of its free deflection.
+//! How do force and deflection of a window in contact follow from its free deflection?
 
 use super::shapes::{Row, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::numerics::linalg::invert;
 
-/// What closes the mesh on a window in contact.
+/// The form of the solution operator of a window in contact.
 #[derive(Debug, Clone, Copy)]
 pub enum ContactSolve<'a> {
-    /// A table's operator.
+    /// An operator from a table.
     Table(&'a Feedback),
-    /// The factors of this window's own system.
+    /// The factors of the system of this window alone.
     Factors(&'a Nodal, &'a Factors),
 }
 
-/// The solution operator of one distinct pair (k, c), or of one window whose k varies.
+/// The solution operator of one distinct pair (k, c), or of one window with varying k.
 ///
-/// With 𝒟 the derivative of a series by time and `S = (I + k B + c B')⁻¹`,
+/// With 𝒟 the time derivative of a series and `S = (I + k B + c B')⁻¹`,
 ///
 /// ```text
 /// f = S̃ d − s b k S e₀,      S̃ = S (k I + c 𝒟)
@@ -27,7 +27,7 @@ pub struct Feedback {
     pub force: [Row; TERMS],
     /// Columns of Q̃.
     pub deflection: [Row; TERMS],
-    /// What a unit of s b adds to f and δ.
+    /// Contributions of a unit of s b to f and δ.
     pub gap: [Row; 2],
 }
 

@@ -1,28 +1,28 @@
-//! Where do windows start while nothing happens?
+//! Where do windows start in a cycle without events?
 
 use super::length::fewest_windows;
 use crate::model::{Model, SAME_PHASE, equal_parts};
 use crate::propagate::SAME_LENGTH;
 
-/// Part of a mesh period that sums of times are rounded by.
+/// Round-off of sums of times, relative to the mesh period.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Most lengths of window, so that their tables stay small.
+/// Largest number of window lengths, to keep their tables small.
 const MOST_LENGTHS: usize = 4;
 
-/// Windows on equal parts of the whole cycle share one table; they may be this many times
-/// as many as windows that fit each segment by itself.
+/// Windows on equal parts of the whole cycle share one table. They are worth it up to this multiple of the number of
+/// windows fitted to each segment.
 const WORTH_SHARING: f64 = 1.25;
 
-/// Fewest cells a cycle, before they are fitted: the deflection turns several times on a longer
-/// one, and halving its series to find the events costs more than another window.
+/// Smallest number of cells per cycle, before they are fitted. On a longer cell, the deflection has several extrema,
+/// and bisecting its series to find the events costs more than another window.
 pub(super) const FEWEST: f64 = 4.0;
 
-/// Most equal parts of the cycle on which segment boundaries are sought.
+/// Largest number of equal parts of the cycle in the search for common boundaries of segments.
 const MOST_PARTS: usize = 10_000;
 
-/// A mesh cycle in cells, as a contact has it: whole numbers of them in every stretch, as long as
-/// one another within it. A cell is the window that nothing cuts.
+/// The mesh cycle of a contact, divided into cells: a whole number of equal cells per stretch. A cell is a window
+/// without a cut.
 #[derive(Debug)]
 pub struct Grid {
     /// Start of every cell \[s\], and the period.
@@ -31,24 +31,24 @@ pub struct Grid {
     pub stretch_of_cell: Vec<usize>,
     /// First cell after each stretch.
     pub stretch_end_cell: Vec<usize>,
-    /// First cell after each stretch and those behind it that free flight does not feel: on the
-    /// same lines, with the same gaps.
+    /// First cell after each stretch and the following ones that are equal for free flight, with the same lines and
+    /// gaps.
     pub flight_end_cell: Vec<usize>,
     /// Segment of the contact on every stretch.
     pub segment_of_stretch: Vec<usize>,
-    /// Whether a contact may open or close where a stretch starts, at a prescribed time.
+    /// Whether a contact may open or close at the start of a stretch, at a prescribed time.
     pub turned: Vec<bool>,
-    /// Length of every stretch's cells Δ \[s\].
+    /// Length Δ of every stretch's cells \[s\].
     pub lengths: Vec<f64>,
 }
 
-/// A part of a mesh cycle on which a contact keeps its segment and no line turns.
+/// A part of a mesh cycle on which a contact keeps its segment and no line changes its direction.
 struct Stretch {
     /// Mesh phase at its end.
     end: f64,
     /// Segment of the contact.
     segment: usize,
-    /// Whether a contact may open or close where it starts, at a prescribed time.
+    /// Whether a contact may open or close at its start, at a prescribed time.
     turned: bool,
 }
 
@@ -82,8 +82,7 @@ fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<Stretch> {
 }
 
 impl Grid {
-    /// The grid of a contact in a mesh cycle, with the fewest cells that the tolerance allows, or
-    /// one of few lengths.
+    /// The grid of a contact in a mesh cycle, with the fewest cells that the tolerance allows, or with few lengths.
     pub fn new(model: &Model, tolerance: f64, contact: usize, cycle: u64) -> Self {
         let period = model.period();
         let stretches = stretches(model, contact, cycle);
@@ -124,21 +123,20 @@ impl Grid {
         self.stretch_of_cell.len()
     }
 
-    /// The stretch that starts with a cell, at the end of the cycle none.
+    /// The stretch of a cell; `None` at the end of the cycle.
     pub fn stretch_from(&self, cell: usize) -> Option<usize> {
         self.stretch_of_cell.get(cell).copied()
     }
 }
 
-/// Cells of a mesh cycle as its first contact has it; as many as a slow cycle asks for, so not
-/// counted in integers.
+/// Cells of a mesh cycle of the first contact. The number is a float because a slow cycle may need very many.
 pub fn cells_needed(model: &Model, tolerance: f64) -> f64 {
     let stretches = stretches(model, 0, 0);
     let ends: Vec<f64> = stretches.iter().map(|stretch| stretch.end).collect();
     cells(model, tolerance, &ends).iter().sum()
 }
 
-/// Cells of stretches that end at some phases, whole numbers.
+/// Whole numbers of cells of the stretches with these end phases.
 fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
     let starts = || std::iter::once(&0.0).chain(ends);
     let fewest = fewest_windows(model, tolerance).max(FEWEST);
@@ -162,11 +160,11 @@ fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
     let shared: Vec<f64> = (starts().zip(ends))
         .map(|(start, end)| (cells * (end - start)).round())
         .collect();
-    // Breakpoints a little apart may lie on one boundary.
+    // Breakpoints at a small distance may lie on one boundary.
     if shared.contains(&0.0) { fitted } else { shared }
 }
 
-/// Lengths, each once, and which of them each one is.
+/// The distinct lengths, and the index of each given length among them.
 pub fn distinct(lengths: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<usize>) {
     let mut seen: Vec<f64> = Vec::new();
     let which = lengths
@@ -195,7 +193,7 @@ mod tests {
         Model::new(&structure, &drive, OperatingPoint { load: 0.1, speed }).unwrap()
     }
 
-    /// Whole numbers of equal cells on every stretch, as many as are told beforehand.
+    /// Every stretch has a whole number of equal cells, and `cells_needed` predicts their total.
     #[test]
     fn cells_fill_their_stretches() {
         let uneven = 0.5f64.sqrt();
@@ -213,7 +211,7 @@ mod tests {
                 assert_eq!(cells_needed(&model, f64::EPSILON), count as f64);
                 assert_eq!((grid.time.len(), grid.time[0]), (count + 1, 0.0));
                 assert_eq!(grid.time[count], model.period());
-                // No fewer than the tolerance asks for, and four; no more than a quarter beside.
+                // At least as many as the tolerance requires, and four; at most a quarter more.
                 let fewest = fewest_windows(&model, f64::EPSILON).max(FEWEST);
                 let most = 1.25 * (fewest + levels.len() as f64) + 1.0;
                 assert!(
@@ -243,7 +241,7 @@ mod tests {
         assert!((slow / fast / 1e4 - 1.0).abs() < 0.2, "{slow} {fast}");
     }
 
-    /// Flight feels where the gap steps, and nothing of steps of the stiffness.
+    /// Free flight ends at steps of the gap, but not at steps of the stiffness.
     #[test]
     fn flight_ends_where_the_gap_changes() {
         let mut mesh = Division::levels(&[4e8, 3e8, 4e8, 3e8], &[]);
@@ -254,7 +252,7 @@ mod tests {
         assert_eq!(grid.flight_end_cell, [ends[1], ends[1], ends[2], ends[3]]);
     }
 
-    /// Breakpoints so near that they lie on one boundary of equal parts have a cell between them.
+    /// Breakpoints that would lie on one boundary of equal parts still have a cell between them.
     #[test]
     fn no_stretch_is_without_a_cell() {
         for apart in [2e-11, 4e-10, 1e-8, 1e-6] {

@@ -1,24 +1,23 @@
-//! Windows with several contacts closed.
+//! How is a window with several closed contacts solved?
 //!
-//! With `B_ij` what the force of contact j does to the deflection of contact i, d the free
-//! deflections, and S̃ what closes one contact alone ([`super::feedback`]),
+//! Let `B_ij` map the force of contact j to the deflection of contact i. With the free deflections d and the
+//! operators S̃ of single contacts ([`super::feedback`]),
 //!
 //! ```text
 //! f_i = S̃_i (d_i − Σ_{j≠i} B_ij f_j − s_i b_i)
 //! ```
 //!
-//! in series, P unknowns a contact. The contacts are closed in turn, each under the forces that the
-//! others have so far (block Gauss–Seidel). A force acts on what comes after it only: what n rounds leave falls like
-//! `(ω Δ)^{4n} / (4n)!`, ω being the rate of a closed contact, each round by more than the one before.
-//! The rounds end where even as much as in the last one would leave a movement within round-off.
-//! Where they are too many the system of all contacts,
+//! in series, with P unknowns per contact. The contacts are solved in turn, each under the latest forces of the
+//! others (block Gauss–Seidel). A force acts only on later times, so the error after n rounds falls like
+//! `(ω Δ)^{4n} / (4n)!` with the rate ω of a closed contact, faster in each round. The rounds end when another change
+//! as large as the last one would be within round-off. After too many rounds, the system of all contacts,
 //!
 //! ```text
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
 //! ```
 //!
-//! is eliminated. The force of a dry slider that slips is its limit, known from the start. A stiffness that varies multiplies values at the Gauss nodes: between series it is
-//! a matrix.
+//! is eliminated instead. The force of a dry slider that slips is its limit and known from the start. A varying
+//! stiffness multiplies values at the Gauss nodes, which is a matrix between series.
 
 use super::feedback::ContactSolve;
 use super::joint_stretch::JointStretch;
@@ -33,22 +32,21 @@ use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::ROUND_OFF;
 use crate::propagate::vectors::InstructionSet;
 
-/// Most rounds before the system is eliminated instead.
+/// Largest number of rounds before elimination.
 const MOST_ROUNDS: usize = 40;
 
-/// What a window with several closed contacts is solved with; what one window made room for, later
-/// ones use.
+/// Memory for windows with several closed contacts, reused from window to window.
 #[derive(Debug, Default)]
 pub struct Joint {
-    /// The system, row by row, with its right sides behind.
+    /// The system, row by row, with its right-hand sides at the end.
     system: Vec<f64>,
-    /// Free deflections of all columns less the gap errors of the flanks, contact after contact.
+    /// Free deflections of all columns minus the gap errors of the flanks, contact after contact.
     free: Vec<Row>,
-    /// As `free`, under the forces of the other contacts.
+    /// As `free`, but under the forces of the other contacts.
     seen: Vec<Row>,
-    /// The like of one contact, from the round in progress.
+    /// The same for one contact, in the current round.
     next: Vec<Row>,
-    /// Of every contact whose stiffness varies.
+    /// Factors of every contact with a varying stiffness.
     factors: Vec<Factors>,
     /// Forces of all columns, contact after contact.
     pub forces: Vec<Row>,
@@ -115,7 +113,7 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Writes the forces of the sliders that slip: their limits, which no tangent changes.
+    /// Writes the forces of slipping sliders: their limits, which are zero for tangents.
     fn set_slips(&self, count: usize, forces: &mut [Row]) {
         for (contact, forces) in self.active.iter().zip(forces.chunks_exact_mut(count)) {
             if let Some(limit) = self.limit(contact) {
@@ -125,16 +123,16 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Force of a slider that slips; none of other contacts.
+    /// Force of a slipping slider; `None` for other contacts.
     fn limit(&self, contact: usize) -> Option<f64> {
         self.model.contacts[contact].constant_force(&self.segments[contact])
     }
 
-    /// Closes the contacts in turn; whether that settles.
+    /// Solves the contacts in turn. Returns whether the rounds converge.
     fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
         let rests = self.active.iter().filter(|own| self.model.is_rest(*own));
         if rests.count() > 1 {
-            // Each force of theirs acts on the others at once.
+            // Each of their forces acts on the others at once.
             return false;
         }
         self.factorise(&mut joint.factors);
@@ -149,7 +147,7 @@ impl JointWindow<'_> {
                 let next = &mut joint.next[..count];
                 next.copy_from_slice(&joint.free[own.clone()]);
                 for (j, other) in self.active.iter().enumerate() {
-                    // In the first round those to come have no force yet, but for slips.
+                    // In the first round, later contacts have no force yet, except slips.
                     let known = j < i || (j > i && (round > 0 || self.model.is_slip(other)));
                     if let Some(felt) = self.felt(other, contact).filter(|_| known) {
                         let forces = &joint.forces[j * count..][..count];
@@ -171,7 +169,7 @@ impl JointWindow<'_> {
         false
     }
 
-    /// Factorises the systems of contacts whose stiffness varies.
+    /// Factorises the systems of contacts with a varying stiffness.
     fn factorise(&self, factors: &mut Vec<Factors>) {
         let varies = |contact: usize| self.stretch.feedback[contact].is_none();
         if !self.active.iter().any(varies) {
@@ -187,7 +185,7 @@ impl JointWindow<'_> {
         }
     }
 
-    /// What closes the contact, the i-th of those that are closed.
+    /// The solution operator of the contact, the i-th closed one.
     fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> ContactSolve<'f> {
         let table = self.table(contact);
         match (self.stretch.feedback[contact], &table.nodal) {
@@ -201,7 +199,7 @@ impl JointWindow<'_> {
         &self.tables.windows[self.stretch.windows[contact]]
     }
 
-    /// What the force of one contact does to the deflection of another.
+    /// The response of a contact's deflection to the force of another contact.
     fn felt(&self, force: usize, contact: usize) -> Option<&Response> {
         let line = self.model.line(&self.segments[contact]);
         self.table(force).felt_on(line)
@@ -309,8 +307,8 @@ impl Spring {
     }
 }
 
-/// Solves a linear system by Gaussian elimination with exchange of rows. `system` is row by row, its
-/// right sides behind its `order` columns, and is left with the solutions there.
+/// Solves a linear system by Gaussian elimination with row exchanges. `system` is row by row, with its right-hand
+/// sides after its `order` columns. They are replaced by the solutions.
 fn eliminate(system: &mut [f64], order: usize, width: usize) {
     for step in 0..order {
         let size = |row: &usize| system[row * width + step].abs();
@@ -356,7 +354,7 @@ mod tests {
     use crate::numerics::random::Stream;
     use crate::structure::FlankParticipation;
 
-    /// Two flanks of which one elastic mode takes the one along, the other against its motion.
+    /// Two flanks; one elastic mode acts on them in opposite senses.
     fn model(mesh: Vec<Division>) -> Model {
         let own = [0.9, 0.4, 0.3];
         let mut structure = structure(&[0.0, 9e3, 3e4], 0.01, &own, &own);
@@ -426,7 +424,7 @@ mod tests {
         }
     }
 
-    /// Polynomials are not carried on behind a segment by more than it is long.
+    /// Polynomials are not extrapolated beyond a segment by more than its length.
     #[test]
     fn windows_are_no_longer_than_the_segments_that_bend() {
         let bent = Stiffness::series([4e8, 3e7, -1e7, 2e6, 1e3, 0.0, 0.0, 0.0]);
@@ -447,7 +445,7 @@ mod tests {
                 shortest = shortest.min(delta);
             }
         }
-        // Long ones keep windows of their own length.
+        // Long segments keep longer windows.
         assert!(shortest < 2e-4 * model.period());
         let longest = tables.joint[0]
             .iter()
@@ -457,7 +455,7 @@ mod tests {
 
     #[test]
     fn elimination_exchanges_rows_and_solves_all_columns() {
-        // x = (1, 2, 3) and (−1, 0, 2), the first pivot being zero.
+        // x = (1, 2, 3) and (−1, 0, 2), with a zero first pivot.
         let matrix = [[0.0, 2.0, 1.0], [3.0, -1.0, 2.0], [1.0, 4.0, -2.0]];
         let solutions = [[1.0, 2.0, 3.0], [-1.0, 0.0, 2.0]];
         let mut system = Vec::new();

@@ -1,4 +1,4 @@
-//! What are windows with several contacts closed laid on?
+//! On which parts of the cycle do windows with several closed contacts lie, and how long are they?
 
 use super::grid::{FEWEST, ROUNDING};
 use super::length::{fewest_windows, longest_joint};
@@ -6,10 +6,10 @@ use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use crate::model::{Contact, Model, Segment};
 
-/// How much longer, relative, than a segment a window may be that fits it: both come from ends that are rounded apart.
+/// Relative excess by which a window may exceed its segment: both lengths come from differently rounded ends.
 const ROUNDED_APART: f64 = 1e-9;
 
-/// How many times as long as some known length windows may be before one of their own is worth its tables.
+/// Ratio of the longest allowed window to existing lengths above which a new length is worth its tables.
 const WORTH_ITS_TABLES: f64 = 8.0;
 
 /// A part of a mesh cycle on which no contact changes its segment.
@@ -21,15 +21,13 @@ pub struct JointStretch {
     pub segments: Vec<usize>,
     /// Window table of every contact.
     pub windows: Vec<usize>,
-    /// Solution operator of every contact, among those of its window table; none where its
-    /// stiffness varies.
+    /// Solution operator of every contact, among those of its window table; `None` if its stiffness varies.
     pub feedback: Vec<Option<usize>>,
     /// The lines of all contacts.
     pub views: Vec<LineView>,
 }
 
-/// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
-/// line.
+/// Whether any two contacts of a model can be closed together. Those on opposite sides of one line cannot.
 pub fn can_join(model: &Model) -> bool {
     let lines = |contact: &Contact| {
         let mut lines: Vec<usize> = Vec::new();
@@ -48,8 +46,8 @@ pub fn can_join(model: &Model) -> bool {
     })
 }
 
-/// The longest windows \[s\] that may start in some segments, each of a contact. They are solved as a whole, and run on
-/// behind a segment, by less than it is long where its schedule bends.
+/// The longest windows \[s\] that may start in the given segments, one per contact. A window is always solved whole
+/// and may extend beyond a segment, but by less than the segment's length if its schedule is not constant.
 fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     let constant = |segment: &Segment| {
         let [_, bends @ ..] = segment.error.coefficients();
@@ -61,13 +59,13 @@ fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     (model.period() * shortest.min(of_any)).min(longest_joint(model, segments, tolerance))
 }
 
-/// The longest window \[s\] that is still as long as one of some length.
+/// The longest window \[s\] that counts as having the given length.
 fn rounded_up(model: &Model, length: f64) -> f64 {
     length * (1.0 + ROUNDED_APART) + ROUNDING * model.period()
 }
 
-/// Which of the lengths of windows \[s\] those have that start in some segments, each of a contact: the longest that may.
-/// The grid of every segment has one, which several contacts closed at once may ask to be shorter.
+/// Index of the window length for the given segments, one per contact: the longest allowed one. Every segment's grid
+/// has a length, but several closed contacts may need a shorter one.
 fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
     let limit = rounded_up(model, longest(model, segments, tolerance));
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
@@ -77,7 +75,8 @@ fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance
         .unwrap_or(0)
 }
 
-/// Parts of a mesh cycle on which no contact changes its segment: start and end in mesh phase, segment of every contact.
+/// Parts of a mesh cycle on which no contact changes its segment: start and end as mesh phases, and the segment of
+/// every contact.
 fn parts(model: &Model, cycle: u64) -> impl Iterator<Item = ([f64; 2], Vec<usize>)> {
     let mut start = 0.0;
     (model.segment_ends(cycle).into_iter()).map(move |end| {
@@ -92,15 +91,15 @@ fn parts(model: &Model, cycle: u64) -> impl Iterator<Item = ([f64; 2], Vec<usize
     })
 }
 
-/// The segments of all contacts, by their numbers.
+/// The segments of all contacts with these numbers.
 fn segments_of<'m>(model: &'m Model, cycle: u64, numbers: &[usize]) -> Vec<&'m Segment> {
     (model.contacts.iter().zip(numbers))
         .map(|(contact, &number)| &contact.cycle(cycle).segments[number])
         .collect()
 }
 
-/// The lengths \[s\] of windows that are missing among `lengths`: where contacts closed at once ask for shorter ones, and
-/// where those that fit were made for a much shorter segment.
+/// The window lengths \[s\] that are missing in `lengths`: where contacts closed together need shorter windows, and
+/// where the only suitable lengths belong to a much shorter segment.
 pub fn missing_lengths(model: &Model, cycles: u64, lengths: &[f64], tolerance: f64) -> Vec<f64> {
     let all = (0..cycles).flat_map(|cycle| {
         parts(model, cycle).map(move |(_, numbers)| {
@@ -120,7 +119,7 @@ pub fn missing_lengths(model: &Model, cycles: u64, lengths: &[f64], tolerance: f
     missing
 }
 
-/// The joint stretches of a mesh cycle, whose windows have some of the lengths \[s\].
+/// The joint stretches of a mesh cycle, with windows of the given lengths \[s\].
 pub fn joint_stretches(
     model: &Model,
     cycle: u64,
@@ -170,7 +169,7 @@ mod tests {
     use crate::propagate::{Counters, Kernel, Volterra};
     use crate::structure::StructureContact;
 
-    /// A stretch ends where any contact changes its segment, and has the segments that hold there.
+    /// A stretch ends where any contact changes its segment, and contains the segments that hold there.
     #[test]
     fn a_stretch_has_the_segments_about_its_middle() {
         let structure = fixtures::structure(&[0.0], 0.0, &[1.3], &[1.3]);
@@ -190,7 +189,7 @@ mod tests {
         assert_eq!(found[1].segments, [1, 1]);
     }
 
-    /// A length that a short segment has made is not that of windows elsewhere: a cycle takes as many as without it.
+    /// The window length of a short segment is not used elsewhere: a cycle takes as many windows as without it.
     #[test]
     fn a_short_segment_has_windows_of_its_own() {
         let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
@@ -223,7 +222,7 @@ mod tests {
         }
     }
 
-    /// Stops side by side turn as fast as one that is as stiff as all of them: windows of theirs agree with shorter ones.
+    /// Parallel stops have the rate of one stop with their total stiffness: the result agrees with shorter windows.
     #[test]
     fn windows_are_as_short_as_all_closed_contacts_ask_for() {
         let count = 12;
@@ -233,7 +232,7 @@ mod tests {
             StructureContact::stop(&[1.0], gap, 1.4e9 / count as f64)
         };
         structure.contacts = (0..count).map(stop).collect();
-        // The flanks are never met.
+        // The flanks never touch.
         let drive = fixtures::constant_mesh(5e-3, 1e4);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
         let end = |tolerance: f64| {

@@ -1,11 +1,10 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
-//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for
-//! those cut short), for a trajectory and its tangents together ([`columns`]); with the target features switched on the compiler turns it into the
-//! machine's vectors (closures would not inherit the features, so there are none). A call
-//! does all that one window needs, so that the choice of the set costs little. Results
-//! differ between instruction sets within rounding (fused or separate multiply-add), never
-//! between runs on one.
+//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for cut ones), for a
+//! trajectory and its tangents together ([`columns`]). With the target features enabled, the compiler turns it into
+//! the machine's vectors. Closures would not inherit the features, so there are none. A call does everything that one
+//! window needs, so the choice of the set costs little. Results differ between instruction sets within rounding
+//! (fused or separate multiply-add), never between runs on one.
 
 mod columns;
 mod crossing;
@@ -27,11 +26,10 @@ use crate::propagate::events::{Crossing, Guard};
 use crate::propagate::vectors::{InstructionSet, for_each_set};
 
 for_each_set! {
-    /// Deflection of a full window, and in contact the force of every column. The columns are
-    /// the trajectory and its tangents, one after the other; `inputs` drive the trajectory, and
-    /// the side's gap s b [m] comes with the contact, and with it the gap error on that side,
-    /// s e [m], if anything: the deflection is then found without it, δ − s e. `rows` are those of
-    /// the blocks and inputs.
+    /// Deflection of a full window and, in contact, the force of every column. The columns are the trajectory and its
+    /// tangents, one after the other; `inputs` drive the trajectory. The contact comes with the gap s b [m] of its
+    /// side and its gap error s e [m], if any. With an error, the resulting deflection omits it: δ − s e. `rows` are
+    /// those of the blocks and inputs.
     fn solve(
         rows: &[Row],
         inputs: &[f64],
@@ -48,8 +46,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The trajectory's deflection on a full window by its first terms, with bounds of the others
-    /// by the `tails` of `rows`; `felt` is what the force f of another line does to it, `−B f`.
+    /// The first terms of the trajectory's deflection on a full window, and bounds of the others from the `tails` of
+    /// `rows`. `felt` is the response to the force f of another line, `−B f`.
     fn truncated(
         rows: &[Row],
         tails: &[f64],
@@ -61,15 +59,14 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `out − B f` for every column: what forces leave of deflections.
+    /// `out − B f` for every column: subtracts the response to forces from deflections.
     fn yielded(response: &[Row; TERMS], forces: &[Row], out: &mut [Row]) = yielded_body
 }
 
 for_each_set! {
-    /// The force of every column, whose deflections are `free` without any force and `next` under
-    /// those of other contacts; the first has the side's gap s b \[m\]. Returns the most by which
-    /// a deflection has moved from where it was `seen`, relative to the sizes of `free` and `next`,
-    /// and leaves `next` there.
+    /// The force of every column. Its deflections are `free` without any force and `next` under the forces of other
+    /// contacts; the first column has the side's gap s b \[m\]. Returns the largest change of a deflection since
+    /// `seen`, relative to the sizes of `free` and `next`, and stores `next` in `seen`.
     fn close(
         closed: ContactSolve<'_>,
         gap: f64,
@@ -81,8 +78,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Factorises a window's system; `places` are its nodes within the segment whose
-    /// `stiffness` varies.
+    /// Factorises a window's system; `places` are the positions of its nodes in the segment with the varying
+    /// `stiffness`.
     fn factorise(
         nodal: &Nodal,
         stiffness: &[f64; STIFFNESS_TERMS],
@@ -103,38 +100,36 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `x = D x + E f + …` for a full window and every column x: `forces` one a column, none in
-    /// free flight; `inputs` the weights of the constant and harmonic inputs, which act on the
-    /// first.
+    /// `x = D x + E f + …` for a full window and every column x. `forces` has one series per column, and none in free
+    /// flight. `inputs` are the weights of the constant and harmonic inputs, which act on the first column.
     fn advance(windows: &Windows, forces: &[Row], inputs: &[f64], columns: &mut [f64])
         = advance_body
 }
 
 for_each_set! {
-    /// The saltation of an event for every column: `x += damping δ(x) (−g)`, damping the
-    /// contact's on entry, its opposite on release.
+    /// The saltation of an event for every column: `x += damping δ(x) (−g)`. `damping` is that of the contact on
+    /// entry, and its negative on release.
     fn apply_saltation(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) = salt_body
 }
 
 for_each_set! {
-    /// Legendre polynomials of the full window at the end of its part up to `end` ∈ (−1, 1],
-    /// and where a rule's `nodes` and weights are given at the part's nodes.
+    /// Legendre polynomials of the full window at the end of its part up to `end` ∈ (−1, 1]. If the `nodes` and
+    /// weights of a rule are given, also at the nodes of the part.
     fn basis(rule: Option<[&Series; 2]>, end: f64, delta: f64, out: &mut Basis) = basis_body
 }
 
 for_each_set! {
-    /// Values at the nodes of the part, in place of every series on the full window.
+    /// Replaces every series on the full window by its values at the nodes of the part.
     fn node_values(basis: &Basis, series: &mut [Row]) = node_values_body
 }
 
 for_each_set! {
-    /// Series on the part, in place of those on the full window; `interpolation` is that from the
-    /// part's nodes.
+    /// Replaces series on the full window by series on the part; `interpolation` is that from the part's nodes.
     fn restrict(basis: &Basis, interpolation: &[Row; TERMS], series: &mut [Row]) = restrict_body
 }
 
 for_each_set! {
-    /// The same for the part up to `end` ∈ (−1, 1] without a basis, where no other series needs one.
+    /// The same for the part up to `end` ∈ (−1, 1] without a basis, if no other series needs one.
     fn restrict_to(
         nodes: &Series,
         interpolation: &[Row; TERMS],
@@ -144,16 +139,16 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every F's values at the nodes. Apart
-    /// from [`node_values`], lest the compiler hold all polynomials for both.
+    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every F's values at the nodes. Separate from
+    /// [`node_values`], so that the compiler does not keep all polynomials for both.
     fn moments(basis: &Basis, values: &mut [Row]) = moments_body
 }
 
 for_each_set! {
-    /// The state at the end of a part for every column, in place: `x = e^{Aτ} x − Σ moments[k]
-    /// ê_k g`. On the first act the torques too: `r + e^{Aτ} (x − r)` about the blocks' rest r, and
-    /// where blocks have none `+ Σ constant[k] ê_k s`. No `moments` in free flight;
-    /// `ends` is left with `e^{μτ} cos ντ` and `e^{μτ} sin ντ / ν` of all blocks.
+    /// The state at the end of a part for every column, in place: `x = e^{Aτ} x − Σ moments[k] ê_k g`. The torques
+    /// act on the first column too: `r + e^{Aτ} (x − r)` about the blocks' rest position r, or
+    /// `+ Σ constant[k] ê_k s` if there is none. `moments` is empty in free flight. Sets `ends` to `e^{μτ} cos ντ`
+    /// and `e^{μτ} sin ντ / ν` of all blocks.
     fn cut(
         blocks: &[BlockChunk],
         exponentials: &[ExponentialChunk],
@@ -165,7 +160,7 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `x += Σ weights[k] ê_k input` for an input with its own gains.
+    /// `x += Σ weights[k] ê_k input` for an input with separate gains.
     fn push(
         blocks: &[BlockChunk],
         exponentials: &[ExponentialChunk],

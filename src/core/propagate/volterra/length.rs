@@ -4,19 +4,19 @@ use super::shapes::TERMS;
 use crate::model::{Block, Direction, Model, Segment};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
-/// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
+/// Number of windows per mesh cycle, not rounded, that just satisfies the tolerance.
 pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
     0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
 }
 
-/// The longest window \[s\] for the tolerance with all those contacts closed that can be at once, each on one of these
-/// segments.
+/// The longest window \[s\] for the tolerance if all contacts that can be closed together are closed, each on one of
+/// these segments.
 pub fn longest_joint(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     2.0 * largest_half_argument(tolerance) / joint_rate(model, segments)
 }
 
-/// Upper bound of the rates \[1/s\] of the structure with several contacts closed at once, those on opposite sides of one line
-/// left out. What springs add along φᵢ has the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its largest sum of a row.
+/// Upper bound of the rates \[1/s\] of the structure with several contacts closed, except those on opposite sides of
+/// one line. Springs along φᵢ add a matrix with the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its largest row sum.
 fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
     let open = (model.blocks.iter().map(Block::fastest)).fold(0.0, f64::max);
     let count = segments.len();
@@ -25,7 +25,7 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
         let opposite = one_line && model.contacts[i].side != model.contacts[j].side;
         !opposite && !model.take_turns(i, j)
     };
-    // A stop that holds the structure makes it no faster.
+    // A rigid stop that holds the structure does not make it faster.
     let spring = |i: &usize| !model.contacts[*i].release.of_stop();
     let rows = (0..count).filter(spring).map(|i| {
         let [mut square, mut linear] = [0.0; 2];
@@ -63,9 +63,9 @@ pub fn fastest_of_open(model: &Model) -> f64 {
     excitation(model).fold(frequencies.fold(0.0, f64::max), f64::max)
 }
 
-/// Upper bound of the rates \[1/s\] of the structure with any one contact closed, excitation left
-/// out: with the spring closed an eigenvalue moves by at most the norm of what is added. Each
-/// contact has its own units, N/m or N m/rad, and meets its own direction only.
+/// Upper bound of the rates \[1/s\] of the structure with any one contact closed, without the excitation. A closed
+/// spring moves an eigenvalue by at most the norm of the added matrix. Each contact has its units, N/m or N m/rad,
+/// and acts along its direction only.
 pub fn fastest_own_rate(model: &Model) -> f64 {
     let frequencies = model.blocks.iter().map(Block::fastest);
     let open = frequencies.fold(0.0, f64::max);
@@ -84,12 +84,10 @@ pub fn fastest_own_rate(model: &Model) -> f64 {
         .fold(open, f64::max)
 }
 
-/// Tolerances below mean this one: windows some hundred times shorter than round-off asks
-/// for.
+/// Tolerances below are raised to this one, for windows some hundred times shorter than round-off requires.
 const SMALLEST_TOLERANCE: f64 = 1e-64;
 
-/// The half argument κ at which the first coefficient left out, about
-/// `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
+/// The half argument κ at which the first omitted coefficient, about `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
 fn largest_half_argument(tolerance: f64) -> f64 {
     let tolerance = tolerance.max(SMALLEST_TOLERANCE);
     let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
@@ -103,7 +101,7 @@ mod tests {
     use crate::model::fixtures;
     use crate::structure::StructureContact;
 
-    /// A stop told in millimetres or in radians is the stop that it is.
+    /// A stop has the same rates in millimetres and in radians.
     #[test]
     fn rates_do_not_depend_on_the_units_of_a_contact() {
         let rate = |unit: f64| {

@@ -7,47 +7,43 @@
 //! δ(t) = δ_free(t) − ∫₀ᵗ H(t−τ) F(τ) dτ,      F = k (δ − s b) + c δ'
 //! ```
 //!
-//! is a scalar Volterra equation of the second kind. All functions of a window are carried
-//! as Legendre series with P = 24 terms (Galerkin projection), so that the same numbers
-//! serve the solution and the event certificates. With 𝒟 the derivative of a series,
+//! is a scalar Volterra equation of the second kind. All functions on a window are Legendre series with P = 24 terms
+//! (Galerkin projection), so that the same numbers serve the solution and the event certificates. With 𝒟 the
+//! derivative of a series,
 //!
 //! ```text
 //! d = R x                         free deflection; x holds the blocks and the inputs
 //! f = S̃ d − s b k S e₀,           S = (I + k B + c B')⁻¹,  S̃ = S (k I + c 𝒟)
 //! δ = Q̃ d + s b k B S e₀,         Q̃ = I − B S̃
-//! x⁺ = D x + E f + …              … what torques and ripple add
+//! x⁺ = D x + E f + …              + terms of torques and ripple
 //! ```
 //!
 //! R, E, B follow in closed form from the Legendre series of the block exponentials
-//! ([`crate::numerics::exponential`]) and a universal convolution table
-//! ([`crate::numerics::convolution`]). They depend on (Ω, Δ) only: loads, contact states
-//! and segments share them; S̃ and Q̃ are kept once a distinct (k, c). In free flight F = 0
-//! and the mesh is not looked at. Mean torques, ripple and transmission error are further
-//! rows of R, weighted by 1 and the (cos, sin) of their phases.
+//! ([`crate::numerics::exponential`]) and a universal convolution table ([`crate::numerics::convolution`]). They
+//! depend on (Ω, Δ) only, so loads, contact states and segments share them. S̃ and Q̃ are stored once per distinct
+//! (k, c). In free flight F = 0, and the mesh is not evaluated. Mean torques, ripple and transmission error are
+//! further rows of R, weighted by 1 and the (cos, sin) of their phases.
 //!
-//! A mesh segment is cut into equal windows; segments of different lengths may have windows
-//! of different lengths Δ, each with tables of its own, so that a segment may end anywhere
-//! ([`grid`]). A window may start anywhere. It is cut short at an event or at a breakpoint: weights
-//! that depend on the cut and the force, not on the blocks, recombine the exponential series
-//! of the full window ([`partial`]).
+//! A mesh segment is divided into equal windows. Segments of different lengths may have windows of different lengths
+//! Δ, each with separate tables, so that a segment may end anywhere ([`grid`]). A window may start anywhere. It is
+//! cut at an event or at a breakpoint: weights that depend on the cut and the force, but not on the blocks, recombine
+//! the exponential series of the full window ([`partial`]).
 //!
-//! 24 terms and not 16: a term costs work in proportion, but the length that P terms resolve
-//! to round-off grows from κ = 1.26 to 4.0 (κ: fastest rate times half a window), so that a
-//! cycle takes a third of the windows.
+//! Why 24 terms and not 16: the work is proportional to the number of terms, but the length that P terms resolve to
+//! round-off grows from κ = 1.26 to 4.0 (κ: fastest rate times half a window). A cycle then takes a third of the
+//! windows.
 //!
-//! A trajectory and its tangents are columns of the same products: a window is solved and moved
-//! for all at once, four columns a pass over the tables where the registers hold their sums. The
-//! trajectory's bits do not depend on how many tangents it has.
+//! A trajectory and its tangents are columns of the same products. A window is solved and advanced for all of them at
+//! once, four columns per pass over the tables if the registers can hold their sums. The bits of the trajectory do
+//! not depend on the number of tangents.
 //!
-//! Layout. The series index is the SIMD lane in R, S̃ and Q̃ (24 doubles: three vectors of
-//! AVX-512, six of AVX2), one row an entry of the state; the block index is the lane in D, E
-//! and the exponentials (chunks of 8), chunk after chunk in the order in which a window reads
-//! them. The exponential series of a slow block falls below round-off long before term 24: a
-//! chunk has the terms that its fastest block needs. Rows and lane groups start on cache lines.
-//! At N = 40 that is 16 KB for R, 13 KB for D and E, 9 KB a distinct stiffness, and 11 KB that
-//! only cuts read. Directions of one line share R, windows of one length the exponentials. The
-//! instruction set is chosen once a window's solution, once a move: each is
-//! one call ([`lanes`]).
+//! Layout. The series index is the SIMD lane in R, S̃ and Q̃ (24 doubles: three vectors of AVX-512, six of AVX2),
+//! with one row per entry of the state. The block index is the lane in D, E and the exponentials (chunks of 8), chunk
+//! after chunk in the order in which a window reads them. The exponential series of a slow block falls below
+//! round-off long before term 24, so a chunk has the terms that its fastest block needs. Rows and lane groups start
+//! on cache lines. At N = 40 these are 16 KB for R, 13 KB for D and E, 9 KB per distinct stiffness, and 11 KB that
+//! only cuts read. Directions of one line share R, windows of one length the exponentials. The instruction set is
+//! chosen once per solution of a window and once per advance; each is one call ([`lanes`]).
 
 mod cycle;
 mod feedback;
@@ -88,36 +84,36 @@ pub struct Volterra<'m> {
     tables: VolterraTables,
     event_limit: u32,
     instructions: InstructionSet,
-    /// Contacts that let go where their force vanishes.
+    /// Contacts that open when their force vanishes.
     never_pull: ActiveSet,
-    /// Contacts with a search of their own: states of dry sliders, parts of rigid stops.
+    /// Contacts with a separate search: states of dry sliders, parts of rigid stops.
     of_parts: ActiveSet,
     /// The fastest rate of the open structure, its excitation and the mesh cycle \[1/s\].
     fastest: f64,
-    /// Times closer than this before a breakpoint are on it \[s\].
+    /// Times closer than this to a following breakpoint are on it \[s\].
     on_breakpoint: f64,
-    /// Deflections beyond which a motion has diverged, of every line, in the units of its contacts.
+    /// Deflections of every line beyond which a motion has diverged, in the units of its contacts.
     farthest: Vec<f64>,
 }
 
 impl<'m> Volterra<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `tolerance`: relative size of the first Legendre coefficient left out of a window,
-    ///   for the fastest motion the model has; 2⁻⁵² for round-off. It sets the window length,
-    ///   which the exponential series bound: above some 5·10⁻¹⁴ windows grow no longer.
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `tolerance`: relative size of the first omitted Legendre coefficient of a window, for the fastest motion of
+    ///   the model; 2⁻⁵² for round-off. It sets the window length up to the limit of the exponential series, which is
+    ///   reached at some 5·10⁻¹⁴.
+    /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     pub fn new(model: &'m Model, tolerance: f64, event_limit: u32) -> Self {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())
     }
 
-    /// As [`Self::new`], of a model that the kernel keeps.
+    /// As [`Self::new`], with a model that the kernel owns.
     pub fn of(model: Model, tolerance: f64, event_limit: u32) -> Volterra<'static> {
         let set = InstructionSet::best();
         Volterra::build(Cow::Owned(model), tolerance, event_limit, set)
     }
 
-    /// Its model.
+    /// The model.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -153,7 +149,7 @@ impl<'m> Volterra<'m> {
             of_parts: released_by(Release::of_slider).union(released_by(Release::of_stop)),
             fastest: length::fastest_of_open(&model).max(TAU / model.period()),
             on_breakpoint: if never_pull.touching() {
-                // Where the stiffness steps a contact may take hold inside a window of free flight.
+                // At a step of the stiffness, a contact may take load again inside a window of free flight.
                 ON_BREAKPOINT * model.period()
             } else {
                 0.0
@@ -162,36 +158,36 @@ impl<'m> Volterra<'m> {
         }
     }
 
-    /// Upper bound of the rates \[rad/s\] of a model with any one contact closed, excitation
-    /// included; windows are chosen by it.
+    /// Upper bound of the rates \[rad/s\] of a model with any one contact closed, including the excitation. It sets
+    /// the window length.
     pub fn fastest_rate(model: &Model) -> f64 {
         length::fastest_rate(model)
     }
 
-    /// The same of structure and mesh alone, which does not depend on the speed.
+    /// The same for structure and mesh alone, independent of the speed.
     pub fn fastest_own_rate(model: &Model) -> f64 {
         length::fastest_own_rate(model)
     }
 
-    /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
-    /// damper or a slow speed can ask for more than anyone wants to wait for.
+    /// Windows per mesh cycle that the kernel would need for a model. A stiff mesh, a strong damper or a slow speed
+    /// can make this number impractical.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
         grid::cells_needed(model, tolerance)
     }
 
-    /// Numbers of the tables that a full window in contact reads, each for one multiply-add of
-    /// the trajectory; of the first length of window.
+    /// Numbers of the tables that a full window in contact reads, each for one multiply-add of the trajectory, for
+    /// the first window length.
     pub fn numbers_per_window(&self) -> usize {
         self.tables.windows[0].numbers_read()
     }
 
-    /// Bytes of the tables, those included that only windows cut short read.
+    /// Bytes of the tables, including those that only cut windows read.
     pub fn bytes(&self) -> usize {
         let numbers = self.tables.windows.iter().map(WindowTable::numbers);
         numbers.sum::<usize>() * size_of::<f64>()
     }
 
-    /// Windows a mesh cycle without events.
+    /// Windows per mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
         self.tables.first_schedule().grid.cells()
     }

@@ -1,14 +1,14 @@
-//! Windows cut short, by an event or by a breakpoint of the mesh.
+//! How does a window that an event or a breakpoint of the mesh cuts move the state?
 //!
-//! The force is known as a polynomial on the full window. Up to τ it drives the blocks to
+//! The force is known as a polynomial on the full window. Up to τ, it moves the blocks to
 //!
 //! ```text
 //! x(τ) = e^{Aτ} x − ∫₀^τ e^{A(τ−s)} g F(s) ds = Σ ê_k (P_k(ξ(τ)) x − g ∫₀^τ P_k(ξ(τ−s)) F(s) ds)
 //! ```
 //!
-//! with ê_k the exponential series of the full window and ξ a time's place on it. The sums'
-//! weights know nothing of the blocks; the exponentials at τ are formed once a cut and shared
-//! by the trajectory and its tangents.
+//! with ê_k the exponential series of the full window and ξ the position of a time in it. The weights in the sums do
+//! not depend on the blocks. The exponentials at τ are formed once per cut and shared by the trajectory and its
+//! tangents.
 
 use super::Volterra;
 use super::lanes::{self, Basis};
@@ -26,7 +26,7 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Room for the exponentials of `chunks` chunks of blocks.
+    /// Memory for the exponentials of `chunks` chunks of blocks.
     pub fn new(chunks: usize) -> Self {
         Self {
             basis: Basis::ZERO,
@@ -36,8 +36,8 @@ impl Cut {
 }
 
 impl Volterra<'_> {
-    /// Prepares a cut at the place `end` ∈ (−1, 1\] of a full window; returns τ \[s\]. Values at
-    /// the part's nodes are needed where a force acts, and where the part is to be seen.
+    /// Prepares a cut at the position `end` ∈ (−1, 1\] of a full window; returns τ \[s\]. `with_nodes` adds values at
+    /// the nodes of the part, which forces and observers need.
     pub(super) fn prepare_cut(
         &self,
         table: &WindowTable,
@@ -57,8 +57,8 @@ impl Volterra<'_> {
         0.5 * (end + 1.0) * table.delta
     }
 
-    /// Moves trajectory and tangents to the cut. `forces` are the series on the full window, none
-    /// in free flight, and are used up.
+    /// Moves trajectory and tangents to the cut. `forces` are the series on the full window, empty in free flight,
+    /// and are overwritten.
     pub(super) fn cut(
         &self,
         table: &WindowTable,
@@ -81,8 +81,8 @@ impl Volterra<'_> {
         }
     }
 
-    /// Adds what the force of one more contact does to all columns up to the cut. `forces` are its
-    /// series on the full window, and are used up.
+    /// Adds the effect of another contact's force on all columns up to the cut. `forces` are its series on the full
+    /// window, and are overwritten.
     pub(super) fn cut_further(
         &self,
         table: &WindowTable,
@@ -113,7 +113,7 @@ impl Volterra<'_> {
         lanes::moments(self.instructions, basis, series);
     }
 
-    /// A window's series on its part up to the cut, as the observer sees them.
+    /// A window's series on its part up to the cut, for the observer.
     pub(super) fn cut_series<const COUNT: usize>(
         &self,
         cut: &Cut,

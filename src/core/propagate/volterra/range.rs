@@ -1,4 +1,4 @@
-//! Is a trajectory a motion still?
+//! Has a motion diverged?
 
 use super::Volterra;
 use super::position::{Position, Track};
@@ -7,7 +7,7 @@ use crate::numerics::legendre::at_start;
 use crate::propagate::Stop;
 
 impl Volterra<'_> {
-    /// That a trajectory is a motion still, along every line.
+    /// Checks along every line that the motion has not diverged.
     pub(super) fn check_range(
         &self,
         position: &Position,
@@ -17,8 +17,8 @@ impl Volterra<'_> {
         for (view, solution) in track.views().iter().zip(&workspace.solutions) {
             let farthest = self.farthest[view.line];
             let bound = solution.deflection[0].abs() + solution.variation;
-            // The series may run far beyond an event that ends the window long before; where the
-            // window starts is where the trajectory is.
+            // The series may be large beyond an event that ends the window early. Only the start of the window
+            // certainly belongs to the trajectory.
             if bound.is_nan() || bound > farthest {
                 let start = at_start(&solution.deflection).abs();
                 if !bound.is_finite() || start > farthest {

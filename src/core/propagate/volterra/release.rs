@@ -1,13 +1,13 @@
-//! When does a contact that never pulls let go, and when does it take hold again?
+//! When does a contact that never pulls open, and when does it take load again?
 //!
-//! Its push is `s F = k (s δ − b) + c (s δ' − b')`. While closed, it lets go where that falls to zero, still
-//! compressed; δ cannot fall back to the gap before, since there only the damper acts, and pulls.
-//! Open and compressed (*unladen*), it takes hold where the push it would have rises to zero. From
-//! where it comes free, δ back at the gap, it is as any other: it closes where δ rises to the gap.
-//! No force changes where a contact comes free, and no window is cut there.
+//! Its push is `s F = k (s δ − b) + c (s δ' − b')`. A closed contact opens when its push falls to zero, while it is
+//! still compressed. δ cannot return to the gap before, because only the damper would act there, and pull. An open
+//! and compressed contact is *unladen*. It takes load again when the push that it would have rises to zero. Once δ is
+//! back at the gap, the contact is free and closes like any other when δ rises to the gap. No force changes when a
+//! contact becomes free, and no window is cut there.
 //!
-//! The push of a closed contact is its force, which its window was solved for. That of an unladen
-//! one is formed segment by segment: free flight does not stop at their ends, where k steps.
+//! The push of a closed contact is its force from the solution of its window. The push of an unladen contact is
+//! formed segment by segment, because free flight passes the ends of segments, where k steps.
 
 use super::Volterra;
 use super::lanes;
@@ -19,14 +19,14 @@ use crate::numerics::legendre::{self, transforms24};
 use crate::propagate::Counters;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 
-/// Where a contact stands as it opens or closes.
+/// Condition of a contact when it opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
     /// At its surface.
     Surface,
     /// Where its push vanishes.
     NoForce,
-    /// At neither: its push has stepped over zero, or its start was given so.
+    /// Neither: its push has jumped over zero, or it started so.
     Elsewhere,
 }
 
@@ -34,7 +34,7 @@ pub(super) enum Place {
 struct Indentation {
     /// Series of `s δ − b` \[m\].
     series: Series,
-    /// Series of its derivative by time \[m/s\].
+    /// Series of its time derivative \[m/s\].
     rate: Series,
     /// Round-off of the first \[m\].
     noise: f64,
@@ -49,8 +49,8 @@ impl Indentation {
         (segment.stiffness.bound() + segment.damping * rate) * self.noise
     }
 
-    /// Series of the push between two places, a segment of the contact, of a window that starts at
-    /// a time \[s\] of a cycle of some period \[s\].
+    /// Series of the push between two positions in one segment, for a window that starts at a time \[s\] of a cycle
+    /// with a period \[s\].
     fn push(&self, segment: &Segment, [from, to]: [f64; 2], time: f64, period: f64) -> Series {
         let transforms = transforms24();
         let part = transforms.restrict(&self.series, from, to);
@@ -70,8 +70,8 @@ impl Indentation {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, and where its contact then stands; of two at the
-    /// same moment the first in the order of contacts.
+    /// The first event on a window up to `limit`, and the condition of its contact. Of two at the same moment, the
+    /// first in the order of contacts.
     pub(super) fn first_event(
         &self,
         position: &Position,
@@ -96,7 +96,7 @@ impl Volterra<'_> {
         )
     }
 
-    /// As [`Self::first_event`], contacts `aside` left out.
+    /// As [`Self::first_event`], without the contacts `aside`.
     pub(super) fn first_of_contacts(
         &self,
         position: &Position,
@@ -151,8 +151,8 @@ impl Volterra<'_> {
         first
     }
 
-    /// The contacts whose push is to be watched: of those that never pull the closed ones, and open
-    /// ones that are compressed where the window starts.
+    /// The contacts whose push is monitored: of those that never pull, the closed ones, and the open ones that are
+    /// compressed at the start of the window.
     fn watched_by_push(
         &self,
         position: &Position,
@@ -212,7 +212,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Where a closed contact lets go.
+    /// The position where a closed contact opens.
     fn lets_go(
         &self,
         (contact, active): (usize, ActiveSet),
@@ -224,7 +224,7 @@ impl Volterra<'_> {
     ) -> Option<(f64, Place)> {
         let beyond = legendre::at_start(&indentation.series) < -indentation.noise;
         if beyond && !position.crossed.holds(contact) {
-            // A step of line or gap has freed it.
+            // A step of the line or the gap has freed it.
             return Some((-1.0, Place::Elsewhere));
         }
         let own = &self.model.contacts[contact];
@@ -243,7 +243,7 @@ impl Volterra<'_> {
         Some((x, if vanished { Place::NoForce } else { Place::Elsewhere }))
     }
 
-    /// Where an unladen contact takes hold again.
+    /// The position where an unladen contact takes load again.
     fn takes_hold(
         &self,
         contact: usize,
@@ -293,8 +293,8 @@ impl Volterra<'_> {
         Some((free + 0.5 * (limit - free) * (x + 1.0), Place::Surface))
     }
 
-    /// Where an unladen contact is shallow enough to act, up to `limit`: where the window starts, unless it is a layer of a film
-    /// that is squeezed thinner.
+    /// The position, up to `limit`, from which an unladen contact is shallow enough to act. This is the start of the
+    /// window, except for a film layer that is squeezed thinner.
     fn enters_band(
         &self,
         depth: &Series,
@@ -317,8 +317,8 @@ impl Volterra<'_> {
         self.exit(&beyond, 1.0, noise, false, limit, counters)
     }
 
-    /// Where `sign` times a series of some round-off turns negative, up to `limit`; `known` says
-    /// that it is zero where it starts.
+    /// The position, up to `limit`, where `sign` times a series with the round-off `noise` becomes negative. `known`
+    /// means that the series is zero at its start.
     pub(super) fn exit(
         &self,
         series: &Series,

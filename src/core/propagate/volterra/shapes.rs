@@ -1,9 +1,9 @@
-//! In what shapes do the numbers of tables and windows lie?
+//! Data layouts of tables and windows.
 
 use crate::model::{Model, STIFFNESS_TERMS};
 pub use crate::propagate::vectors::{LANES, Lanes, Row, Series, TERMS, interpolation};
 
-/// What a chunk of blocks is made of.
+/// The constants of a chunk of blocks.
 #[derive(Debug, Clone, Copy)]
 pub struct BlockChunk {
     /// Traceless part M, row by row.
@@ -12,16 +12,15 @@ pub struct BlockChunk {
     pub deflection: [Lanes; 2],
     /// Gain −g of the mesh force.
     pub mesh_pull: [Lanes; 2],
-    /// Constant input of the mean torques, where the blocks drift.
+    /// Constant input of the mean torques if the blocks drift.
     pub static_input: [Lanes; 2],
-    /// Where the mean torques alone hold the blocks, `−A⁻¹ s`; zero where they drift.
+    /// Rest position of the blocks under the mean torques alone, `−A⁻¹ s`; zero if they drift.
     pub rest: [Lanes; 2],
-    /// Whether some of the blocks have no rest, or one too far away.
+    /// Whether some of the blocks have no rest position, or one too far away.
     pub drifts: bool,
 }
 
-/// Gap error of loaded flanks over a window \[m\]: the first terms of its series, all others being
-/// zero.
+/// Gap error of loaded flanks over a window \[m\]: the first terms of its series. All others are zero.
 pub type GapError = [f64; STIFFNESS_TERMS];
 
 /// Sizes that all tables of a model share.
@@ -29,16 +28,15 @@ pub type GapError = [f64; STIFFNESS_TERMS];
 pub struct Layout {
     /// Blocks rounded up to whole chunks.
     pub padded: usize,
-    /// Inputs that act on the blocks, the first of all inputs: the constant 1 and (cos, sin)
-    /// of every ripple.
+    /// Inputs that act on the blocks, which come first: the constant 1 and (cos, sin) of every ripple.
     pub acting: usize,
-    /// All inputs: those that act, then (cos, sin) of every frequency of the transmission
-    /// errors; rounded up to a multiple of 4.
+    /// All inputs: the acting ones, then (cos, sin) of every frequency of the transmission errors; rounded up to a
+    /// multiple of 4.
     pub inputs: usize,
 }
 
 impl Layout {
-    /// Those of the tables of a model with so many frequencies of transmission errors.
+    /// The layout for a model with this number of frequencies of transmission errors.
     pub fn new(model: &Model, frequencies: usize) -> Self {
         let acting = 1 + 2 * model.ripple.len();
         Self {

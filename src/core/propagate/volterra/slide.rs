@@ -1,12 +1,12 @@
 //! When does a dry slider begin to slip, and when does it stick again?
 //!
-//! The line of a slider shows `u = δ − s`, the stretch of its spring. A slider that sticks begins to slip where u rises to
-//! F/k or falls to −F/k; one that slips sticks again where u' = δ' changes its sign, s being kept at its old place in the
-//! meantime. No force steps at either event, so that tangents go through both without a jump. A slip takes its slider
-//! along, tangents included: `ds = w·dq` ([`Volterra::let_slide`]).
+//! The deflection on the line of a slider is `u = δ − s`, the stretch of its spring. A sticking slider begins to slip
+//! when u rises to F/k or falls to −F/k. A slipping one sticks again when u' = δ' changes its sign; until then s
+//! keeps its old value. The force is continuous at both events, so tangents pass them without a jump. A slip moves
+//! the slider and its tangents: `ds = w·dq` ([`Volterra::let_slide`]).
 //!
-//! Right after a slip u stands at its limit, and u' at zero: a double root. u can only come back to the limit behind the next
-//! zero of u', so that this is sought first, the known root divided out.
+//! Right after a slip, u is at its limit and u' is zero, a double root. u can only return to the limit after the next
+//! zero of u'. That zero is therefore sought first, with the known root divided out.
 
 use super::Volterra;
 use super::position::{SAME_TIME, Track};
@@ -22,7 +22,7 @@ use crate::propagate::events::{Crossing, ROUND_OFF};
 struct Stretch {
     /// Its series \[m\].
     series: Series,
-    /// Series of its derivative by the place in the window \[m\].
+    /// Series of its derivative by the position in the window \[m\].
     slope: Series,
     /// Round-off of the first \[m\].
     noise: f64,
@@ -36,7 +36,8 @@ impl Stretch {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, sliders included, where `first` is that of all other contacts.
+    /// The first event on a window up to `limit`, including sliders; `first` is the first event of all other
+    /// contacts.
     pub(super) fn first_with_sliders(
         &self,
         track: Track<'_>,
@@ -69,7 +70,7 @@ impl Volterra<'_> {
         first
     }
 
-    /// Where a slip ends.
+    /// The position where a slip ends.
     fn sticks(
         &self,
         slip: usize,
@@ -84,7 +85,7 @@ impl Volterra<'_> {
         self.exit(&stretch.slope, side, noise, known, limit, counters)
     }
 
-    /// Where a slip begins.
+    /// The position where a slip begins.
     fn slips(
         &self,
         slip: usize,
@@ -114,7 +115,8 @@ impl Volterra<'_> {
         Some(turn + 0.5 * (limit - turn) * (x + 1.0))
     }
 
-    /// Takes the sliders along whose slips are among these contacts, at a time \[s\] of a mesh cycle: trajectory and tangents.
+    /// Moves the sliders with slips among these contacts, at a time \[s\] of a mesh cycle, for trajectory and
+    /// tangents.
     pub(super) fn let_slide(
         &self,
         slips: ActiveSet,

@@ -1,26 +1,25 @@
-//! Which tables of windows are needed: one a length and direction, found while the cycle is laid out.
+//! Which window tables does a layout of the cycle need? There is one per length and direction.
 
 use super::window_stiffness::WindowStiffness;
 use crate::model::Model;
 
-/// The contacts that see the same deflection.
+/// Contacts with the same deflection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineView {
     /// Their line.
     pub line: usize,
-    /// Window table whose rows are those of the line.
+    /// Window table with the rows of that line.
     pub window: usize,
     /// The contacts.
     pub contacts: Vec<usize>,
 }
 
-/// Window tables while it is found out which are needed: one a length and direction, with the
-/// lines on which its force is felt besides.
+/// The required window tables: one per length and direction, and the other lines that its force acts on.
 #[derive(Default)]
 pub struct TableRequests {
     pub kinds: Vec<(usize, usize)>,
     pub closures: Vec<Vec<WindowStiffness>>,
-    /// Whether the stiffness varies on some window that no table has.
+    /// Whether the stiffness varies on some window without a tabulated operator.
     pub varying: Vec<bool>,
     pub felt: Vec<Vec<usize>>,
 }
@@ -35,8 +34,8 @@ impl TableRequests {
         window
     }
 
-    /// The lines of contacts in their directions, for windows of a length.
-    /// That of the contact `first` comes first.
+    /// The lines of contacts in their directions, for windows of a length. The line of the contact `first` comes
+    /// first.
     pub fn views(
         &mut self,
         model: &Model,
@@ -52,7 +51,7 @@ impl TableRequests {
             match views.iter_mut().find(|view| view.line == line) {
                 Some(view) => view.contacts.push(contact),
                 None => {
-                    // Beside the own direction only the line matters: one table serves it.
+                    // For the other contacts only the line matters, so one table serves each line.
                     let known = (self.kinds.iter())
                         .position(|kind| kind.0 == length && model.directions[kind.1].line == line);
                     let window = match known.filter(|_| contact != first) {
@@ -73,7 +72,8 @@ impl TableRequests {
         views
     }
 
-    /// What closes a contact on windows that start anywhere in its segment.
+    /// Requests the solution operator of a contact on windows that start anywhere in its segment. `None` if its
+    /// stiffness varies.
     pub fn close(&mut self, window: usize, closure: WindowStiffness) -> Option<usize> {
         if closure.varies() {
             self.varying[window] = true;
@@ -87,7 +87,7 @@ impl TableRequests {
     }
 }
 
-/// Place of a value in a list, appended where it is new.
+/// Index of a value in a list. The value is appended if it is new.
 pub fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
     known.iter().position(|k| *k == value).unwrap_or_else(|| {
         known.push(value);

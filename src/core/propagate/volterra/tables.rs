@@ -1,4 +1,4 @@
-//! Everything a kernel computes once for an operating point.
+//! The tables that a kernel computes once for an operating point.
 
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
@@ -15,39 +15,38 @@ use crate::propagate::vectors::InstructionSet;
 pub struct VolterraTables {
     /// Sizes.
     pub layout: Layout,
-    /// Angular frequencies of all transmission errors \[rad/s\], with their turns a mesh cycle.
+    /// Angular frequencies of all transmission errors \[rad/s\], with their turns per mesh cycle.
     pub frequencies: Vec<[f64; 2]>,
-    /// Whether they are all as they were after a base period; orders of a shaft are not.
+    /// Whether all of them repeat after a base period; orders of a shaft may not.
     pub errors_recur: bool,
-    /// Mesh cycles as contacts have them.
+    /// Mesh cycles of the contacts.
     schedules: Vec<Schedule>,
-    /// The schedules of every contact in the mesh cycles of a base period; contacts that are alike
-    /// share them.
+    /// The schedules of every contact in the mesh cycles of a base period. Equal contacts share them.
     schedules_of_contact: Vec<Vec<usize>>,
-    /// Stretches of every mesh cycle of a base period on which no contact changes its segment; none
-    /// where no two contacts can be closed at once.
+    /// Stretches of every mesh cycle of a base period on which no contact changes its segment. Empty if no two
+    /// contacts can be closed together.
     pub joint: Vec<Vec<JointStretch>>,
-    /// One table a length of window and direction of a contact force.
+    /// One table per length of window and direction of a contact force.
     pub windows: Vec<WindowTable>,
-    /// Gains of the blocks, one list a direction.
+    /// Gains of the blocks, one list per direction.
     pub blocks: Vec<Vec<BlockChunk>>,
-    /// Input −g of every chunk of blocks, one list a direction.
+    /// Input −g of every chunk of blocks, one list per direction.
     pub pulls: Vec<Vec<[Lanes; 2]>>,
-    /// Input of every chunk of blocks, one a torque ripple.
+    /// Input of every chunk of blocks, one list per torque ripple.
     pub ripple: Vec<Vec<[Lanes; 2]>>,
     /// Whether a contact has gap errors.
     pub gap_errors: Vec<bool>,
-    /// Windows of a mesh cycle that no event cuts, at most.
+    /// Largest number of windows in a mesh cycle without events.
     most_windows: usize,
 }
 
-/// A mesh cycle as a contact has it.
+/// The mesh cycle of a contact.
 #[derive(Debug)]
 pub struct Schedule {
-    /// Where windows start.
+    /// Starts of windows.
     pub grid: Grid,
-    /// The lines of all contacts on every stretch, that of the contact first: its window table is
-    /// that of the stretch.
+    /// The lines of all contacts on every stretch. The line of the contact comes first; its window table is that of
+    /// the stretch.
     pub sights_of_stretch: Vec<Vec<LineView>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
@@ -169,7 +168,7 @@ impl VolterraTables {
         }
     }
 
-    /// Windows of a mesh cycle that no event cuts, whichever contacts are closed: at most.
+    /// Largest number of windows in a mesh cycle without events, for any closed contacts.
     pub fn most_windows(&self) -> usize {
         self.most_windows
     }
@@ -185,7 +184,7 @@ impl VolterraTables {
     }
 }
 
-/// Windows of a mesh cycle that no event cuts, on whichever schedules and stretches it passes: at most.
+/// Largest number of windows in a mesh cycle without events, on any schedules and stretches.
 fn most_windows(
     schedules: &[Schedule],
     joint: &[Vec<JointStretch>],
@@ -208,8 +207,7 @@ fn most_windows(
 }
 
 impl Schedule {
-    /// A contact's schedule of a mesh cycle; `which` of the `lengths` of windows each stretch of its
-    /// grid has.
+    /// A contact's schedule of a mesh cycle. `which` are the indices into `lengths` for the stretches of its grid.
     fn new(
         model: &Model,
         (contact, cycle, grid): (usize, u64, Grid),
@@ -256,7 +254,7 @@ impl Schedule {
         }
     }
 
-    /// The stretch that a cell or a time \[s\] is in.
+    /// The stretch of a cell or of a time \[s\].
     #[inline]
     pub fn stretch(&self, aligned: Option<usize>, time: f64) -> usize {
         match aligned {
@@ -270,13 +268,13 @@ impl Schedule {
     }
 }
 
-/// (cos, sin) of a frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within one.
+/// (cos, sin) of a frequency \[rad/s\], with its turns per mesh cycle, at a time \[s\] within a cycle.
 pub fn phases([angular, turns]: [f64; 2], cycle: u64, time: f64) -> [f64; 2] {
     let (sin, cos) = turned(angular, turns, cycle, time).sin_cos();
     [cos, sin]
 }
 
-/// Pairs of numbers, one a block, by chunks.
+/// Pairs of numbers, one per block, by chunks.
 fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     let chunk = |group: &[[f64; 2]]| {
         let mut lanes = [Lanes::ZERO; 2];
@@ -290,8 +288,8 @@ fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     pairs.chunks(LANES).map(chunk).collect()
 }
 
-/// Mesh radians that a block turns in a cycle, below which it drifts: its rest is so far from
-/// where it is that the distance would cost digits.
+/// Angle \[rad\] that a block turns in a mesh cycle, below which it drifts. Its rest position is then so far away
+/// that the difference would lose digits.
 const DRIFT: f64 = 0.1;
 
 /// `−A⁻¹ s`: with `A = μ I + M` and `M² = −ν² I`, `A⁻¹ = (μ I − M) / (μ² + ν²)`.
@@ -337,7 +335,7 @@ mod tests {
     use super::*;
     use crate::model::{Division, fixtures};
 
-    /// The end of a cycle, and what rounding puts behind it, belongs to its last stretch.
+    /// The end of a cycle, also with a rounding error, belongs to its last stretch.
     #[test]
     fn every_time_of_a_cycle_has_a_stretch() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

@@ -1,17 +1,16 @@
-//! The mesh closed on itself where its stiffness varies over a window.
+//! How is a window in contact solved if its stiffness varies?
 //!
-//! With k no constant, `f = k (δ − s b) + c δ'` is asked for at the P Gauss nodes of the
-//! window (collocation): B and B' take values at the nodes to values at the nodes, and
+//! With a varying k, `f = k (δ − s b) + c δ'` is required at the P Gauss nodes of the window (collocation). B and B'
+//! map values at the nodes to values at the nodes, and
 //!
 //! ```text
 //! (I + diag(k) B + c B') f = diag(k) (d − s b) + c 𝒟 d,      δ = d − B f
 //! ```
 //!
-//! A window on the grid meets the same k in every cycle: its system is solved once, for all d
-//! ([`super::feedback::Feedback`]). One that starts elsewhere is factorised where it is met,
-//! `L U` by columns; its tangents share the factors. The matrix is that of a causal operator,
-//! nearly lower triangular with a unit diagonal when the nodes are taken in order of time, and
-//! is eliminated in that order without exchanging rows.
+//! A window on the grid has the same k in every cycle, so its system is solved once for all d
+//! ([`super::feedback::Feedback`]). A window that starts elsewhere is factorised when it occurs, `L U` by columns;
+//! its tangents share the factors. The operator is causal: with nodes in the order of time, the matrix is nearly
+//! lower triangular with a unit diagonal. It is eliminated in that order without row exchanges.
 
 use super::shapes::{Row, Series, TERMS};
 use crate::numerics::convolution::product;
@@ -27,9 +26,9 @@ pub struct Nodal {
     pub response_rate: [Row; TERMS],
     /// B, from series to series.
     pub series_response: [Row; TERMS],
-    /// 2/Δ: a derivative by time over that by place \[1/s\].
+    /// 2/Δ: the ratio of a derivative by time to the one by position \[1/s\].
     pub pace: f64,
-    /// What is the same for all windows.
+    /// Maps that all windows share.
     pub maps: &'static Maps,
 }
 
@@ -38,7 +37,7 @@ pub struct Nodal {
 pub struct Maps {
     /// From a series to its values at the nodes.
     pub values: [Row; TERMS],
-    /// From a series to the values of its derivative by place.
+    /// From a series to the values of its derivative by position.
     pub slopes: [Row; TERMS],
     /// From values at the nodes to the series.
     pub series: [Row; TERMS],
@@ -81,7 +80,7 @@ impl Nodal {
 pub struct Factors {
     /// Columns of −L below its unit diagonal.
     pub lower: [Row; TERMS],
-    /// Columns of −D⁻¹U above its diagonal, D being that diagonal.
+    /// Columns of −D⁻¹U above the diagonal D of U.
     pub upper: [Row; TERMS],
     /// One over the diagonal of U.
     pub pivots: Row,
@@ -92,7 +91,7 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// Of no window yet.
+    /// Before the first window.
     pub const NONE: Self = Self {
         lower: [Row::ZERO; TERMS],
         upper: [Row::ZERO; TERMS],

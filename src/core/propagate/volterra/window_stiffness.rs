@@ -1,4 +1,4 @@
-//! What closes the mesh on a window, by the stiffness of its segment?
+//! What is the solution operator of a window in a given segment?
 
 use super::feedback::Feedback;
 use super::lanes;
@@ -8,20 +8,20 @@ use crate::model::{Model, Segment, Stiffness};
 use crate::numerics::legendre::transforms24;
 use crate::propagate::vectors::InstructionSet;
 
-/// What closes the mesh on a window: its stiffness and where the window lies in it.
+/// Stiffness and damping of a contact on a window, and the position of the window in the segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowStiffness {
     /// Stiffness of the segment.
     pub stiffness: Stiffness,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
-    /// Places of the window's start and end in the segment, \[−1, 1\] being the segment; the
-    /// same for all windows where the stiffness is constant.
+    /// Positions of the window's start and end in the segment, which is \[−1, 1\]. The same for all windows if the
+    /// stiffness is constant.
     span: [f64; 2],
 }
 
 impl WindowStiffness {
-    /// That of a window of length `delta` \[s\] which starts at `time` \[s\] in a segment.
+    /// For a window of length `delta` \[s\] that starts at `time` \[s\] in a segment.
     pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
         let stiffness = segment.stiffness;
         let place = |time: f64| segment.place(time / model.period());
@@ -50,8 +50,7 @@ impl WindowStiffness {
         lanes::factorise(set, nodal, stiffness, &places, self.damping, out);
     }
 
-    /// The solution operator of the window, whose stiffness varies; `factors` are left with
-    /// those of its system.
+    /// The solution operator of the window with a varying stiffness. Overwrites `factors` with those of its system.
     pub fn feedback(&self, set: InstructionSet, nodal: &Nodal, factors: &mut Factors) -> Feedback {
         self.factorise(set, nodal, factors);
         let (mut to_force, mut to_deflection) = ([Row::ZERO; TERMS], [Row::ZERO; TERMS]);

@@ -1,4 +1,4 @@
-//! Everything that depends on the length of a window and on the direction of the mesh force.
+//! The tables that depend on the length of a window and on the direction of the mesh force.
 
 use super::feedback::Feedback;
 use super::lanes::{self, ExponentialChunk, Windows};
@@ -24,41 +24,39 @@ pub struct WindowTable {
     pub exponentials: Arc<Vec<ExponentialChunk>>,
     /// D and E, and the inputs' responses.
     pub moves: Windows,
-    /// Rows of R: one series an entry of the extended state (first components, second
-    /// components, inputs).
+    /// Rows of R: one series per entry of the extended state (first components, second components, inputs).
     pub rows: Arc<Vec<Row>>,
-    /// What bounds the terms of every row beyond the first lane group.
+    /// Bounds of the terms of every row beyond the first lane group.
     pub tails: Vec<f64>,
-    /// Solution operators: one a distinct (k, c), or one a cell whose stiffness varies.
+    /// Solution operators: one per distinct (k, c), or one per cell with a varying stiffness.
     pub feedback: Vec<Feedback>,
-    /// Where the stiffness varies on some window: what closes the mesh there.
+    /// Matrices for windows with a varying stiffness, if there are any.
     pub nodal: Option<Box<Nodal>>,
     /// Direction of the mesh force, among the model's.
     pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
     pub ripple: Vec<[Complex64; TERMS]>,
-    /// What the force does to deflections besides its own.
+    /// Responses of other lines to the force.
     responses: Vec<Response>,
 }
 
-/// What a force does to the deflection along a line: columns of B and B', series to series.
+/// Response of the deflection along a line to a force: columns of B and B', series to series.
 #[derive(Debug)]
 pub struct Response {
     line: usize,
-    /// To the deflection.
+    /// Response of the deflection.
     pub deflection: [Row; TERMS],
-    /// What bounds its terms beyond the first lane group, one a column.
+    /// Bounds of its terms beyond the first lane group, one per column.
     pub tails: Row,
-    /// To its rate.
+    /// Response of its rate.
     pub rate: [Row; TERMS],
 }
 
 impl WindowTable {
-    /// Tables of windows of a length \[s\] and a direction for a model, which contacts have the
-    /// `closures` on such windows, some with a stiffness that varies besides, and whose force is
-    /// `felt` on some lines.
-    /// `exponentials` are those of the blocks on a window of this length, `frequencies` those of
-    /// the transmission errors.
+    /// Tables for windows of a length \[s\] and a direction. `closures` are the stiffnesses of contacts on such
+    /// windows, with a flag for further windows with a varying stiffness. `felt` are the other lines on which the
+    /// force acts. `exponentials` are those of the blocks on a window of this length, `frequencies` those of the
+    /// transmission errors.
     pub fn new(
         model: &Model,
         layout: Layout,
@@ -104,8 +102,8 @@ impl WindowTable {
         table
     }
 
-    /// Has what does not depend on the direction of the force from a table of the same windows:
-    /// exponentials, and the rows of R where the line is the same.
+    /// Takes the tables that do not depend on the direction of the force from a table of the same windows:
+    /// exponentials, and the rows of R if the line is the same.
     pub fn share(&mut self, model: &Model, known: &Self) {
         if known.delta == self.delta {
             self.exponentials = Arc::clone(&known.exponentials);
@@ -121,8 +119,8 @@ impl WindowTable {
         self.rows.len() * TERMS + 2 * (TERMS + 1) * TERMS + self.moves.numbers()
     }
 
-    /// Numbers held: what full windows read, with all solution operators, and the exponentials; of
-    /// what tables share its part.
+    /// Stored numbers: those that full windows read, all solution operators, and the exponentials. A shared array
+    /// counts in proportion.
     pub fn numbers(&self) -> usize {
         let others = self.feedback.len().saturating_sub(1) * 2 * (TERMS + 1) * TERMS;
         let exponentials = size_of_val(&**self.exponentials) / size_of::<f64>();
@@ -167,7 +165,7 @@ impl WindowTable {
         }
     }
 
-    /// S̃ and Q̃ of every closure, and the mean torques' effect on δ.
+    /// S̃ and Q̃ of every stiffness, and the mean torques' effect on δ.
     fn fill_feedback(
         &mut self,
         model: &Model,
@@ -207,7 +205,7 @@ impl WindowTable {
             .collect();
     }
 
-    /// Torque ripples: their effect on state and δ, phase left out.
+    /// Torque ripples: their effect on state and δ, without phase.
     fn fill_ripple(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
         let gains = &model.directions[self.direction].gains;
@@ -248,7 +246,7 @@ impl WindowTable {
         }
     }
 
-    /// The transmission error's effect on δ, `−e`, amplitude and phase included.
+    /// The transmission error's effect on δ, `−e`, with amplitude and phase.
     fn fill_transmission_error(&mut self, model: &Model, layout: Layout, frequencies: &[[f64; 2]]) {
         let first = 2 * layout.padded + layout.acting;
         let rows = Arc::make_mut(&mut self.rows);
@@ -270,7 +268,7 @@ impl WindowTable {
         }
     }
 
-    /// What the force does to the deflection along a line.
+    /// Response of the deflection along a line to the force.
     pub fn felt_on(&self, line: usize) -> Option<&Response> {
         self.responses.iter().find(|response| response.line == line)
     }
@@ -333,7 +331,7 @@ impl BlockExponential {
         }
     }
 
-    /// How many terms matter, an even number: the others are below round-off.
+    /// Number of significant terms, an even number; the others are below round-off.
     fn terms(&self) -> usize {
         let terms = significant(&self.cosine).max(significant(&self.sine));
         terms.clamp(1, TERMS).next_multiple_of(2)
@@ -400,7 +398,7 @@ mod tests {
     use crate::propagate::Volterra;
     use std::sync::Arc;
 
-    /// Friction turns round within the cycle: two directions along one line, on windows of one length.
+    /// Friction reverses within the cycle: two directions along one line, on windows of one length.
     fn model() -> Model {
         let mut structure = fixtures::structure(
             &[
@@ -422,7 +420,7 @@ mod tests {
         Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap()
     }
 
-    /// Bytes of arrays, each counted once whoever shares it.
+    /// Bytes of arrays, each counted once even if shared.
     #[test]
     fn numbers_are_those_of_the_arrays() {
         let model = model();

@@ -133,7 +133,7 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
     }
 }
 
-/// A branch that began at a doubling and is followed back to it ends there.
+/// A branch of doubled period that is followed back to its period doubling ends there.
 #[test]
 fn a_doubled_branch_merges_into_its_parent() {
     let mut map = Planted(|[x, y], p| {

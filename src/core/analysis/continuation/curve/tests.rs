@@ -1,12 +1,12 @@
-//! What of codimension two lies between two orbits, from their multipliers and touches alone.
+//! Bifurcations of codimension two between two orbits, from their multipliers and touches alone.
 
 use super::*;
 use crate::analysis::continuation::map::{Details, Image, MapError};
 use crate::analysis::continuation::touches::{Extreme, Touches};
 use faer::Mat;
 
-/// An orbit with some multipliers, given by modulus and angle \[rad\] (an angle between 0 and π is of a pair), and depths
-/// of a contact at its extremes, a minimum first.
+/// An orbit with multipliers given by modulus and angle \[rad\]; an angle between 0 and π gives a pair. `depths` are
+/// those of a contact at its extremes, a minimum first.
 fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     let mut multipliers = Vec::new();
     for &[modulus, angle] in polar {
@@ -43,7 +43,7 @@ fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     }
 }
 
-/// What is found between two orbits, the same both ways.
+/// The note between two orbits, checked to be the same in both orders.
 fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
     let [a, b] = [a, b].map(|polar| orbit(polar, &[]));
     let note = codimension_two(&kind, &a, &b);
@@ -51,7 +51,7 @@ fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
     note
 }
 
-/// A torus whose pair passes a third or a quarter of a turn is resonant there, and nowhere else.
+/// A torus is resonant where its pair passes a third or a quarter of a turn, and nowhere else.
 #[test]
 fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
     for (from, to, note) in [
@@ -65,7 +65,7 @@ fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
         let at = |degrees: f64| [[1.0, f64::to_radians(degrees)], [0.3, 0.0]];
         assert_eq!(found(Kind::Torus, &at(from), &at(to)), note, "{from} {to}");
     }
-    // Of two pairs the one on the circle counts; without a pair nothing is told.
+    // The pair on the circle counts. Without a pair there is no note.
     let two = |degrees: f64| {
         [
             [0.4, f64::to_radians(120.0)],
@@ -104,7 +104,7 @@ fn a_second_multiplier_that_passes_the_circle_is_told() {
     }
 }
 
-/// Along a graze a multiplier of ±1, or another contact change.
+/// A multiplier of ±1 along a graze, or a graze of another contact.
 #[test]
 fn what_happens_on_a_graze_besides_is_told() {
     let kind = Kind::Graze {
@@ -124,7 +124,7 @@ fn what_happens_on_a_graze_besides_is_told() {
         found(kind, &inside, &doubled),
         Some("graze and period doubling")
     );
-    // The graze itself, of round-off to either side, is no other one; nor is an undulation within contact.
+    // Round-off in the depth of the graze itself is no other graze, and an extreme inside contact is none either.
     let touching = |depths: &[f64]| orbit(&inside, depths);
     let [inward, outward] = [1e-15, -1e-15].map(|depth| touching(&[depth, 0.5]));
     assert_eq!(codimension_two(&kind, &inward, &outward), None);
@@ -140,7 +140,7 @@ fn what_happens_on_a_graze_besides_is_told() {
     }
 }
 
-/// The plane holds its borders, and lengths in it are parts of its sides.
+/// The plane includes its borders, and lengths in it are relative to its sides.
 #[test]
 fn places_in_a_plane_are_parts_of_its_sides() {
     let plane = Plane {
@@ -188,8 +188,8 @@ impl CycleMap for Hyperbola {
     }
 }
 
-/// A curve is followed round a bend far sharper than its steps, which shorten there and grow again, and up to a
-/// corner, which has no way round.
+/// A curve is followed through a bend much sharper than its steps, which shorten there and grow again. At a corner,
+/// the curve ends.
 #[test]
 fn a_sharp_bend_is_followed_in_shorter_steps() {
     let plane = Plane {

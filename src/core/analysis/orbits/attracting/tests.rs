@@ -1,4 +1,4 @@
-//! Approaches that are known, of maps of two components that stand for a mesh cycle.
+//! Known approaches, of maps with two components in place of a mesh cycle.
 
 use super::*;
 use crate::model::OperatingPoint;
@@ -26,7 +26,7 @@ trait Map {
     }
 }
 
-/// A map as a kernel with an event in every cycle: without one it would be affine.
+/// A map as a kernel with an event in every cycle, because an orbit without events would count as affine.
 struct Cycles<M> {
     map: M,
     weights: [f64; 2],
@@ -103,7 +103,7 @@ impl<M: Map> Place<M> {
         self.kernel.weights[0] * state.state[0] / self.kernel.unit
     }
 
-    /// How a trajectory comes to the fixed point at the origin.
+    /// How a trajectory approaches the fixed point at the origin.
     fn comes_from(&self, y: [f64; 2]) -> Option<Approach> {
         let (model, kernel, norm) = (&self.model, &self.kernel, &self.norm);
         let origin = self.state([0.0; 2]);
@@ -125,7 +125,7 @@ impl<M: Map> Place<M> {
         found.unwrap()
     }
 
-    /// The orbit that attracts a trajectory, looked for a few times as it goes on.
+    /// The orbit that attracts a trajectory, sought four times along it.
     fn attracting(&self, y: [f64; 2]) -> Option<Attracting> {
         let (model, kernel, norm) = (&self.model, &self.kernel, &self.norm);
         let mut trajectory = self.state(y);
@@ -146,8 +146,7 @@ impl<M: Map> Place<M> {
     }
 }
 
-/// Next to a period doubling: `u' = −(1 + excess) u + cubic u³` on a curved line, to which the other
-/// component decays.
+/// Near a period doubling: `u' = −(1 + excess) u + cubic u³` on a curved line, to which the other component decays.
 struct Flip {
     excess: f64,
     cubic: f64,
@@ -167,7 +166,7 @@ impl Map for Flip {
     }
 }
 
-/// The distance falls as the inverse root of time, thousands of times as fast as in the end.
+/// The distance decreases as the inverse square root of time, thousands of times as fast as at the end.
 #[test]
 fn an_orbit_about_to_double_attracts() {
     let place = Place::new(Flip {
@@ -205,8 +204,8 @@ fn beside_an_orbit_that_has_just_doubled_the_doubled_one_attracts() {
     }
 }
 
-/// A doubling that goes the other way leaves nothing beside the unstable orbit; before it, an unstable
-/// orbit of twice the period lies around the stable one.
+/// A subcritical doubling leaves no orbit near the unstable one. Before it, an unstable orbit of twice the period
+/// surrounds the stable one.
 #[test]
 fn a_doubling_without_a_stable_orbit_gives_none() {
     let past = Place::new(Flip {
@@ -226,7 +225,7 @@ fn a_doubling_without_a_stable_orbit_gives_none() {
     );
 }
 
-/// On a line two fixed points attract; the one between them parts them.
+/// Two fixed points on a line attract; the one between separates their basins.
 struct TwoOnALine;
 
 impl Map for TwoOnALine {
@@ -292,7 +291,7 @@ fn a_torus_around_an_orbit_is_not_taken_for_its_approach() {
             }
             let inside = [0.1 * UNSTABLE * cos, flat * 0.1 * UNSTABLE * sin];
             let seen = place.comes_from(inside);
-            // Where it ends on the long axis of the flat torus, it is looked at again later.
+            // If it ends on the long axis of the flat torus, a later observation decides.
             assert!(
                 flat < 1.0 || seen == Some(Approach::AsPredicted),
                 "{angle} {flat} {turn}"
@@ -318,7 +317,7 @@ fn growth_before_decay_puts_off_the_verdict() {
     let quick = Place::new(Shear { slow: 0.9 });
     assert_eq!(quick.comes_from([0.0, 1e-3]), None);
     assert_eq!(quick.comes_from([0.1, 0.0]), Some(Approach::AsPredicted));
-    // What grew has decayed before a second look.
+    // The growth has decayed before the second observation.
     let slow = Place::new(Shear { slow: 1.0 - 1e-5 });
     assert_eq!(slow.comes_from([0.0, 1e-3]), Some(Approach::AsPredicted));
 }

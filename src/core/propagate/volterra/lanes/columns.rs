@@ -1,15 +1,15 @@
-//! Products of a table with several columns at once: the trajectory and its tangents meet the
-//! same tables, and every number that is read serves all columns of a batch. Vectors of 8 hold the
-//! sums of four columns; the narrower ones have registers for one.
+//! Products of a table with several columns at once. The trajectory and its tangents use the same tables, and every
+//! loaded number serves all columns of a batch. Vectors of 8 hold the sums of four columns; narrower ones have
+//! registers for one.
 //!
-//! The sums of one column are taken in the same order in every batch: a trajectory has the same
-//! bits whatever company it keeps.
+//! The sums of one column are formed in the same order in every batch, so the bits of a trajectory do not depend on
+//! its tangents.
 
 use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Lanes, Row, TERMS};
 
-/// Calls `$batch::<V, COLUMNS>` for all columns, as many at a time as registers hold sums for;
-/// `$first` is the first column of the batch.
+/// Calls `$batch::<V, COLUMNS>` for all columns, as many at a time as registers can hold sums for; `$first` is the
+/// first column of the batch.
 macro_rules! in_batches {
     ($vector:ident, $count:expr, |$first:ident| $batch:ident($($arg:expr),* $(,)?)) => {{
         let count = $count;
@@ -39,8 +39,8 @@ pub(super) use in_batches;
 /// Lane groups of a row.
 pub(super) const GROUPS: usize = TERMS / LANES;
 
-/// The sums of a batch: two a column, of the even and of the odd rows, each of `G` lane groups.
-/// Twice as many sums in flight hide the latency of the multiply-add.
+/// The sums of a batch: two per column, of the even and of the odd rows, each of `G` lane groups. Two independent
+/// sums hide the latency of the multiply-add.
 pub(super) type Sums<V, const G: usize, const COLUMNS: usize> = [[[V; G]; COLUMNS]; 2];
 
 /// `Σ weights[c][i] rows[i]` for every column c; all lengths are the same even number.
@@ -98,7 +98,7 @@ pub(super) fn add_terms<V: Vector, const COLUMNS: usize>(
     }
 }
 
-/// The series of a batch as weights.
+/// The series of a batch as slices of weights.
 #[inline(always)]
 pub(super) fn series<const COLUMNS: usize>(rows: &[Row; COLUMNS]) -> [&[f64]; COLUMNS] {
     let mut out: [&[f64]; COLUMNS] = [&[]; COLUMNS];

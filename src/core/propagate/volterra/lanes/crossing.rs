@@ -1,4 +1,4 @@
-//! Loops of the search for events.
+//! Inner loops of the search for events.
 
 use super::columns::GROUPS;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
@@ -12,14 +12,13 @@ use std::marker::PhantomData;
 /// Arithmetic in vectors.
 struct Packed<V>(PhantomData<V>);
 
-/// The factors of coefficients at x = −1.
+/// Values of the Legendre polynomials at x = −1.
 const ALTERNATING: [f64; LANES] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
 
-/// Sums in flight of a product: they hide the latency of the multiply-add.
+/// Independent partial sums of a product: they hide the latency of the multiply-add.
 const WAYS: usize = 4;
 
-/// `sums[n % WAYS] += a[n] columns[n]` for the 8 terms n of a group, whose columns reach no
-/// further than this group.
+/// `sums[n % WAYS] += a[n] columns[n]` for the 8 terms n of a group. Their columns end within this group.
 #[inline(always)]
 fn add_columns<V: Vector, const GROUP: usize>(
     columns: &Columns<TERMS>,
@@ -37,7 +36,7 @@ fn add_columns<V: Vector, const GROUP: usize>(
     }
 }
 
-/// A map of a series.
+/// The image of a series under a table's map.
 #[inline(always)]
 fn mapped<V: Vector>(columns: &Columns<TERMS>, a: &Series) -> Series {
     let mut sums = [[V::zero(); GROUPS]; WAYS];
@@ -149,7 +148,7 @@ mod tests {
     use crate::propagate::vectors::{self, InstructionSet};
     use std::io::Write;
 
-    /// Maps by tables are what the recurrences say, and bounds what evaluation does.
+    /// Maps by tables agree with the recurrences, and bounds agree with evaluation.
     fn check<V: Vector>() {
         let (mut stream, t) = (Stream::new(8, 0, 0), transforms24());
         let a: Series = std::array::from_fn(|_| stream.normal());
@@ -185,7 +184,7 @@ mod tests {
         #[cfg(target_arch = "x86_64")]
         match InstructionSet::best().name() {
             "avx512" => check::<vectors::Wide>(),
-            // The macros that print are not heard of tests that pass.
+            // The output of print macros is hidden if a test passes.
             best => {
                 let line = format!("skipped: arithmetic in AVX-512 vectors: this is {best}\n");
                 std::io::stderr().write_all(line.as_bytes()).unwrap();

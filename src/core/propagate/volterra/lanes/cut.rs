@@ -1,4 +1,4 @@
-//! Loops of a window cut short.
+//! Inner loops of a cut window.
 //!
 //! The exponential series `ê_k` of the full window serve every part [0, τ] of it:
 //!
@@ -6,9 +6,8 @@
 //! e^{Aτ} = Σ ê_k P_k(ξ(τ)),    ∫₀^τ e^{A(τ−s)} F(s) ds = Σ ê_k ∫₀^τ P_k(ξ(τ−s)) F(s) ds
 //! ```
 //!
-//! and the integrals know nothing of the blocks. They are taken by the Gauss rule with P
-//! nodes, exact to degree 2P − 1; since its nodes lie symmetrically, `τ − s_j` is a node
-//! too and one table of polynomials gives both factors.
+//! and the integrals do not depend on the blocks. They are computed by the Gauss rule with P nodes, exact to degree
+//! 2P − 1. Since its nodes are symmetric, `τ − s_j` is a node too, and one table of polynomials gives both factors.
 
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use crate::propagate::vectors::Vector;
@@ -19,7 +18,7 @@ use crate::propagate::volterra::shapes::{BlockChunk, LANES, Lanes, Row, Series, 
 pub struct ExponentialChunk {
     /// Coefficients.
     pub series: [[Lanes; 2]; TERMS],
-    /// An even number of them that matter.
+    /// Number of significant coefficients, an even number.
     pub terms: usize,
 }
 
@@ -31,7 +30,7 @@ impl ExponentialChunk {
     };
 }
 
-/// What depends on the cut alone.
+/// Quantities that depend on the cut alone.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Basis {
@@ -46,7 +45,7 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// Nothing yet.
+    /// All zero.
     pub const ZERO: Self = Self {
         values: [Row::ZERO; TERMS],
         weights: [0.0; TERMS],
@@ -82,8 +81,8 @@ const fn integral() -> [f64; TERMS] {
 
 const INTEGRAL: [f64; TERMS] = integral();
 
-/// Sets term n at the part's end, given P_n and P_{n−1} there; P_{n+1} and P_n. One number at a
-/// time, as they will be read: a vector read behind single writes waits for them all.
+/// Sets term n at the part's end from P_n and P_{n−1} there; returns P_{n+1} and P_n. Numbers are written one at a
+/// time, as they are read later: a vector read after single writes waits for all of them.
 #[inline(always)]
 fn at_end<V: Vector>(
     n: usize,
@@ -115,7 +114,7 @@ pub(super) fn basis_body<V: Vector>(
         let mut x = [V::zero(); GROUPS];
         for g in 0..GROUPS {
             let at = g * LANES;
-            // Exact where the part is short: 1 + x is no difference.
+            // Accurate for a short part, because 1 + x involves no cancellation.
             let from_start = V::read(&nodes[at..]).plus(V::splat(1.0));
             x[g] = from_start.times(V::splat(share)).plus(V::splat(-1.0));
             let weights = V::read(&weights[at..]).times(V::splat(0.5 * tau));
@@ -123,7 +122,7 @@ pub(super) fn basis_body<V: Vector>(
         }
         let (mut previous, mut current) = ([V::zero(); GROUPS], [V::splat(1.0); GROUPS]);
         for n in 0..TERMS {
-            // The chains of the nodes and of the end wait side by side.
+            // The recurrences of the nodes and of the end are independent, so their latencies overlap.
             [now, before] = at_end::<V>(n, end, delta, [now, before], out);
             let [up, down] = RECURRENCE[n];
             for g in 0..GROUPS {
@@ -221,13 +220,13 @@ pub(super) fn moments_body<V: Vector>(basis: &Basis, values: &mut [Row]) {
             let opposite = V::read(&values.0[(GROUPS - 1 - g) * LANES..]).reversed();
             (weights.times(opposite)).write(&mut mirrored.0[g * LANES..]);
         }
-        // Opaque, lest the compiler hold all polynomials from one column to the next.
+        // Opaque, so that the compiler does not keep all polynomials from one column to the next.
         let polynomials = std::hint::black_box(&basis.values);
         values.0 = V::products_of_rows(polynomials, &mirrored);
     }
 }
 
-/// `Σ weights[k] ê_k` as weights of I and M, for several weights.
+/// `Σ weights[k] ê_k` as factors of I and M, for several weights.
 #[inline(always)]
 fn blend<V: Vector, const COUNT: usize>(
     exponential: &ExponentialChunk,

@@ -1,5 +1,5 @@
-//! Every loop on every instruction set against its definition, one block after the other, on
-//! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
+//! Compares every loop on every instruction set with its definition, block after block, for sizes around a chunk's
+//! edge. Outputs hold NaN beforehand.
 
 use super::*;
 use crate::model::{ActiveSet, Block, Contact, DRIVE_FLANK, MeshGain, Release, STIFFNESS_TERMS};
@@ -11,7 +11,7 @@ use crate::propagate::volterra::feedback::Feedback;
 use crate::propagate::volterra::shapes::{LANES, interpolation};
 use crate::propagate::volterra::varying::{Factors, Maps, Nodal};
 
-/// Numbers of modes about the edges of one chunk and of five.
+/// Numbers of modes around the edges of one chunk and of five.
 const MODES: [usize; 6] = [1, 7, 8, 9, 40, 41];
 
 /// Round-off of sums of some twenty terms of size one.
@@ -84,7 +84,7 @@ fn a_window_in_free_flight_is_a_sum_of_rows() {
             let x = deviates(length + inputs, &mut stream);
             let mut found = Solution::ZERO;
             found.deflection = [f64::NAN; TERMS];
-            // A tangent behind the trajectory is not looked at.
+            // A tangent after the trajectory is not read.
             let columns = [&x[..length], &vec![f64::NAN; length]].concat();
             let mut forces = [Row::ZERO; 2];
             let inputs = &x[length..];
@@ -102,7 +102,8 @@ fn a_window_in_free_flight_is_a_sum_of_rows() {
     }
 }
 
-/// The first terms, and the sizes of the others by their tails, of the deflection in free flight and under a force.
+/// Checks the first terms of the deflection, and the bounds of the others by their tails, in free flight and under a
+/// force.
 #[test]
 fn a_truncated_deflection_bounds_what_it_leaves_out() {
     let mut stream = Stream::new(11, 0, 0);
@@ -196,7 +197,7 @@ fn a_window_in_contact_feeds_the_mesh_back() {
             }
             let variation: f64 = found.deflection[1..].iter().map(|a| a.abs()).sum();
             close(found.variation, variation, 24.0 * variation, set.name());
-            // The trajectory has the same bits in any company.
+            // The bits of the trajectory do not depend on other columns.
             let own = (found.deflection, forces[0].0);
             assert_eq!(*alone.get_or_insert(own), own, "{}, {count}", set.name());
         }
@@ -213,7 +214,7 @@ fn advance_is_propagator_response_and_inputs() {
             let from: Vec<_> = (0..count).flat_map(|_| state(modes, &mut stream)).collect();
             let forces = rows(count, &mut stream);
             let inputs = deviates(3, &mut stream);
-            // Every chunk but the first leaves the last terms out.
+            // Every chunk except the first omits the last terms.
             let kept = |chunk: usize| if chunk == 0 { TERMS } else { TERMS - 2 * chunk };
             let kept: Vec<_> = (0..chunks(modes)).map(kept).collect();
             let mut windows = Windows::new(&kept, 3);
@@ -297,7 +298,7 @@ fn a_part_has_the_window_s_polynomials() {
             for n in 0..TERMS {
                 close(found.end.0[n], p[n], 1.0, set.name());
             }
-            // The rule of the part integrates what it is given.
+            // The rule of the part integrates its polynomials.
             for n in 0..TERMS {
                 let sum: f64 = (0..TERMS)
                     .map(|j| found.weights[j] * found.values[n].0[j])
@@ -330,7 +331,7 @@ fn a_restricted_series_is_the_same_polynomial() {
     }
 }
 
-/// Moments are convolutions with the window's polynomials, by a finer rule.
+/// Moments agree with convolutions with the window's polynomials by a finer rule.
 #[test]
 fn moments_are_convolutions() {
     let mut stream = Stream::new(4, 0, 0);
@@ -466,7 +467,7 @@ fn a_cut_moves_the_state_by_all_inputs() {
     }
 }
 
-/// Against the kernels' common saltation, block after block.
+/// Agrees with the kernels' common saltation, block after block.
 #[test]
 fn an_event_salts_every_column() {
     let mut stream = Stream::new(6, 0, 0);
@@ -511,7 +512,7 @@ fn an_event_salts_every_column() {
     }
 }
 
-/// A window's own system, put back into its equation at the nodes; and for every number of columns.
+/// The solution of a window's system satisfies its equation at the nodes, for every number of columns.
 #[test]
 fn factors_solve_a_window_whose_stiffness_varies() {
     let mut stream = Stream::new(7, 0, 0);
@@ -610,7 +611,7 @@ fn every_set_finds_the_same_crossing() {
     }
 }
 
-/// A chunk that few terms of the force move keeps what it has where a further one is set.
+/// A chunk with few force terms is unchanged if a further term is set.
 #[test]
 fn a_term_that_a_chunk_has_no_room_for_is_left_out() {
     let mut windows = Windows::new(&[2, 4], 1);

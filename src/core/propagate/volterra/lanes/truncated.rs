@@ -1,4 +1,4 @@
-//! A deflection by its first terms: enough to see that a contact is out of reach.
+//! Can a contact be out of reach, judging by the first terms of a deflection?
 
 use super::window::Solution;
 use crate::propagate::vectors::Vector;
@@ -9,8 +9,8 @@ pub fn tail(row: &Row) -> f64 {
     row.0[LANES..].iter().map(|a| a.abs()).sum()
 }
 
-/// Adds the first terms of `Σ weights[i] rows[i]`, and what bounds the others, of whole lane groups
-/// of rows. As many sums in flight hide the latency of the multiply-add.
+/// Adds the first terms of `Σ weights[i] rows[i]`, and bounds of the others, over whole lane groups of rows.
+/// Independent sums hide the latency of the multiply-add.
 #[inline(always)]
 fn add<V: Vector>(
     rows: &[Row],

@@ -1,4 +1,4 @@
-//! Loops of a full window on which the stiffness varies.
+//! Inner loops of a full window with a varying stiffness.
 
 use super::columns::{GROUPS, combine, series};
 use crate::model::STIFFNESS_TERMS;
@@ -6,7 +6,7 @@ use crate::propagate::vectors::Vector;
 use crate::propagate::volterra::shapes::{LANES, Row, Series, TERMS};
 use crate::propagate::volterra::varying::{Factors, Nodal};
 
-/// Values of a Legendre series at places in lanes, by Clenshaw's recurrence.
+/// Values of a Legendre series at positions in lanes, by Clenshaw's recurrence.
 #[inline(always)]
 fn clenshaw<V: Vector>(stiffness: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
     let (mut b1, mut b2) = (Row([0.0; TERMS]), Row([0.0; TERMS]));
@@ -58,7 +58,7 @@ pub(super) fn factorise_body<V: Vector>(
     out.damping = damping;
 }
 
-/// One where a column's entry i, at `TERMS − 1 − j + i`, is on, above and below the diagonal.
+/// One if a column's entry i, at index `TERMS − 1 − j + i`, is on, above or below the diagonal.
 const DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS - 1, TERMS);
 const ABOVE: [f64; 2 * TERMS - 1] = places(0, TERMS - 1);
 const BELOW: [f64; 2 * TERMS - 1] = places(TERMS, 2 * TERMS - 1);
@@ -73,7 +73,7 @@ const fn places(from: usize, to: usize) -> [f64; 2 * TERMS - 1] {
     out
 }
 
-/// Eliminates below the diagonal of a lane group's columns. The rows above the group are done.
+/// Eliminates below the diagonal of a lane group's columns. The rows above the group are already eliminated.
 #[inline(always)]
 fn eliminate<V: Vector, const GROUP: usize>(matrix: &mut [Row; TERMS], out: &mut Factors) {
     for step in GROUP * LANES..(GROUP + 1) * LANES {
@@ -97,8 +97,8 @@ fn eliminate<V: Vector, const GROUP: usize>(matrix: &mut [Row; TERMS], out: &mut
     }
 }
 
-/// `y += Σ columns[i] y[i]` one column after the other, upwards or downwards; a lane group's
-/// columns reach no further than the groups ahead.
+/// `y += Σ columns[i] y[i]`, one column after the other, in ascending (`upwards`) or descending order. The columns of
+/// a lane group only affect the groups ahead.
 #[inline(always)]
 fn substitute<V: Vector, const COLUMNS: usize>(
     columns: &[Row; TERMS],

@@ -1,4 +1,4 @@
-//! Loops of a full window.
+//! Inner loops of a full window.
 
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
@@ -12,9 +12,9 @@ use crate::propagate::volterra::shapes::{GapError, LANES, Lanes, Row, Series, TE
 pub struct Solution {
     /// Series of δ \[m\].
     pub deflection: Series,
-    /// `Σ_{n≥1} |deflection[n]|` \[m\]: the most by which δ can leave `deflection[0]`.
+    /// `Σ_{n≥1} |deflection[n]|` \[m\]: the largest possible distance of δ from `deflection[0]`.
     pub variation: f64,
-    /// `Σ |d[n]|` of the free deflection \[m\], of which round-off is a fraction.
+    /// `Σ |d[n]|` of the free deflection \[m\]; round-off is proportional to it.
     pub size: f64,
 }
 
@@ -26,7 +26,7 @@ impl Solution {
         size: 0.0,
     };
 
-    /// The motion with a deflection, of whose free one `free` is the size.
+    /// The motion with a deflection; `free` is the size of the free deflection.
     pub fn of(deflection: &Row, free: f64) -> Self {
         Self {
             deflection: deflection.0,
@@ -35,7 +35,7 @@ impl Solution {
         }
     }
 
-    /// Adds the gap error of the side in contact: from δ − s e to δ.
+    /// Adds the gap error of the side in contact, from δ − s e to δ.
     pub fn restore(&mut self, gap_error: Option<&GapError>) {
         for (n, (term, a)) in (self
             .deflection
@@ -49,26 +49,25 @@ impl Solution {
     }
 }
 
-/// D, E and the inputs' responses for all chunks of blocks, chunk after chunk: D row by row
-/// (4 lane groups), then for every force term and every input the two components.
+/// D, E and the inputs' responses, chunk after chunk: D row by row (4 lane groups), then two components per force
+/// term and per input.
 #[derive(Debug)]
 pub struct Windows {
     chunks: Vec<Chunk>,
     data: Vec<Lanes>,
 }
 
-/// Where a chunk's numbers lie.
+/// Position of a chunk's numbers.
 #[derive(Debug, Clone, Copy)]
 struct Chunk {
     start: usize,
     end: usize,
-    /// Terms of the force that move its blocks.
+    /// Number of force terms that act on its blocks.
     terms: usize,
 }
 
 impl Windows {
-    /// Room for chunks that so many terms of the force move, an even number each, and `inputs`
-    /// inputs; all zero.
+    /// Zeroed memory for chunks with the given numbers of force terms, each an even number, and `inputs` inputs.
     pub fn new(terms: &[usize], inputs: usize) -> Self {
         let mut start = 0;
         let chunks: Vec<_> = (terms.iter())
@@ -85,7 +84,7 @@ impl Windows {
         }
     }
 
-    /// Numbers held.
+    /// Number of stored numbers.
     pub fn numbers(&self) -> usize {
         self.data.len() * LANES
     }
@@ -98,7 +97,7 @@ impl Windows {
         }
     }
 
-    /// Sets a block's response to a term of the force, unless its chunk has no room for that one.
+    /// Sets a block's response to a term of the force, unless its chunk omits that term.
     pub fn set_response(&mut self, block: usize, term: usize, e: [f64; 2]) {
         let chunk = self.chunks[block / LANES];
         if term < chunk.terms {
@@ -239,7 +238,7 @@ pub(super) fn close_body<V: Vector>(
             scale = V::read(&free.0[at..]).size().plus(to.size()).plus(scale);
         }
         let (moved, scale) = (moved.sum(), scale.sum());
-        // Where nothing acts nothing moves. What is no number any more never settles.
+        // Without any action nothing moves. NaN never settles.
         if moved > 0.0 || moved.is_nan() {
             let share = moved / scale;
             if share > farthest || share.is_nan() {
@@ -270,8 +269,8 @@ fn close_batch<V: Vector, const COLUMNS: usize>(
     }
 }
 
-/// Forces of a batch of columns in contact; of the trajectory, which comes first and has what
-/// `driven` and the gap add, the deflection too.
+/// Forces of a batch of columns in contact. For the trajectory, which comes first and includes `driven` and the gap,
+/// also the deflection.
 #[inline(always)]
 fn solve_batch<V: Vector, const COLUMNS: usize>(
     rows: &[Row],
@@ -324,7 +323,7 @@ fn in_contact<V: Vector, const COLUMNS: usize>(
     }
 }
 
-/// As [`in_contact`], by a table's operator.
+/// As [`in_contact`], with the operator of a table.
 #[inline(always)]
 fn feed_back<V: Vector, const COLUMNS: usize>(
     feedback: &Feedback,
