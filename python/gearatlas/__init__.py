@@ -22,6 +22,7 @@ from ._run import Progress, follow, run, sweep
 from ._samples import probability, quantiles, rattles, sobol_indices
 from ._sensitivity import Sensitivity, sensitivity
 from ._table import Table
+from ._torus import Torus, tori, torus
 
 __all__ = [
     "COMMIT",
@@ -40,6 +41,7 @@ __all__ = [
     "Sensitivity",
     "Structure",
     "Table",
+    "Torus",
     "Trace",
     "__version__",
     "fit",
@@ -55,5 +57,7 @@ __all__ = [
     "sobol_indices",
     "structure",
     "sweep",
+    "tori",
+    "torus",
     "trace",
 ]
