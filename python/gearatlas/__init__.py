@@ -11,6 +11,9 @@ The manual of the program describes manifests and tables; docs/python.md describ
 """
 
 from ._gearatlas import COMMIT, __version__
+from ._border import Border, border
+from ._chaos import ChaoticSaddle, Escape, chaotic_saddle, escape
+from ._circle import Circle
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._fit import Fit, fit
 from ._manifest import Axis, Manifest, Point, load
@@ -28,7 +31,11 @@ __all__ = [
     "COMMIT",
     "AtlasError",
     "Axis",
+    "Border",
+    "ChaoticSaddle",
+    "Circle",
     "CycleMap",
+    "Escape",
     "Fault",
     "Fit",
     "Image",
@@ -44,6 +51,9 @@ __all__ = [
     "Torus",
     "Trace",
     "__version__",
+    "border",
+    "chaotic_saddle",
+    "escape",
     "fit",
     "follow",
     "load",
