@@ -3,7 +3,7 @@
 
     python examples/tongue.py [PICTURE]
 
-`gearatlas.torus` and `gearatlas.tori` compute and follow invariant circles of examples/flutter.toml over the speed of the
+`gearatlas.torus` and `gearatlas.tori` compute and follow invariant circles of manifests/oscillators/flutter.toml over the speed of the
 shaker. `gearatlas.follow` finds the orbits of three cycles to which the motion locks, and the folds at which they end.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 import gearatlas
 
-MANIFEST = Path(__file__).resolve().parent / "flutter.toml"
+MANIFEST = Path(__file__).resolve().parents[1] / "manifests/oscillators/flutter.toml"
 AMPLITUDE = "harmonic_load.shaker.amplitude"
 ACCURACY = {"tolerance": 5e-3, "most": 135}
 
@@ -48,9 +48,9 @@ def main() -> None:
         if rows["kind"][0] == "fold" and rows["period"][0] == 3:
             plane.plot(rows["speed"], rows[AMPLITUDE], "k-")
     for side in sides:
-        for circle in side[:: len(side) // 4]:
+        for circle in side[:: len(side) // 3]:
             for end in (0.02, 0.4):
-                kept = gearatlas.tori(circle, AMPLITUDE, end, free="speed", **ACCURACY)
+                kept = gearatlas.tori(circle, AMPLITUDE, end, free="speed", step=0.1, **ACCURACY)
                 speeds = [own.map.point["speed"] for own in kept]
                 plane.plot(speeds, [own.map.point[AMPLITUDE] for own in kept], "C0-", linewidth=1)
     plane.set(xlabel="speed [rad/s]", ylabel="amplitude of the shaker [N]", xlim=(2.94, 3.16))

@@ -134,7 +134,7 @@ def chaotic_saddle(
     >>> tent = lambda states: 3.0 * numpy.minimum(states, 1.0 - states)
     >>> inside = lambda states: (states[:, 0] >= 0.0) & (states[:, 0] <= 1.0)
     >>> starts = numpy.random.default_rng(1).random((10000, 1))
-    >>> saddle = gearatlas.chaotic_saddle(tent, inside, starts, life=24, length=50)
+    >>> saddle = gearatlas.chaotic_saddle(tent, inside, starts, life=18, length=50)
     >>> holes = (saddle.states > 1 / 3 + 1e-4) & (saddle.states < 2 / 3 - 1e-4)
     >>> saddle.states.shape, bool(holes.any())
     ((64, 50, 1), False)

@@ -35,7 +35,7 @@ class Circle:
 
     def angles(self) -> Floats:
         """The angles of the nodes."""
-        return np.arange(len(self)) / len(self)
+        return np.linspace(0.0, 1.0, len(self), endpoint=False)
 
     def refined(self, count: int) -> Circle:
         """The curve with another number of nodes."""

@@ -67,10 +67,11 @@ def torus(
     """The invariant circle near a motion with two frequencies, stable or not, by Newton's method.
 
     >>> import gearatlas
-    >>> map = gearatlas.CycleMap(gearatlas.load("examples/flutter.toml").point())
-    >>> circle = gearatlas.torus(map, map.start())
-    >>> round(circle.rotation, 8), bool(circle.distance(map(circle(0.3), 100))[0] < 1e-6)
-    (0, True)
+    >>> map = gearatlas.CycleMap(gearatlas.load("manifests/oscillators/flutter.toml").point())
+    >>> found = gearatlas.torus(map, map.start(), tolerance=1e-3)
+    >>> far = map(found.circle(0.3), 100)
+    >>> round(found.rotation, 4), bool(found.distance(far)[0] < found.error < 1e-3)
+    (0.3447, True)
 
     * `start`: a state, whose motion settles on the circle, or a circle nearby.
     * `rotation`: the rotation number. The default is that of `start` if a key is free, else it is found.

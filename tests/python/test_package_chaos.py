@@ -82,7 +82,7 @@ def test_a_map_of_one_dimension(starts):
 
 
 def test_a_mass_leaves_a_well_at_one_rate_in_three_ways():
-    mapped = gearatlas.CycleMap(gearatlas.load(ROOT / "examples/escape.toml").point())
+    mapped = gearatlas.CycleMap(gearatlas.load(ROOT / "manifests/oscillators/escape.toml").point())
     random = np.random.default_rng(1)
     starts = random.uniform([-1.0, -2.0], [2.0, 2.0], size=(200000, 2))
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import gearatlas
 from program import ROOT
 
-MANIFEST = ROOT / "examples/flutter.toml"
+MANIFEST = ROOT / "manifests/oscillators/flutter.toml"
 AMPLITUDE = "harmonic_load.shaker.amplitude"
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
