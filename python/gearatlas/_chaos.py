@@ -144,7 +144,7 @@ def chaotic_saddle(
     * `starts`: states (n, d) in the region, some of which stay there for `life` applications.
     * `life`: every state of a trajectory stays in the region for so many applications. Take log(1/`spread`) over the largest
       exponent, and ten more.
-    * `walkers`, `length`: trajectories and their states.
+    * `walkers`, `length`: trajectories and their states, without the first `life` states, which approach the saddle.
     * `spread`: standard deviation of displacements, as a part of that of the starts. A displaced state replaces a state whose life
       falls short.
 
@@ -162,7 +162,7 @@ def chaotic_saddle(
         raise AtlasError(f"no start stays in the region for {life} applications; take more starts, or a shorter life")
     now = random.choice(lasting, walkers)
     left, largest, found = _lives(map, inside, now, life + life // 4), 0.0, []
-    for _ in range(length):
+    for step in range(life + length):
         short = np.flatnonzero(left < life)
         for _ in range(_TRIES):
             if not len(short):
@@ -177,7 +177,8 @@ def chaotic_saddle(
             short = short[~good]
         if len(short):
             raise AtlasError(f"no displaced state stays in the region for {life} applications; take a shorter life or a larger spread")
-        found.append(now.copy())
+        if step >= life:
+            found.append(now.copy())
         now, left = map(now), left - 1
     return ChaoticSaddle(np.swapaxes(np.array(found), 0, 1), largest)
 

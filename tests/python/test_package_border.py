@@ -78,6 +78,20 @@ def test_the_border_is_the_stable_manifold_and_parts_neighbours(oscillator):
     assert min(np.linalg.norm(branch - found.state, axis=1).min() for branch in curves) < 0.01
 
 
+def test_the_saddle_of_a_drive_of_two_modes_is_an_orbit_that_branches_have(tmp_path):
+    speeds = {"from": 200, "to": 340, "count": 8}
+    continuation = {"over": "speed", "starts": 6, "longest_period": 1}
+    manifest = gearatlas.load(ROOT / "manifests/basins.toml", set={"grid.speed": speeds, "continuation": continuation})
+    branches = gearatlas.follow(manifest, tmp_path / "case").branches
+    row = min((row for row in branches if row["unstable"] == 1), key=lambda row: abs(row["speed"] - 265.0))
+    mapped = gearatlas.CycleMap(manifest.point(0)).at(speed=row["speed"])
+    weak, strong = mapped.start() - np.array([5e-6, 0, 0, 0]), mapped.start() + np.array([60e-6, 0, 0, 0])
+    found = gearatlas.border(mapped, weak, strong)
+    orbit = mapped.from_modal(row["displacement"], row["modal_velocity"])
+    assert found.period == 1 and np.linalg.norm(mapped.weights * (found.saddle - orbit)) < 1e-9
+    assert abs(found.multipliers[0] - row["multiplier_re"]) < 1e-9
+
+
 def test_starts_in_one_basin_have_no_border(oscillator):
     with pytest.raises(gearatlas.AtlasError, match="both starts lead to the same motion"):
         gearatlas.border(oscillator[0], [0.0, 0.0], [0.0, 0.1])
