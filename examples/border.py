@@ -47,7 +47,8 @@ def main() -> None:
     border = found[0]
     outside = int((np.abs(border.multipliers) > 1.0).sum())
     assert outside == 1 and all(np.allclose(own.saddle, border.saddle) for own in found)
-    print(f"{len(found)} lines: a saddle of period {border.period} with one multiplier outside the unit circle, {border.multipliers[0].real:.6f}")
+    print(f"{len(found)} lines: a saddle of period {border.period} with one multiplier outside the unit circle")
+    print(f"it is {border.multipliers[0].real:.6f}")
 
     figure, (plane, time) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
     plane.pcolormesh(side * 1e6, side * 1e6, ~weak, cmap="Pastel1", shading="nearest", rasterized=True)

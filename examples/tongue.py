@@ -3,8 +3,9 @@
 
     python examples/tongue.py [PICTURE]
 
-`gearatlas.torus` and `gearatlas.tori` compute and follow invariant circles of manifests/oscillators/flutter.toml over the speed of the
-shaker. `gearatlas.follow` finds the orbits of three cycles to which the motion locks, and the folds at which they end.
+`gearatlas.torus` and `gearatlas.tori` compute and follow invariant circles of manifests/oscillators/flutter.toml over
+the speed of the shaker. `gearatlas.follow` finds the orbits of three cycles to which the motion locks, and the folds
+at which they end.
 """
 
 import sys
@@ -21,15 +22,17 @@ AMPLITUDE = "harmonic_load.shaker.amplitude"
 ACCURACY = {"tolerance": 5e-3, "most": 135}
 
 
-def locked(second: bool) -> gearatlas.Results:
-    """Orbits of period 3 over the speed; with the folds over speed and amplitude if `second`."""
+def locked(second: bool) -> gearatlas.Table:
+    """Bifurcations of locked orbits over the speed, or curves of them over speed and amplitude if `second`."""
     plane = {f'"grid"."{AMPLITUDE}"': {"from": 0.02, "to": 0.4, "count": 5}, "continuation.second": AMPLITUDE}
-    return gearatlas.follow(gearatlas.load(MANIFEST, set=plane if second else {}), tempfile.mkdtemp())
+    with tempfile.TemporaryDirectory() as folder:
+        results = gearatlas.follow(gearatlas.load(MANIFEST, set=plane if second else {}), folder)
+        return results.curves if second else results.bifurcations
 
 
 def main() -> None:
     drawn = len(sys.argv) > 1
-    folds = sorted(row["speed"] for row in locked(False).bifurcations if row["kind"] == "fold" and row["period"] == 3)
+    folds = sorted(row["speed"] for row in locked(False) if row["kind"] == "fold" and row["period"] == 3)
     print(f"locked at 1/3 from {folds[0]:.4f} to {folds[1]:.4f} rad/s")
     mapped = gearatlas.CycleMap(gearatlas.load(MANIFEST).point())
     middle, sides = sum(folds) / 2.0, []
@@ -42,7 +45,7 @@ def main() -> None:
         return
 
     figure, (plane, staircase, states) = plt.subplots(1, 3, figsize=(13, 4.2), layout="constrained")
-    curves = locked(True).curves
+    curves = locked(True)
     for number in np.unique(curves["curve"]):
         rows = curves[curves["curve"] == number]
         if rows["kind"][0] == "fold" and rows["period"][0] == 3:

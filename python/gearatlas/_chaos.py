@@ -145,8 +145,8 @@ def chaotic_saddle(
     * `life`: every state of a trajectory stays in the region for so many applications. Take log(1/`spread`) over the largest
       exponent, and ten more.
     * `walkers`, `length`: trajectories and their states, without the first `life` states, which approach the saddle.
-    * `spread`: standard deviation of displacements, as a part of that of the starts. A displaced state replaces a state whose life
-      falls short.
+    * `spread`: standard deviation of displacements, as a part of that of the starts. A displaced state replaces a state
+      whose life falls short.
 
     All displacements have one size. The published method prefers small ones. These favour the borders of the gaps that states
     leave through: the exponent of a baker's map is then 1.5 % too large, against 0.2 % by chance here.
@@ -176,7 +176,7 @@ def chaotic_saddle(
             largest = max(largest, float(np.linalg.norm(moves[rows, first][good], axis=1).max(initial=0.0)))
             short = short[~good]
         if len(short):
-            raise AtlasError(f"no displaced state stays in the region for {life} applications; take a shorter life or a larger spread")
+            raise AtlasError(f"no displaced state stays in the region for {life} applications; take a larger spread")
         if step >= life:
             found.append(now.copy())
         now, left = map(now), left - 1

@@ -55,4 +55,4 @@ def turning(count: int, rotation: float) -> Floats:
 
 
 def _orders(count: int) -> Floats:
-    return np.fft.fftfreq(count, 1.0 / count)
+    return np.asarray(np.fft.fftfreq(count, 1.0 / count), dtype=np.float64)

@@ -218,7 +218,7 @@ class _Equations:
             if not size < scale:
                 break
         raise AtlasError(
-            f"no circle with {count} nodes found; start nearer to a motion with two frequencies that is neither locked nor chaotic"
+            f"no circle with {count} nodes found; start nearer to a motion with two frequencies, neither locked nor chaotic"
         )
 
     def residual(self, map: CycleMap, circle: Circle, rotation: float) -> float:
@@ -242,15 +242,15 @@ def _guessed(map: CycleMap, start: Floats) -> tuple[Circle, float]:
     for i in range(_RECORD):
         orbit[i] = state = map(state, cycles)
     scaled = (map.weights * orbit)[:, felt]
+    if not np.isfinite(scaled).all():
+        raise AtlasError("the motion grows without bound; start elsewhere")
     scaled -= scaled.mean(axis=0)
     plane = scaled @ np.linalg.svd(scaled, full_matrices=False)[2][:2].T
     turns = np.angle(plane @ np.array([1.0, 1.0j])) / (2.0 * np.pi)
     # Steps are counted from their circular mean, so that none is near the cut at half a turn.
     middle = np.angle(np.exp(2.0j * np.pi * np.diff(turns)).mean()) / (2.0 * np.pi)
     steps = (np.diff(turns) - middle + 0.5) % 1.0 - 0.5 + middle
-    rotation = float(_bump(len(steps)) @ steps)
-    if rotation < 0.0:
-        rotation = -rotation
+    rotation = abs(float(_bump(len(steps)) @ steps))
     order = np.arange(_FIRST_NODES) - _FIRST_NODES // 2
     shape = np.exp(-2.0j * np.pi * rotation * np.outer(order, np.arange(_RECORD)))
     coefficients = (shape * _bump(_RECORD)) @ orbit
