@@ -44,6 +44,8 @@ def test_survivors_of_a_baker_s_map_fall_at_its_rate(starts):
     assert np.isclose(RATE, EXPONENT - ENTROPY)
     found = gearatlas.escape(baker, in_square, starts, after=3, most=30)
     assert found.stderr < 0.003 and abs(found.rate - RATE) < 3.0 * found.stderr
+    cut_short = gearatlas.escape(baker, in_square, starts, after=3, most=6)
+    assert cut_short.stderr < 0.004 and abs(cut_short.rate - RATE) < 3.0 * cut_short.stderr
     assert found.survivors[0] == len(starts)
     assert np.allclose(found.survivors[1:5] / len(starts), np.exp(-RATE * np.arange(1, 5)), rtol=0.02)
 
