@@ -11,6 +11,9 @@ The manual of the program describes manifests and tables; docs/python.md describ
 """
 
 from ._gearatlas import COMMIT, __version__
+from ._border import Border, border
+from ._chaos import ChaoticSaddle, Escape, chaotic_saddle, escape
+from ._circle import Circle
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._fit import Fit, fit
 from ._manifest import Axis, Manifest, Point, load
@@ -22,12 +25,17 @@ from ._run import Progress, follow, run, sweep
 from ._samples import probability, quantiles, rattles, sobol_indices
 from ._sensitivity import Sensitivity, sensitivity
 from ._table import Table
+from ._torus import Torus, tori, torus
 
 __all__ = [
     "COMMIT",
     "AtlasError",
     "Axis",
+    "Border",
+    "ChaoticSaddle",
+    "Circle",
     "CycleMap",
+    "Escape",
     "Fault",
     "Fit",
     "Image",
@@ -40,8 +48,12 @@ __all__ = [
     "Sensitivity",
     "Structure",
     "Table",
+    "Torus",
     "Trace",
     "__version__",
+    "border",
+    "chaotic_saddle",
+    "escape",
     "fit",
     "follow",
     "load",
@@ -55,5 +67,7 @@ __all__ = [
     "sobol_indices",
     "structure",
     "sweep",
+    "tori",
+    "torus",
     "trace",
 ]
