@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
 """Collects a benchmark run: raw JSON, a summary with tables, and a picture.
 
-    .venv/bin/python scripts/records/record_bench.py benches/runs/NAME
+    .venv/bin/python scripts/records/record_cycle.py benches/runs/NAME
 """
 
 import json
 import math
-import platform
-import subprocess
 import sys
 from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+import matplotlib.pyplot as plt  # noqa: E402
+
+from records import ROOT, keep, table, this_run  # noqa: E402
 
 MODES = [2, 6, 12, 20, 40, 81, 160, 320, 640]
 FITTED = [n for n in MODES if n >= 20]
@@ -34,17 +34,10 @@ COUNTERS = [
 BYTES = 8
 
 
-def cpu() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
-
-
 def estimates() -> dict[str, dict[str, float]]:
     """Median and its 95 % interval in nanoseconds, by benchmark."""
     found = {}
-    for file in sorted(Path("target/criterion").glob("*/*/*/new/estimates.json")):
+    for file in sorted((ROOT / "target/criterion").glob("*/*/*/new/estimates.json")):
         name = json.loads((file.parent / "benchmark.json").read_text())["full_id"]
         median = json.loads(file.read_text())["median"]
         interval = median["confidence_interval"]
@@ -54,12 +47,6 @@ def estimates() -> dict[str, dict[str, float]]:
             "high": interval["upper_bound"],
         }
     return found
-
-
-def table(head: list[str], rows: list[list[str]]) -> list[str]:
-    """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(line) + " |" for line in lines] + [""]
 
 
 def exponent(times: dict[int, float]) -> float:
@@ -215,7 +202,7 @@ def summary(name: str, record: dict, run: Run) -> str:
         "",
         *table(["benchmark", "µs a cycle", "ratio"], run.other_rows()),
     ]  # fmt: skip
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join(lines)
 
 
 def label_ends(axes: plt.Axes, ends: list[tuple[str, str, float, float]]) -> None:
@@ -272,28 +259,13 @@ def picture(run: Run, file: Path) -> None:
     figure.savefig(file, dpi=150)
 
 
-def main() -> None:
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
-    facts = json.loads(Path("target/criterion/facts.json").read_text())
-    commit = subprocess.run(
-        ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
-    record = {
-        "command": "cargo bench --bench cycle",
-        "commit": commit,
-        "cpu": cpu(),
-        "system": platform.platform(),
-        "unit": "ns",
-        "estimates": estimates(),
-        "facts": facts,
-    }
-    (folder / "raw.json").write_text(json.dumps(record, indent=1) + "\n")
+def main(folder: str) -> None:
+    facts = json.loads((ROOT / "target/criterion/facts.json").read_text())
+    record = {"command": "cargo bench --bench cycle", **this_run(), "unit": "ns", "estimates": estimates(), "facts": facts}
     run = Run(record["estimates"], facts)
-    picture(run, folder / "cost.png")
-    (folder / "summary.md").write_text(summary(folder.name, record, run))
-    print(f"recorded in {folder}")
+    keep(folder, summary(Path(folder).name, record, run), raw=record)
+    picture(run, Path(folder) / "cost.png")
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -1,6 +1,6 @@
 """What a call of the Python package's cycle map costs above the kernel, and what a batch gets through.
 
-    scripts/wheel && .venv/bin/python scripts/records/measure_cycle_map.py [benches/runs/NAME]
+    scripts/record python-map
 
 States along a trajectory are mapped, a thousand at once, over one cycle and over many: what a state
 takes over many cycles, divided by the cycles, is the kernel's; what one cycle takes beyond that is the
@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 import gearatlas
+from records import keep
 
 BATCH = 1000
 MANY = 100
@@ -62,11 +63,11 @@ def measure(mapped: gearatlas.CycleMap) -> Iterator[str]:
         )
 
 
-def main() -> None:
+def main(folder: str) -> None:
     text = pathlib.Path("manifests/quickstart.toml").read_text()
     lines = [
         "# The cycle map from Python\n",
-        f"`scripts/records/measure_cycle_map.py`, one thread, package {gearatlas.__version__} ({gearatlas.COMMIT[:12]}), batches of {BATCH} states along a "
+        f"`scripts/record python-map`, one thread, package {gearatlas.__version__} ({gearatlas.COMMIT[:12]}), batches of {BATCH} states along a "
         f"trajectory of `manifests/quickstart.toml` (load 0.1, 6000 rpm), {REPETITIONS} repetitions in turn.",
     ]
     for modes in (6, 12, 40):
@@ -75,10 +76,8 @@ def main() -> None:
         lines += [f"\n{modes} modes:\n", "| call | median [µs a state] | fastest |", "|---|---|---|"]
         lines += measure(gearatlas.CycleMap(point, threads=1))
     print("\n".join(lines))
-    for folder in map(pathlib.Path, sys.argv[1:]):
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "summary.md").write_text("\n".join(lines) + "\n")
+    keep(folder, lines)
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -1,27 +1,27 @@
 """How often the joint 95 % region of a fit holds the truth.
 
-    scripts/wheel && PYTHONPATH=tests/python .venv/bin/python scripts/records/fit_coverage.py [benches/runs/NAME]
+    scripts/record fit
 
 The drive and the keys are those of tests/python/test_package_fit.py: damping and half gap of an oscillator that strikes both
 flanks, from points with normal errors of 2 %, known or estimated from the residuals, 100 repetitions each.
 """
 
-import pathlib
 import sys
 
 import gearatlas
+from records import keep
 from test_package_fit import KEYS, SPEEDS, TRUTH, manifest, noisy
 
 REPETITIONS = 100
 PART = 0.02
 
 
-def main() -> None:
+def main(folder: str) -> None:
     changes = {**TRUTH, "grid.speed": {"values": SPEEDS.tolist()}}
     curve = gearatlas.run(manifest(), set=changes, progress=False).points["deflection_rms"]
     lines = [
         "# Coverage of the regions of fits\n",
-        f"`scripts/records/fit_coverage.py`, package {gearatlas.__version__} ({(gearatlas.COMMIT or 'unknown')[:12]}): {REPETITIONS} repetitions, "
+        f"`scripts/record fit`, package {gearatlas.__version__} ({(gearatlas.COMMIT or 'unknown')[:12]}): {REPETITIONS} repetitions, "
         f"{len(SPEEDS)} points with errors of {100 * PART:g} %, keys {', '.join(KEYS)}.\n",
         "| errors | truth inside the joint region | inside each interval | curves computed per fit |",
         "|---|---|---|---|",
@@ -40,10 +40,8 @@ def main() -> None:
         told = ", ".join(f"{key} {count}" for key, count in zip(KEYS, each))
         lines.append(f"| {words} | {joint} of {REPETITIONS} | {told} | {curves / REPETITIONS:.1f} |")
     print("\n".join(lines))
-    for folder in map(pathlib.Path, sys.argv[1:]):
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "summary.md").write_text("\n".join(lines) + "\n")
+    keep(folder, lines)
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])
