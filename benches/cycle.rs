@@ -3,7 +3,7 @@
 //! and what the machine could do at best.
 //!
 //! ```text
-//! scripts/record bench            runs this and records it under benches/runs/
+//! scripts/record cycle            runs this and records it under benches/runs/
 //! ```
 //!
 //! All kernels run in one process, so ratios between them hold. Every bench advances a

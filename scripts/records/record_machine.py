@@ -71,7 +71,7 @@ def main(work, out):
     text = [
         "# `atlas machine` beside STREAM and lmbench, and beside itself\n",
         f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
-        f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine-peers`.",
+        f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine`.",
         "Quiet." if second["noise"]["quiet"] else
         "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
         f"\n## Bandwidth, GB/s, best of {len(turns)} turns\n",
