@@ -125,8 +125,11 @@ def test_the_front_page(home):
 
 
 def test_every_task_of_the_front_page(home):
-    """Commands of the table, on the quickstart with one point and fewer cycles in the place of `m.toml`."""
-    short = (ROOT / "manifests/quickstart.toml").read_text().replace('name = "quickstart"', 'name = "m"')
+    """Commands of the table, on the quickstart with four modes in the place of `m.toml`."""
+    short = (ROOT / "manifests/quickstart.toml").read_text()
+    for old, new in [('name = "quickstart"', 'name = "m"'), ("modes = 12", "modes = 4")]:
+        assert old in short
+        short = short.replace(old, new)
     (home.folder / "m.toml").write_text(short)
     (home.folder / "points.csv").write_text(POINTS)
     home.run("atlas run manifests/quickstart.toml --quiet\natlas run m.toml --quiet")
