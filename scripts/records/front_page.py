@@ -200,7 +200,7 @@ def list_of_figures() -> list[str]:
     for kind, what, text in figures():
         said = about(the(kind))
         total = hashlib.sha256(json.dumps(said.get("sources"), sort_keys=True).encode()).hexdigest()[:12] if said.get("sources") else "unknown"
-        rows.append((what, text, link(kind, "about.json").replace("](../benches/", "]("), total, f"`scripts/record {kind}`"))
+        rows.append((what, text, link(kind, "about.json"), total, f"`scripts/record {kind}`"))
     return table(["figure", "value", "record", "hash of its sources", "command"], rows)[:-1]
 
 

@@ -75,7 +75,7 @@ def load(kind: str, file: str) -> dict:
 
 
 def link(kind: str, file: str = "summary.md", text: str = "") -> str:
-    """A link from a page of docs/ to a file of a record, which says where its sources are older than the tree's."""
+    """A link to a file of a record, as from a page of docs/; it says where the sources are older than the tree's."""
     folder = the(kind)
     return f"[{text or folder.name}](../benches/runs/{folder.name}/{file}){STALE if changed(folder) else ''}"
 
@@ -94,8 +94,7 @@ def write_blocks(page: str, blocks: dict[str, Callable[[], list[str]]], argument
     written = text = file.read_text()
     for name, lines in blocks.items():
         own = "\n".join(lines())
-        if page == "README.md":
-            own = own.replace("](../benches/", "](benches/")
+        own = own.replace("](../benches/", f"]({'../' * page.count('/')}benches/")
         pattern = re.compile(f"(<!-- {name}: begin -->\n).*?(\n<!-- {name}: end -->)", re.S)
         written, count = pattern.subn(lambda found, own=own: found[1] + own + found[2], written)
         if count != 1:
