@@ -6,7 +6,7 @@
     machine, load           processor, cores, system; load averages over a minute before and after
     processor_seconds       time of all processes that were measured, user and system
 
-A hash covers code: comments, blank lines and unit tests do not count.
+A hash covers code: comments, blank lines, unit tests and the names and versions in Cargo.toml do not count.
 """
 
 import functools
@@ -30,7 +30,7 @@ MIRRORED = "coast_flank"
 UNIT_TESTS = re.compile(rb"^#\[cfg\(test\)\]\nmod \w+ \{\n.*?^\}\n", re.M | re.S)
 NOT_CODE = re.compile(rb"^\s*(//.*)?\n", re.M)
 NOT_TEXT = re.compile(rb"^\s*(#.*)?\n", re.M)
-TEST_FILES = re.compile(r"^src/.*(\btests?\.rs$|_tests?\.rs$|/tests?/)")
+NOT_COUNTED = re.compile(r"(^|/)Cargo\.toml$|^src/.*(\btests?\.rs$|_tests?\.rs$|/tests?/)")
 
 
 def git(root: Path, *arguments: str) -> bytes | None:
@@ -78,7 +78,7 @@ def files(root: Path, path: str, commit: str | None) -> dict[str, bytes]:
 @functools.cache
 def digest(root: Path, path: str, commit: str | None = None) -> str | None:
     """Hash of the code below a path; nothing where there is none."""
-    found = {name: data for name, data in files(root, path, commit).items() if not TEST_FILES.search(name)}
+    found = {name: data for name, data in files(root, path, commit).items() if not NOT_COUNTED.search(name)}
     if not found:
         return None
     total = hashlib.sha256()
