@@ -3,8 +3,10 @@
 import json
 import os
 import pathlib
+import runpy
 import subprocess
 import sys
+import types
 
 import pytest
 
@@ -40,7 +42,7 @@ def tree(tmp_path):
     git("init")
     for path in sources.paths_of("verify"):
         file = tmp_path / path / "lib.rs" if "." not in path and path.startswith("src") else tmp_path / path
-        file.parent.mkdir(parents=True)if not file.parent.exists() else None
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(SOURCE)
     git("add", "-A")
     git("commit", "-m", "Answer")
@@ -155,3 +157,40 @@ def test_every_number_on_the_front_page_is_a_listed_figure():
         assert figure in written, figure
     cells = [cell.strip() for line in written.splitlines() if line.startswith("|") for cell in line.split("|")[2:-1]]
     assert all(cell in listed for cell in cells if cell[:1].isdigit() and "modes" not in cell)
+
+
+@pytest.fixture
+def command(monkeypatch):
+    """The names of scripts/record; nothing is measured."""
+    names = runpy.run_path(str(ROOT / "scripts/record"), run_name="record")
+    started = []
+    monkeypatch.setitem(names["measure"].__globals__, "build", lambda kind: None)
+    monkeypatch.setitem(names["measure"].__globals__, "commit_of", lambda program: None)
+    stub = types.SimpleNamespace(run=lambda command, **_: started.append(command) or subprocess.CompletedProcess(command, 0))
+    monkeypatch.setitem(names["measure"].__globals__, "subprocess", stub)
+    return names, started
+
+
+def test_wall_times_want_a_quiet_machine(command, monkeypatch, capsys):
+    names, started = command
+    monkeypatch.setitem(names["measure"].__globals__, "busy", lambda: 0.3)
+    monkeypatch.delenv("ATLAS", raising=False)
+    assert names["measure"]("scaling", [], noisy=False) == 1
+    assert "30% of the processors are at work" in capsys.readouterr().err
+    assert not any("record_scaling" in str(command) for command in started)
+    for kind, noisy in (("scaling", True), ("settling", False)):
+        assert names["measure"](kind, [], noisy) == 0
+        assert any(f"record_{kind}.py" in str(command) for command in started)
+
+
+def test_a_program_of_other_sources_is_refused(command, monkeypatch, capsys):
+    names, _ = command
+    monkeypatch.setitem(names["measure"].__globals__, "busy", lambda: 0.0)
+    monkeypatch.setenv("ATLAS", "/bin/true")
+    assert names["measure"]("settling", [], noisy=False) == 1
+    assert "whose sources are not those of this tree" in capsys.readouterr().err
+
+
+def test_processors_at_work_are_seen(command):
+    names, _ = command
+    assert 0 <= names["busy"]() <= 1
