@@ -15,6 +15,7 @@ import io
 import json
 import re
 import subprocess
+import sys
 import tarfile
 import tomllib
 from pathlib import Path
@@ -142,3 +143,9 @@ def of_commit(folder: Path, root: Path = ROOT) -> dict:
         mirrored = git(root, "grep", "-q", MIRRORED, commit, "--", "src") is not None
         said["contact"] = both or ("mirrored flanks" if mirrored else "one line")
     return said
+
+
+if __name__ == "__main__":
+    # For records that scripts/record has not made: scripts/records/sources.py benches/runs/DATE-KIND-COMMIT
+    for name in sys.argv[1:]:
+        (Path(name) / "about.json").write_text(json.dumps(of_commit(Path(name).resolve()), indent=1) + "\n")
