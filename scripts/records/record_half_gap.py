@@ -1,5 +1,5 @@
 """What of the conclusions about flex80 depends on its half gap: runs flex80.toml and gearbox.toml over the half gap and the contact
-damping, and writes record.json, summary.md and half-gap.png, then the tables of docs/half-gap.md.
+damping, and writes record.json, summary.md and half-gap.png, or the tables of docs/half-gap.md.
 
     .venv/bin/python scripts/records/record_half_gap.py benches/runs/NAME-COMMIT    # measures
     .venv/bin/python scripts/records/record_half_gap.py                             # writes the page from the newest record
@@ -297,13 +297,14 @@ survey, with unknown coverage. Undecided points are neither called chaotic nor r
 """ + "\n".join([*hand_table(record["by_hand"]), *tables(record)])
 
 
-def main(argument="--page"):
-    if not argument.startswith("--"):
-        record = measure() | {"by_hand": by_hand()}
-        keep(argument, summary(record), record=record)
-        draw(record, pathlib.Path(argument) / "half-gap.png")
-    write_blocks("docs/half-gap.md", {"half-gap": page}, [argument])
+def main(arguments):
+    if not arguments or arguments == ["--check"]:
+        write_blocks("docs/half-gap.md", {"half-gap": page}, arguments)
+        return
+    record = measure() | {"by_hand": by_hand()}
+    keep(arguments[0], summary(record), record=record)
+    draw(record, pathlib.Path(arguments[0]) / "half-gap.png")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(sys.argv[1:])
