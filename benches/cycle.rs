@@ -2,7 +2,7 @@
 //! speed, number of tangents and instruction set; its counted work; and the limits of the machine.
 //!
 //! ```text
-//! scripts/record bench            runs this and records it under benches/runs/
+//! scripts/record cycle            runs this and records it under benches/runs/
 //! ```
 //!
 //! All kernels run in one process, so that their ratios are comparable. Every bench continues a settled trajectory.

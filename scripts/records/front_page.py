@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
-"""Writes the figures of README.md and docs/measured.md from the records under benches/runs/, so that
-each of them is a record's and none is chosen by hand.
+"""Writes the figures of README.md and docs/measured.md from the records under benches/runs/, so that each of them is a
+record's and none is chosen by hand, and benches/figures.md: every figure of README.md with its record, the hash of the
+record's sources and the command that measures it again.
 
     .venv/bin/python scripts/records/front_page.py           rewrites those parts
     .venv/bin/python scripts/records/front_page.py --check   status 1 where a page says something else
 
-There is one record of a kind: `cycle` (scripts/record bench), `peers` and `by-hand` (scripts/record peers), `settling`
-(scripts/record settling) and `verify` (scripts/record verify).
+The kinds of records are `cycle`, `peers`, `by-hand`, `settling` and `verify`.
 """
 
+import functools
+import hashlib
 import json
 import sys
-from pathlib import Path
 
 from record_peers import by_solver, significant, time_at
-
-ROOT = Path(__file__).resolve().parents[2]
-BEGIN, END = "<!-- written by scripts/records/front_page.py -->\n", "<!-- end of what it writes -->\n"
+from records import link, load, the, table, write_blocks
+from sources import about
 
 MODES = [6, 20, 40, 160, 640]
 SCENES = {
@@ -28,20 +28,8 @@ SCENES = {
 TARGET = 1e-9
 
 
-def the(kind: str) -> Path:
-    """The record of a kind."""
-    found = sorted((ROOT / "benches/runs").glob(f"*-{kind}-*"))
-    if len(found) != 1:
-        sys.exit(f"benches/runs holds {len(found)} records of the kind '{kind}'; keep the newest")
-    return found[0]
-
-
-def load(kind: str, file: str) -> dict:
-    return json.loads((the(kind) / file).read_text())
-
-
-def link(text: str, kind: str, file: str) -> str:
-    return f"[{text}](benches/runs/{the(kind).name}/{file})"
+# Kind of record, figure and its text, of what is written to README.md.
+Figure = tuple[str, str, str]
 
 
 def microseconds(ns: float) -> str:
@@ -77,7 +65,7 @@ def cycles() -> list[str]:
     ]
     return [
         f"The table has medians of one run on one core ({record['cpu']}, {facts['instructions']}, shared; "
-        f"{link('kernels', 'cycle', 'summary.md')}). Compare ratios only. A mesh cycle of the default drive at "
+        f"{link('cycle', text='kernels')}). Compare ratios only. A mesh cycle of the default drive at "
         f"1200 rad/s lasts {facts['work']['cycle/load-0.05/40']['period_ns'] / 1e3:.0f} µs.",
         "",
         *lines,
@@ -90,43 +78,47 @@ def cycles() -> list[str]:
     ]
 
 
-def accuracy() -> str:
-    """The largest error of single cycles."""
-    checks = load("verify", "verify.json")["checks"]
+def worst_cycle() -> dict:
+    """The largest error of single cycles of `volterra`."""
     lines = [
         line
-        for check in checks
+        for check in load("verify", "verify.json")["checks"]
         if check["check"] == "cycle"
         for line in check["lines"]
         if line["what"].startswith("volterra") and line["unit"] == "half gaps"
     ]
-    worst = max(lines, key=lambda line: line["value"])
+    return max(lines, key=lambda line: line["value"])
+
+
+def accuracy() -> str:
+    worst = worst_cycle()
     return (
         f"A single cycle of `volterra` on any instruction set differs from an integrator of 30 digits by at most "
-        f"{power(worst['value'])} half gaps ({worst['what'].split(': ', 1)[1]}; "
-        f"{link('`atlas verify`', 'verify', 'verify.json')})."
+        f"{power(worst['value'])} half gaps ({worst['what'].split(': ', 1)[1]}; {link('verify', 'verify.json', '`atlas verify`')})."
     )
 
 
-def solvers() -> list[str]:
-    """General-purpose solvers at equal error."""
-    record = load("peers", "raw.json")
-    found = by_solver(record, "40 modes")
+def solver_ratios() -> dict[str, float]:
+    """Times of general-purpose solvers over that of `volterra` at equal error."""
+    found = by_solver(load("peers", "raw.json"), "40 modes")
     base = time_at(found["volterra"], TARGET)
-    ratios = {
+    times = {
         name: time_at(samples, TARGET)
         for name, samples in found.items()
         if samples and name not in ("volterra", "stepping", "reference")
     }
-    heads = [name for name, time in ratios.items() if time is not None]
+    return {name: time / base for name, time in times.items() if time is not None}
+
+
+def solvers() -> list[str]:
+    """General-purpose solvers at equal error."""
+    ratios = solver_ratios()
     return [
         "General-purpose solvers have the same right-hand side of O(N) work and are restarted at every event. "
         "The table has their time divided by that of `volterra` at equal error: 1e-9 half gaps after five "
-        f"rattling cycles with 40 modes ({link('work and precision', 'peers', 'summary.md')}).",
+        f"rattling cycles with 40 modes ({link('peers', text='work and precision')}).",
         "",
-        "| " + " | ".join(heads) + " |",
-        "|---" * len(heads) + "|",
-        "| " + " | ".join(significant(ratios[name] / base) for name in heads) + " |",
+        *table(ratios, [map(significant, ratios.values())])[:-1],
     ]
 
 
@@ -137,7 +129,7 @@ def by_hand() -> list[str]:
     peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
     lines = [
         "A program in C, written by hand for this drive with mirrored flanks only, computes the same motion "
-        f"({link('by hand', 'by-hand', 'summary.md')}). It does not prove that it misses no event. The table has its time "
+        f"({link('by-hand', text='by hand')}). It does not prove that it misses no event. The table has its time "
         "without / with a tangent, and the times of the kernels divided by it:",
         "",
         "| one cycle | " + " | ".join(f"{case['modes']} modes" for case in cases) + " |",
@@ -150,39 +142,73 @@ def by_hand() -> list[str]:
     return lines
 
 
-def campaign() -> str:
+def campaign() -> list[str]:
     """flex80 as a whole."""
     r = load("settling", "record.json")
-    seconds = r["seconds"]
-    return (
-        f"`manifests/flex80.toml` has {r['points']} points with 40 modes, without truncation, and every chaotic λ to "
-        f"± {r['lambda_stderr']:.2f}. It takes {seconds['settled']:.2f} s on one core and "
-        f"{seconds['settled on 2 threads']:.2f} s on two, for {r['cycles']} cycles. The largest energy residual is "
-        f"{power(r['energy_residual'])}, and {r['twins_disagree']} twins disagree. With `run.settle = false` it integrates to "
-        f"the end with transients of 6000 cycles and takes "
-        f"{seconds['integrated'] / seconds['settled']:.1f} times as long (settled points "
-        f"{r['settled_ratio']:.1f} times). Then {r['same_class']} of {r['points']} points have the same class, and the "
-        f"exponents of periodic points agree to {power(r['settled_lambda_difference'])} "
-        f"({link('settling', 'settling', 'summary.md')})."
-    )
+    seconds, runs, others = r["seconds"], r["runs"], r["against_verified"]
+    verified, long = runs["verified"], others["integrated"]
+    cells = lambda name: [  # noqa: E731
+        name, f"{seconds[name]:.0f} s", f"{runs[name]['cycles'] / 1e6:.2f} million", runs[name]["chaotic"], runs[name]["not_ok"],
+        f"± {runs[name]['lambda_stderr']:.3f}",
+    ]  # fmt: skip
+    return [
+        f"`manifests/flex80.toml` has {verified['points']} points with 40 modes, without truncation. The table has the processor time of one "
+        f"thread ({link('settling')}). A *survey* leaves the errors unverified. *Integrated*: `run.settle = false`, transients of 6000 cycles.",
+        "",
+        *table(["run", "processor time", "mesh cycles", "chaotic points", "points not `ok`", "largest error of a chaotic λ"], map(cells, runs)),
+        f"The largest energy residual is {power(verified['energy_residual'])}, and {verified['twins_disagree']} twins disagree. Integrated to the "
+        f"end, {long['same_class']} of {verified['points']} points have the same class and period. λ of points that settle in both differs by at "
+        f"most {power(long['settled_lambda'])} per cycle, and λ of points chaotic in both by at most {significant(long['chaotic_in_errors'])} "
+        "standard errors.",
+    ]
 
 
-def pages() -> dict[Path, list[str]]:
-    """What is written, by page."""
-    all_of_it = [*cycles(), "", accuracy(), "", *solvers(), "", *by_hand(), "", campaign()]
-    links = [line.replace("](benches/", "](../benches/") for line in all_of_it]
-    return {ROOT / "README.md": by_hand(), ROOT / "docs/measured.md": links}
+def front() -> list[str]:
+    """What README.md says of speed and accuracy."""
+    error, least, seconds = (figures()[place][2] for place in (0, 1, 2))
+    return [
+        f"The largest error of one cycle is {error} half gaps against an integrator with 30 digits "
+        f"({link('verify', 'verify.json', '`atlas verify`')}). General-purpose solvers of equal error take {least} times as long or more "
+        f"({link('peers', text='work and precision')}, [all figures](docs/measured.md)).",
+        "",
+        *by_hand(),
+        "",
+        f"Verified error bars of chaotic points need many cycles. `manifests/flex80.toml` takes {figures()[3][2]} mesh cycles, {seconds} of one "
+        f'core. `lyapunov.effort = "survey"` takes {figures()[4][2]} and leaves the errors unverified ({link("settling", text="settling")}, '
+        "[comparison](docs/estimators.md#verified-against-survey)).",
+    ]
+
+
+@functools.cache
+def figures() -> list[Figure]:
+    """Figures of README.md."""
+    r = load("settling", "record.json")
+    listed = [
+        ("verify", "largest error of one cycle [half gaps]", power(worst_cycle()["value"])),
+        ("peers", "least time of a general-purpose solver over that of `volterra`", significant(min(solver_ratios().values()))),
+        ("settling", "flex80 verified, processor time", f"{r['seconds']['verified']:.0f} s"),
+        ("settling", "flex80 verified, mesh cycles", f"{r['runs']['verified']['cycles'] / 1e6:.1f} million"),
+        ("settling", "flex80 as a survey, processor time", f"{r['seconds']['survey']:.0f} s"),
+    ]
+    heads, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in by_hand() if line.startswith("|")]
+    return listed + [("by-hand", f"{row[0]}, {head}", cell) for row in rows for head, cell in zip(heads[1:], row[1:])]
+
+
+def list_of_figures() -> list[str]:
+    """benches/figures.md: where each figure of README.md comes from."""
+    rows = []
+    for kind, what, text in figures():
+        said = about(the(kind))
+        total = hashlib.sha256(json.dumps(said.get("sources"), sort_keys=True).encode()).hexdigest()[:12] if said.get("sources") else "unknown"
+        rows.append((what, text, link(kind, "about.json"), total, f"`scripts/record {kind}`"))
+    return table(["figure", "value", "record", "hash of its sources", "command"], rows)[:-1]
 
 
 def main(arguments: list[str]) -> None:
-    for page, lines in pages().items():
-        text = page.read_text()
-        head, rest = text.split(BEGIN)
-        written = head + BEGIN + "\n" + "\n".join(lines) + "\n\n" + END + rest.split(END)[1]
-        if arguments != ["--check"]:
-            page.write_text(written)
-        elif written != text:
-            sys.exit(f"the figures of {page.name} are not those of benches/runs: scripts/records/front_page.py")
+    measured = [*cycles(), "", accuracy(), "", *solvers(), "", *by_hand(), "", *campaign()]
+    write_blocks("README.md", {"speed": front}, arguments)
+    write_blocks("docs/measured.md", {"measured": lambda: measured}, arguments)
+    write_blocks("benches/figures.md", {"figures": list_of_figures}, arguments)
 
 
 if __name__ == "__main__":

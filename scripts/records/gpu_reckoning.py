@@ -7,12 +7,9 @@ them, over published peaks.
 """
 
 import sys
-from pathlib import Path
 
-from replication import ROOT, link, load, significant
-
-PAGE = ROOT / "docs/gpu.md"
-BEGIN, END = "<!-- reckoning: begin -->\n", "<!-- reckoning: end -->"
+from records import link, load, write_blocks
+from replication import significant
 
 # Double precision outside of matrix units [operations/s], memory [bytes/s]: the makers' data sheets.
 CARDS = {
@@ -48,19 +45,8 @@ def lines() -> list[str]:
             alone = bytes_read / roof["bytes_read"] / core
             cells = [*own, card, significant(arithmetic), significant(alone), significant(TOGETHER * alone)]
             found.append("| " + " | ".join(cells) + " |")
-    return [*found, ""]
-
-
-def main(arguments: list[str]) -> None:
-    text = PAGE.read_text()
-    before, rest = text.split(BEGIN)
-    page = before + BEGIN + "\n".join(lines()) + END + rest.split(END)[1]
-    if arguments == ["--check"]:
-        if page != text:
-            sys.exit("docs/gpu.md's table is not that of benches/runs: scripts/records/gpu_reckoning.py")
-    else:
-        Path(PAGE).write_text(page)
+    return found
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_blocks("docs/gpu.md", {"reckoning": lines}, sys.argv[1:])

@@ -6,12 +6,13 @@
 import json
 import os
 import pathlib
-import platform
 import resource
 import statistics
 import subprocess
 import sys
 import tempfile
+
+from records import keep, processor
 
 TURNS = int(os.environ.get("TURNS", "5"))
 # Jobs whose name has these words; all of them without.
@@ -64,7 +65,6 @@ def ran(program, arguments, folder):
 
 
 def main(before, older, after, newer, out):
-    out = pathlib.Path(out)
     rows = []
     with tempfile.TemporaryDirectory() as work:
         for number, (name, arguments) in enumerate(case for case in CASES if ONLY in case[0]):
@@ -83,20 +83,17 @@ def main(before, older, after, newer, out):
             cells.append(f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})")
             rows.append("| " + " | ".join(cells) + " |")
             print(rows[-1], flush=True)
-    cpu = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.machine())
     head = ["job", f"{before} [s]", "cycles", "residual", f"{after} [s]", "cycles", "residual", "before / after"]
     text = [
         f"# {before} and {after}, in turn\n",
-        f"{cpu}, {os.cpu_count()} processors, `scripts/record before-after {before}`: `manifests/flex80.toml`, processor time "
+        f"{processor()}, {os.cpu_count()} processors, `scripts/record before-after {before}`: `manifests/flex80.toml`, processor time "
         f"(user and system), medians of {TURNS} turns; the ratio is the median of the turns' own, with the smallest and the largest. Residual: "
         f"the largest of the energy balance over all points. {os.getloadavg()[2]:.1f} runnable tasks at the end.\n",
         "| " + " | ".join(head) + " |",
         "|" + "---|" * len(head),
         *rows,
     ]
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.md").write_text("\n".join(text) + "\n")
-    print(out / "summary.md")
+    keep(out, text)
 
 
 if __name__ == "__main__":

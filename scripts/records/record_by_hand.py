@@ -5,13 +5,11 @@
 """
 
 import json
-import os
-import platform
 import sys
 from pathlib import Path
 
-from record_bench import cpu, table
-from record_peers import output, power, significant
+from record_peers import power, significant
+from records import keep, output, table, this_run
 
 # Half gaps, and parts of a tangent's length.
 ACCEPTED = 1e-9
@@ -44,26 +42,13 @@ def main() -> None:
                 f"record_by_hand: at {case['modes']} modes the peer's motion and tangent are {apart} from those of volterra; "
                 f"at most {ACCEPTED} is accepted"
             )
-    folder.mkdir(parents=True, exist_ok=True)
-    load = " ".join(f"{x:.1f}" for x in os.getloadavg())
     compilers = [output("rustc", "--version"), output("cc", "--version").split("\n")[0]]
-    record = {
-        "command": "scripts/record peers by-hand",
-        "commit": output("git", "rev-parse", "HEAD"),
-        "cpu": cpu(),
-        "cores": os.cpu_count(),
-        "load_average": load,
-        "system": platform.platform(),
-        "compilers": compilers,
-        "unit": "s",
-        **record,
-    }
-    (folder / "raw.json").write_text(json.dumps(record, indent=1) + "\n")
+    record = {"command": "scripts/record by-hand", **this_run(), "compilers": compilers, "unit": "s", **record}
     heads = [f"N = {case['modes']}" for case in cases]
     lines = [
         f"# {folder.name}",
         "",
-        f"`scripts/record peers by-hand` on {record['cpu']} ({cases[0]['instructions']}), {record['cores']} cores, load average {load}",
+        f"`scripts/record by-hand` on {record['cpu']} ({cases[0]['instructions']}), {record['cores']} cores, load average {record['load']}",
         f"at the end; commit {record['commit'][:8]}, {', '.join(compilers)}.",
         "",
         "A mesh cycle of the default drive (`manifests/flex80.toml`) with mirrored flanks and without friction, at 1200 rad/s and",
@@ -87,8 +72,7 @@ def main() -> None:
         "all modes and prove every interval.",
         "",
     ]
-    (folder / "summary.md").write_text("\n".join(lines))
-    print(f"recorded in {folder}")
+    keep(folder, lines, raw=record)
 
 
 if __name__ == "__main__":

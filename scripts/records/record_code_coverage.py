@@ -17,6 +17,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
+from records import keep
+
 from record_unsafe import counted
 
 # A program may take so long [s]; counts are written at its end.
@@ -76,7 +78,7 @@ def named(place):
 
 
 def main(target, out, *without):
-    target, out = Path(target), Path(out)
+    target = Path(target)
     counts = target / "counts"
     counts.mkdir(exist_ok=True)
     for old in counts.glob("*"):
@@ -128,8 +130,7 @@ def write(out, by_units, by_all, left, seconds):
     for place in sorted(functions):
         if not (by_all[place] or by_units.get(place)):
             lines.append(f"* `src/{place[0]}:{place[1]}` `{functions[place]}`")
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.md").write_text("\n".join(lines) + "\n")
+    keep(out, lines)
 
 
 if __name__ == "__main__":

@@ -5,22 +5,11 @@
 
 import json
 import pathlib
-import shutil
 import sys
 
+from records import keep, processor, table
+
 MODES = {81: 40, 321: 160, 1281: 640}
-
-
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return "unknown"
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]
 
 
 def gains(times, columns):
@@ -30,8 +19,6 @@ def gains(times, columns):
 
 
 def main(found, out):
-    out = pathlib.Path(out)
-    out.mkdir(parents=True, exist_ok=True)
     raw = json.loads(pathlib.Path(found).read_text())
     columns = raw["columns"]
     counts = [f"{count} columns" for count in columns[1:]]
@@ -65,9 +52,7 @@ def main(found, out):
         f"\nOver the 80 points of `manifests/flex80.toml` {100 * cut[len(cut) // 2]:.0f} % of all windows are cut short "
         f"(median; {100 * cut[0]:.0f} to {100 * cut[-1]:.0f} %).",
     ]
-    (out / "summary.md").write_text("\n".join(text) + "\n")
-    shutil.copy(found, out / "raw.json")
-    print(out / "summary.md")
+    keep(out, text, raw=raw)
 
 
 if __name__ == "__main__":

@@ -10,17 +10,15 @@ of each. `z` is (estimate - truth) over the claimed standard error.
 import argparse
 import json
 import pathlib
-import platform
 import subprocess
 import tempfile
 import time
 
 import numpy as np
 import polars as pl
+from records import ATLAS, ROOT, keep, output, processor
 from scipy.stats import t as student
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-ATLAS = ROOT / "target/release/atlas"
 TRUTH_STARTS, TRUTH_CYCLES = 75, 40_000
 
 FLEX80 = "manifests/flex80.toml"
@@ -167,10 +165,8 @@ def main():
                     print("   ", {k: round(v, 4) if isinstance(v, float) and abs(v) > 1e-3 else v for k, v in row.items()}, flush=True)
     frame = pl.DataFrame(table)
     frame.write_csv(asked.folder / "coverage.csv")
-    (asked.folder / "points.json").write_text(json.dumps(summary, indent=1) + "\n")
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
     lines = ["# How often error bars hold", "",
-             f"Commit {commit}, {platform.machine()}, {time.perf_counter() - clock:.0f} s. "
+             f"Commit {output('git', 'rev-parse', '--short', 'HEAD')}, {processor()}, {time.perf_counter() - clock:.0f} s. "
              f"`scripts/record coverage --starts {asked.starts}`: rows with status `ok` of that many independent starts, "
              "`stop_at_stderr = 0.01`, budget 160 000 cycles; truth from 3 million cycles.", "",
              "| point | statistic | rows | scatter over claimed | 95 % intervals hold | mean error in claimed errors | error of the truth in claimed errors |",
@@ -185,7 +181,7 @@ def main():
     if asked.lives:
         with tempfile.TemporaryDirectory() as work:
             lines += lives(pathlib.Path(work))
-    (asked.folder / "summary.md").write_text("\n".join(lines) + "\n")
+    keep(asked.folder, lines, points=summary)
 
 
 if __name__ == "__main__":

@@ -16,9 +16,8 @@ import threading
 import time
 
 import polars as pl
+from records import ATLAS, ROOT, keep
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-ATLAS = pathlib.Path(os.environ.get("ATLAS", ROOT / "target/release/atlas"))
 # Where and how long, not what.
 PLACEMENT = ["wall_time", "worker", "numa_node"]
 
@@ -251,7 +250,6 @@ PARTS = {"cycles": part_cycles, "points": part_points, "disk": part_disk, "clock
 
 
 def main(folder, names):
-    folder = pathlib.Path(folder)
     rows, faults = [], 0
 
     def note(what, found, good):
@@ -264,9 +262,8 @@ def main(folder, names):
     with tempfile.TemporaryDirectory() as work:
         for name in names or PARTS:
             PARTS[name](pathlib.Path(work), note)
-    folder.mkdir(parents=True, exist_ok=True)
     head = ["# Endurance", "", "`scripts/record endurance`, two shared cores.", "", "| run | found | |", "|---|---|---|"]
-    (folder / "summary.md").write_text("\n".join(head + rows) + "\n")
+    keep(folder, head + rows)
     sys.exit(1 if faults else 0)
 
 

@@ -6,24 +6,16 @@
 import json
 import os
 import pathlib
-import platform
 import re
 import subprocess
 import sys
 import tempfile
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+from records import ATLAS, ROOT, keep, processor
+
 POINT = "load=0.1,speed=1047"
 OUTPUTS = ("mesh.force", "mesh.deflection", "pinion.speed", "wheel.speed", "bearing.'pinion 1 y'")
-
-
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
 
 
 def measure(work, steps):
@@ -31,7 +23,7 @@ def measure(work, steps):
     source = ROOT / "benches/fmu/real_time.c"
     subprocess.run(["cc", "-O2", "-fno-builtin", "-rdynamic", "-o", program, source, "-ldl"], check=True)
     manifest = ROOT / "manifests/flex80.toml"
-    command = [TARGET / "release/atlas", "fmu", manifest, "--fmi", "3", "--point", POINT, "--out", fmu]
+    command = [ATLAS, "fmu", manifest, "--fmi", "3", "--point", POINT, "--out", fmu]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(work / "own")
@@ -47,14 +39,6 @@ def measure(work, steps):
         command = ["taskset", "-c", str(max(os.sched_getaffinity(0))), *command]
         rows.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
     return rows
-
-
-def keep(folder, text, rows):
-    """Writes a summary, and what it is made of."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "summary.md").write_text(text)
-    (folder / "record.json").write_text(json.dumps({"cpu": processor(), "rows": rows}, indent=1) + "\n")
-    print(text)
 
 
 def main(folder, steps="1000000"):
@@ -76,7 +60,7 @@ at the end. Times of other programs on the core count as times of the step.
 {table}
 Made and initialized in {1e3 * rows[0]['made']:.0f} ms.
 """
-    keep(pathlib.Path(folder), text, rows)
+    keep(folder, text, record={"cpu": processor(), "rows": rows})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Writes summary.md of forecasts beside what the runs take.
 
-    python3 scripts/records/record_forecast.py ATLAS benches/runs/NAME
+    python3 scripts/records/record_forecast.py benches/runs/NAME
 """
 
 import json
@@ -10,6 +10,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+
+from records import ATLAS, keep
 
 # Small enough to be run three times, and of every kind: grids, chains, tables, many modes.
 MANIFESTS = [
@@ -27,8 +29,8 @@ def atlas(program, *arguments, well=(0,)):
     return done.stdout
 
 
-def main(program, out):
-    out = pathlib.Path(out)
+def main(out):
+    program = ATLAS
     rows, close, within = [], 0, 0
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
@@ -75,9 +77,7 @@ def main(program, out):
         f"\n{close} of {len(rows)} within {100 * WANTED:.0f} % (wanted: 9 of 10); {within} of {len(rows)} took a "
         "time within the interval stated.",
     ]
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.md").write_text("\n".join(text) + "\n")
-    print(out / "summary.md")
+    keep(out, text)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ import re
 import subprocess
 import sys
 
+from records import keep
+
 
 def said(program, target, artifact):
     """The line that tells what an input breaks."""
@@ -29,7 +31,7 @@ def said(program, target, artifact):
 
 
 def main(folder, out, seconds, targets):
-    folder, out = pathlib.Path(folder), pathlib.Path(out)
+    folder = pathlib.Path(folder)
     about = dict(line.split("\t") for line in (folder / "targets").read_text().splitlines())
     rows, kinds, broken = [], [], 0
     for target in targets:
@@ -48,7 +50,6 @@ def main(folder, out, seconds, targets):
             f"| {target} | {about[target]} | {inputs} | {took} | {coverage} | {corpus} | {crashes} | {hangs} | {wrong} |"
         )
         kinds += [f"* {target}, {len(names)} inputs: `{what}`" for what, names in found.items()]
-    out.mkdir(parents=True, exist_ok=True)
     text = [
         "# Targets under libFuzzer",
         "",
@@ -60,8 +61,7 @@ def main(folder, out, seconds, targets):
         "",
         *kinds,
     ]
-    (out / "summary.md").write_text("\n".join(text).rstrip() + "\n")
-    print(out / "summary.md")
+    keep(out, text)
     sys.exit(1 if broken else 0)
 
 

@@ -1,5 +1,5 @@
 """What of the conclusions about flex80 depends on its half gap: runs flex80.toml and gearbox.toml over the half gap and the contact
-damping, and writes record.json, summary.md and half-gap.png, then the tables of docs/half-gap.md.
+damping, and writes record.json, summary.md and half-gap.png, or the tables of docs/half-gap.md.
 
     .venv/bin/python scripts/records/record_half_gap.py benches/runs/NAME-COMMIT    # measures
     .venv/bin/python scripts/records/record_half_gap.py                             # writes the page from the newest record
@@ -17,10 +17,8 @@ import tempfile
 
 import numpy as np
 import polars as pl
-from record_fmu import ROOT, TARGET, processor
+from records import ATLAS, ROOT, keep, link, processor, the, write_blocks
 
-PAGE = ROOT / "docs/half-gap.md"
-MARKS = ("<!-- half-gap: begin -->", "<!-- half-gap: end -->")
 PINION, WHEEL = (f"train.shaft.{shaft}.gears.0.thinning" for shaft in (1, 2))
 GAPS = {"flex80": (10, 15, 25, 40, 60, 100), "gearbox": (10, 20, 40, 77, 100)}
 FEW = {"flex80": (10, 60), "gearbox": (10, 77)}
@@ -64,7 +62,7 @@ def gap_axis(drive, gaps):
 def run(drive, gaps, changes, work, name):
     """Points of a run as a table with `gap` in µm, and its processor time [s]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [TARGET / "release/atlas", "run", ROOT / f"manifests/{drive}.toml", "--threads", "1", "--quiet"]
+    command = [ATLAS, "run", ROOT / f"manifests/{drive}.toml", "--threads", "1", "--quiet"]
     command += ["--out", work / name, "--tables", work / "tables"]
     for change in [*SHORT[drive], *gap_axis(drive, gaps), *changes]:
         command += ["--set", change]
@@ -281,19 +279,12 @@ def draw(record, path):
     figure.savefig(path, dpi=150)
 
 
-def newest():
-    return max((ROOT / "benches/runs").glob("*-half-gap-*"))
-
-
-def written(page, folder):
-    """The page with the tables of a record."""
-    record = json.loads((folder / "record.json").read_text())
-    before, rest = page.split(MARKS[0])
-    after = rest.split(MARKS[1])[1]
-    link = f"../benches/runs/{folder.name}"
-    own = [f"Figures from [{folder.name}]({link}/summary.md).", "", *hand_table(record["by_hand"]), *tables(record)]
-    own += [f"![Chaos, coast contact, deflection and λ over the half gap]({link}/half-gap.png)"]
-    return f"{before}{MARKS[0]}\n" + "\n".join(own) + f"\n{MARKS[1]}{after}"
+def page():
+    """The part of docs/half-gap.md that a record fills."""
+    record = json.loads((the("half-gap") / "record.json").read_text())
+    picture = f"../benches/runs/{the('half-gap').name}/half-gap.png"
+    own = [f"Figures from {link('half-gap')}.", "", *hand_table(record["by_hand"]), *tables(record)]
+    return [*own, f"![Chaos, coast contact, deflection and λ over the half gap]({picture})"]
 
 
 def summary(record):
@@ -306,21 +297,14 @@ survey, with unknown coverage. Undecided points are neither called chaotic nor r
 """ + "\n".join([*hand_table(record["by_hand"]), *tables(record)])
 
 
-def main(argument=None):
-    if argument and argument != "--check":
-        folder = pathlib.Path(argument)
-        folder.mkdir(parents=True, exist_ok=True)
-        record = measure() | {"by_hand": by_hand()}
-        (folder / "record.json").write_text(json.dumps(record, indent=1) + "\n")
-        (folder / "summary.md").write_text(summary(record))
-        draw(record, folder / "half-gap.png")
-    page = PAGE.read_text()
-    found = written(page, newest())
-    if argument != "--check":
-        PAGE.write_text(found)
-    elif page != found:
-        sys.exit("docs/half-gap.md's tables are not those of benches/runs: scripts/record half-gap --page")
+def main(arguments):
+    if not arguments or arguments == ["--check"]:
+        write_blocks("docs/half-gap.md", {"half-gap": page}, arguments)
+        return
+    record = measure() | {"by_hand": by_hand()}
+    keep(arguments[0], summary(record), record=record)
+    draw(record, pathlib.Path(arguments[0]) / "half-gap.png")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(sys.argv[1:])

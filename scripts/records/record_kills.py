@@ -5,7 +5,6 @@
 
 import json
 import pathlib
-import platform
 import random
 import subprocess
 import sys
@@ -13,9 +12,8 @@ import tempfile
 import time
 
 import polars as pl
+from records import ATLAS, ROOT, keep, processor
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-ATLAS = ROOT / "target/release/atlas"
 KILLS = 200
 SEED = 1
 # Where and how long, not what.
@@ -63,13 +61,6 @@ def stage(folder):
     return "points in the journal" if journal.stat().st_size > 400 else "journal begun"
 
 
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
-
-
 def main(folder, kills):
     chance = random.Random(SEED)
     log, rounds = [], []
@@ -111,9 +102,6 @@ def main(folder, kills):
                     "left": sorted(p.name for p in out.iterdir() if p.name.startswith(".")),
                 }
             )
-    folder = pathlib.Path(folder)
-    folder.mkdir(parents=True)
-    (folder / "kills.json").write_text(json.dumps({"kills": log, "runs": rounds}, indent=1) + "\n")
     stages = {}
     for kill in log:
         stages[kill["stage"]] = stages.get(kill["stage"], 0) + 1
@@ -137,8 +125,7 @@ def main(folder, kills):
         *(f"| {name} | {value} |" for name, value in rows),
         "",
     ]
-    (folder / "summary.md").write_text("\n".join(lines))
-    print("\n".join(lines))
+    keep(folder, lines, kills={"kills": log, "runs": rounds})
     return any(not r["same"] or r["left"] for r in rounds)
 
 

@@ -7,9 +7,6 @@ RAW may be the raw.json of a recorded run, whose summary and pictures are then m
 """
 
 import json
-import os
-import platform
-import subprocess
 import sys
 from pathlib import Path
 
@@ -19,14 +16,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.ticker import NullFormatter  # noqa: E402
 
-from record_bench import cpu, table  # noqa: E402
+from records import keep, table, this_run  # noqa: E402
 from replication import (  # noqa: E402
     PAPER_EVENTS,
     PAPER_REDUCTION,
     PAPER_STEPS,
     significant,
 )
-from replication import main as write_page  # noqa: E402
 
 # Okabe & Ito.
 COLOURS = {
@@ -412,38 +408,18 @@ def summary(name: str, record: dict) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def this_run(record: dict) -> dict:
-    """Where and how the bench has just run; takes its own part of that out of the record."""
-    commit = subprocess.run(
-        ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
-    return {
-        "command": "scripts/record ladder",
-        "commit": commit or "none",
-        "cpu": cpu(),
-        "cores": os.cpu_count(),
-        "system": platform.platform(),
-        "instructions": record.pop("instructions"),
-        "load": " ".join(f"{load:.1f}" for load in os.getloadavg()),
-        "seconds": record.pop("seconds"),
-    }
-
-
 def main() -> None:
     raw, folder = Path(sys.argv[1]), Path(sys.argv[2])
-    folder.mkdir(parents=True, exist_ok=True)
     record = json.loads(raw.read_text())
     if "run" not in record:
-        record["run"] = this_run(record)
-    (folder / "raw.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
+        own = {"instructions": record.pop("instructions"), "seconds": record.pop("seconds")}
+        record["run"] = {"command": "scripts/record ladder", **this_run(), **own}
+    keep(folder, summary(folder.name, record), raw=record)
     style()
     ceiling_picture(record, folder / "ceiling.png")
     reduction_picture(record, folder / "reduction.png")
     threads_picture(record, folder / "threads.png")
     precision_picture(record, folder / "work-precision.png")
-    (folder / "summary.md").write_text(summary(folder.name, record))
-    write_page([])
-    print(f"recorded in {folder} and docs/replication.md")
 
 
 if __name__ == "__main__":

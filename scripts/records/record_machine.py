@@ -10,6 +10,8 @@ import shutil
 import statistics
 import sys
 
+from records import keep, table
+
 
 def streams(work, kind, threads):
     """Best rates of STREAM [B/s], a dictionary a turn."""
@@ -34,11 +36,6 @@ def chains(work):
         for size, time in own.items():
             found.setdefault(size, []).append(time)
     return {size: statistics.median(times) for size, times in sorted(found.items())}
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
 def main(work, out):
@@ -74,13 +71,13 @@ def main(work, out):
     text = [
         "# `atlas machine` beside STREAM and lmbench, and beside itself\n",
         f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
-        f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine-peers`.",
+        f"{second['program']['version']} ({second['program']['commit']}), `scripts/record machine`.",
         "Quiet." if second["noise"]["quiet"] else
         "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
         f"\n## Bandwidth, GB/s, best of {len(turns)} turns\n",
         "STREAM 5.10 (J. D. McCalpin), arrays as long as those of atlas, compiled here with plain "
         "loops, and with the copy as a call of memcpy.\n",
-        table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
+        *table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
         f"\nPlain copies and triads differ by {100 * worst:.1f} % at most (wanted: 10 %).",
     ]
     lmbench = chains(work)
@@ -102,7 +99,7 @@ def main(work, out):
         text += [
             f"\n## Time of a load from page to page, ns, medians of {len(turns)} turns\n",
             "lmbench 3.0-a9 of Debian, `lat_mem_rd -t`, lines of 64 bytes, a run a size from 1 MiB on.\n",
-            table(("buffer [KiB]", "atlas", "lmbench", "ratio", ""), rows),
+            *table(("buffer [KiB]", "atlas", "lmbench", "ratio", ""), rows),
             f"\nThey differ by {100 * worst:.1f} % at most, slopes left out, where half the size and "
             "twice the size both take another time by a quarter (wanted: 15 %).",
         ]
@@ -111,14 +108,12 @@ def main(work, out):
         "\n## Two runs\n", fence, (work / "compare.txt").read_text().rstrip(), fence,
         "\n## The second one\n", fence, (work / "page.txt").read_text().rstrip(), fence,
     ]
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.md").write_text("\n".join(text) + "\n")
+    keep(out, text)
     shutil.copy(work / "second/machine.json", out / "machine.json")
     for name in ("solver", "roofline"):
         picture = work / f"second/pictures/machine-{name}.png"
         if picture.exists():
             shutil.copy(picture, out / picture.name)
-    print(out / "summary.md")
 
 
 if __name__ == "__main__":

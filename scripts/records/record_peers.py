@@ -6,9 +6,6 @@
 
 import json
 import math
-import os
-import platform
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,7 +15,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.patheffects import withStroke  # noqa: E402
 
-from record_bench import cpu  # noqa: E402
+from records import keep, output, this_run  # noqa: E402
 
 TARGETS = [1e-6, 1e-9, 1e-12]
 
@@ -34,14 +31,6 @@ STYLES = {
     "stepping": ("#CC79A7", "x", ":"),
     "reference": ("#777777", "*", ":"),
 }
-
-
-def output(*command: str) -> str:
-    """What a command prints, empty where it cannot be run."""
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return ""
 
 
 def front(samples: list[dict]) -> list[tuple[float, float]]:
@@ -86,7 +75,7 @@ def significant(value: float) -> str:
     return f"{value:.{digits}f}"
 
 
-def table(record: dict, problem: str) -> list[str]:
+def table_of(record: dict, problem: str) -> list[str]:
     """Time at equal error, and its ratio to the structured kernel."""
     solvers = by_solver(record, problem)
     base = [time_at(solvers["volterra"], target) for target in TARGETS]
@@ -171,29 +160,15 @@ def label(axis, ends: list[tuple[str, str, float, float]]) -> None:
 def main() -> None:
     record = json.loads(Path(sys.argv[1]).read_text())
     folder = Path(sys.argv[2])
-    folder.mkdir(parents=True, exist_ok=True)
-    load = " ".join(f"{x:.1f}" for x in os.getloadavg())
     sundials = output("dpkg-query", "-W", "-f=${Version}", "libsundials-dev") or "unknown"
-    record = {
-        "command": "scripts/record peers",
-        "commit": output("git", "rev-parse", "HEAD"),
-        "cpu": cpu(),
-        "cores": os.cpu_count(),
-        "load_average": load,
-        "system": platform.platform(),
-        "compiler": output("rustc", "--version"),
-        "sundials": sundials,
-        "unit": "s",
-        **record,
-    }
-    (folder / "raw.json").write_text(json.dumps(record, indent=1) + "\n")
-    picture(record, folder)
+    compiler = output("rustc", "--version")
+    record = {"command": "scripts/record peers", **this_run(), "compiler": compiler, "sundials": sundials, "unit": "s", **record}
 
     worst = max(p["uncertainty"] for p in record["problems"])
     lines = [
         f"# {folder.name}",
         "",
-        f"`scripts/record peers` on {record['cpu']}, {record['cores']} cores, load average {load} at the",
+        f"`scripts/record peers` on {record['cpu']}, {record['cores']} cores, load average {record['load']} at the",
         f"end; commit {record['commit'][:8]}, {record['compiler']}, SUNDIALS {sundials}. One process,",
         "one thread; medians of processor time over repetitions, set-up outside the clock.",
         "",
@@ -205,7 +180,7 @@ def main() -> None:
     ]
     for problem in record["problems"]:
         lines += [f"## {problem['name']}, {problem['events_per_cycle']:.1f} events a cycle", ""]
-        lines += table(record, problem["name"]) + [""]
+        lines += table_of(record, problem["name"]) + [""]
     lines += [
         "All solvers get the same right-hand side with O(N) work and restart at events and, in contact,",
         "at steps of the stiffness. Right-hand side, `DOP853`, `Verner 9(8)` and CVODE's vector sums",
@@ -218,8 +193,8 @@ def main() -> None:
         "![Work and precision](work-precision.png)",
         "",
     ]
-    (folder / "summary.md").write_text("\n".join(lines))
-    print(f"recorded in {folder}")
+    keep(folder, lines, raw=record)
+    picture(record, folder)
 
 
 if __name__ == "__main__":

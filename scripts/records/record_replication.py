@@ -5,7 +5,6 @@
     .venv/bin/python scripts/records/record_replication.py benches/runs/NAME
 """
 
-import json
 import subprocess
 import sys
 import tempfile
@@ -22,11 +21,8 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 import scipy.linalg as la  # noqa: E402
 
-from record_bench import cpu  # noqa: E402
-from replication import main as write_page  # noqa: E402
+from records import ATLAS, ROOT, keep, processor  # noqa: E402
 
-ROOT = Path(__file__).resolve().parents[2]
-ATLAS = ROOT / "target/release/atlas"
 LINES = {"one line": "same_line", "mirrored": "mirrored"}
 GAPS = {"9 µm": "9 um", "10 µm": "10 um"}
 VARIANTS = [f"{line}, {gap}" for line in LINES for gap in GAPS]
@@ -344,7 +340,7 @@ def save(figure, path: Path) -> None:
 
 def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    record = {"cpu": cpu(), "variants": VARIANTS}
+    record = {"cpu": processor(), "variants": VARIANTS}
     with tempfile.TemporaryDirectory() as work:
         run = Runner(Path(work))
         for case in (plane, sweep, probes, modes, horizon, six):
@@ -358,9 +354,7 @@ def main(folder: Path) -> None:
         record |= modal_data()
         waveforms(run, folder)
     pictures(record, folder)
-    text = json.dumps(record, indent=1, ensure_ascii=False, default=float)
-    (folder / "record.json").write_text(text + "\n")
-    write_page([])
+    keep(folder, ["# The paper's cases of motion", "", "`scripts/record replication`; [its tables](../../../docs/replication.md#motion)."], record=record)
 
 
 if __name__ == "__main__":

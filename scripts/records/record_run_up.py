@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-from record_fmu import ROOT, TARGET, keep, processor
+from records import ATLAS, ROOT, keep, processor
 
 TURNS = 5
 CASES = {
@@ -33,7 +33,7 @@ def spent(program, settings):
 
 def main(folder, before=None, older=None):
     folder = pathlib.Path(folder)
-    programs = [*filter(None, [older]), str(TARGET / "release/atlas")]
+    programs = [*filter(None, [older]), str(ATLAS)]
     rows = []
     for name, settings in CASES.items():
         times = {program: [] for program in programs}
@@ -52,7 +52,7 @@ def main(folder, before=None, older=None):
 runs in turn, user and system time, on one core of a shared {processor()}.
 
 {table}"""
-    keep(folder, text, rows)
+    keep(folder, text, record={"cpu": processor(), "rows": rows})
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@
 import json
 import os
 import pathlib
-import platform
 import re
 import statistics
 import subprocess
@@ -14,9 +13,8 @@ import sys
 import tempfile
 
 import polars as pl
+from records import ATLAS, ROOT, keep, processor
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-ATLAS = ROOT / "target/release/atlas"
 # Kernel: how often each number of threads is run.
 REPEATS = {"volterra": 3, "closed_modes": 2}
 # They say where and when a point was computed, not what was found.
@@ -44,13 +42,6 @@ def run(path, out, threads):
         "load": os.getloadavg()[0],
     }
     return found, points.drop(NOT_PHYSICS)
-
-
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
 
 
 def numbers_of_threads():
@@ -128,9 +119,7 @@ def main(folder):
                     assert points.equals(reference), f"{kernel}: {threads} threads"
                     runs[threads].append(found)
             raw["runs"][kernel] = runs
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "raw.json").write_text(json.dumps(raw, indent=1) + "\n")
-    (folder / "summary.md").write_text(summary(raw))
+    keep(folder, summary(raw), raw=raw)
 
 
 if __name__ == "__main__":

@@ -174,9 +174,9 @@ fn regular_motion_is_never_called_chaotic() {
     hold(&found);
 }
 
-/// The same for `ATLAS_FUZZ_SEEDS` seeds, from `ATLAS_FUZZ_FIRST` on: `scripts/record fuzz-verdicts`.
+/// The same for `ATLAS_FUZZ_SEEDS` seeds, from `ATLAS_FUZZ_FIRST` on: `scripts/record verdicts`.
 #[test]
-#[ignore = "takes minutes; scripts/record fuzz-verdicts runs it"]
+#[ignore = "takes minutes; scripts/record verdicts runs it"]
 fn much_regular_motion_is_never_called_chaotic() {
     let number = |name: &str, default: u64| {
         std::env::var(name).map_or(default, |text| text.parse().unwrap())

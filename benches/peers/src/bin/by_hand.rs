@@ -1,7 +1,7 @@
 //! How fast is a program written by hand for one drive?
 //!
 //! ```text
-//! scripts/record peers by-hand    builds this with by_hand/peer.c, runs it and records it under benches/runs/
+//! scripts/record by-hand    builds this with by_hand/peer.c, runs it and records it under benches/runs/
 //! ```
 //!
 //! The default drive with mirrored flanks rattles at 1200 rad/s under 5 % load. The C program and two kernels of atlas

@@ -1,0 +1,105 @@
+"""What programs that make records and pages share: where records lie, how they are kept, and the parts of pages that they write."""
+
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from sources import ROOT, about, changed
+
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+ATLAS = Path(os.environ.get("ATLAS", TARGET / "release/atlas"))
+RUNS = ROOT / "benches/runs"
+# Behind the link to a record whose sources are not those of the tree.
+STALE = " **(stale)**"
+
+
+def output(*command: str) -> str:
+    """What a command prints, empty where it cannot be run."""
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def processor() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def machine() -> dict:
+    return {"processor": processor(), "cores": len(os.sched_getaffinity(0)), "system": platform.platform()}
+
+
+def this_run() -> dict:
+    """Commit, machine and load of a record, at its end."""
+    load = " ".join(f"{load:.1f}" for load in os.getloadavg())
+    about = machine()
+    return {"commit": output("git", "rev-parse", "HEAD") or "none", "cpu": about.pop("processor"), **about, "load": load}
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    """A Markdown table, with the empty line that ends it."""
+    head = list(head)
+    lines = ["| " + " | ".join(map(str, line)) + " |" for line in [head, ["---"] * len(head), *rows]]
+    return [*lines, ""]
+
+
+def keep(folder: str | Path, summary: str | Iterable[str], **raw: object) -> None:
+    """Writes summary.md and, for each further argument NAME, the figures that it is made of as NAME.json."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    text = summary if isinstance(summary, str) else "\n".join(summary)
+    (folder / "summary.md").write_text(text.rstrip() + "\n")
+    for name, value in raw.items():
+        (folder / f"{name}.json").write_text(json.dumps(value, indent=1, ensure_ascii=False, default=float) + "\n")
+    print(f"recorded in {folder}")
+
+
+def the(kind: str) -> Path:
+    """The newest record of a kind."""
+    found = [folder for folder in RUNS.glob("*") if about(folder)["kind"] == kind]
+    if not found:
+        sys.exit(f"benches/runs holds no record of the kind '{kind}': scripts/record {kind}")
+    return max(found, key=lambda folder: (about(folder).get("recorded", folder.name[:10]), folder.name))
+
+
+def load(kind: str, file: str) -> dict:
+    return json.loads((the(kind) / file).read_text())
+
+
+def link(kind: str, file: str = "summary.md", text: str = "") -> str:
+    """A link to a file of a record, as from a page of docs/; it says where the sources are older than the tree's."""
+    folder = the(kind)
+    return f"[{text or folder.name}](../benches/runs/{folder.name}/{file}){STALE if changed(folder) else ''}"
+
+
+def without_marks(text: str) -> str:
+    return text.replace(STALE, "")
+
+
+def write_blocks(page: str, blocks: dict[str, Callable[[], list[str]]], arguments: list[str]) -> None:
+    """Writes parts of a page, each between `<!-- NAME: begin -->` and `<!-- NAME: end -->`.
+
+    With `--check` the page stays as it is, and the status is 1 where it has other figures. Marks of stale records may differ:
+    they follow the sources, and a change of the sources alone makes no page wrong.
+    """
+    file = ROOT / page
+    written = text = file.read_text()
+    for name, lines in blocks.items():
+        own = "\n".join(lines())
+        own = own.replace("](../benches/", f"]({'../' * page.count('/')}benches/")
+        pattern = re.compile(f"(<!-- {name}: begin -->\n).*?(\n<!-- {name}: end -->)", re.S)
+        written, count = pattern.subn(lambda found, own=own: found[1] + own + found[2], written)
+        if count != 1:
+            sys.exit(f"{page}: {count} parts are named '{name}'; wanted: one")
+    if arguments != ["--check"]:
+        file.write_text(written)
+    elif without_marks(written) != without_marks(text):
+        sys.exit(f"the figures of {page} are not those of benches/runs: scripts/record pages")
