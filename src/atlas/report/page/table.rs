@@ -29,7 +29,7 @@ const SHRINKS: u64 = 4;
 /// What a page holds of a table.
 pub(super) struct Embedded {
     /// For the page: name, rows, columns.
-    pub told: Value,
+    pub description: Value,
     /// What is left out for want of room, in words.
     pub left_out: Option<String>,
 }
@@ -145,7 +145,7 @@ pub(super) fn embed_points(
     blocks: &mut Blocks,
 ) -> Result<Embedded, StoreError> {
     let order = point_order(folder)?;
-    let (mut told, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut descriptions, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
     let mut room = most;
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
     let together = (TOGETHER / order.len().max(1)).max(1);
@@ -176,7 +176,7 @@ pub(super) fn embed_points(
                 Some(packed) => {
                     room = room.saturating_sub(packed.bytes());
                     let from = blocks.count();
-                    told.push(packed.embed(blocks));
+                    descriptions.push(packed.embed(blocks));
                     if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
                         blocks.come_first(from);
                     }
@@ -188,11 +188,11 @@ pub(super) fn embed_points(
     let count = order.len();
     let left_out = (!left.is_empty()).then(|| format!("points: columns {}", left.join(", ")));
     Ok(Embedded {
-        told: json!({
+        description: json!({
             "name": TableKind::Points.name(),
             "rows": count,
             "kept": count,
-            "columns": told,
+            "columns": descriptions,
             "empty": empty,
         }),
         left_out,
@@ -239,7 +239,7 @@ pub(super) fn embed(
             .map(|column| column.embed(blocks))
             .collect();
         return Ok(Embedded {
-            told: json!({
+            description: json!({
                 "name": kind.name(),
                 "rows": all,
                 "kept": count,
