@@ -13,15 +13,15 @@ pub(super) fn read(
     let vectors = table.count_or_default(issues, "vectors");
     let cycles = table.integer_or_default(issues, "cycles");
     let align = table.integer_or_default(issues, "align");
-    let question = CovariantConfig {
+    let config = CovariantConfig {
         vectors: vectors?,
         cycles: cycles?,
         align: align?,
     };
-    there_are(table, issues, "vectors", question.vectors, model)?;
-    let memory = question.memory();
+    has_exponents(table, issues, "vectors", config.vectors, model)?;
+    let memory = config.memory();
     if memory > MOST_MEMORY {
-        let most = MOST_MEMORY / (memory / (question.cycles + question.align));
+        let most = MOST_MEMORY / (memory / (config.cycles + config.align));
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
@@ -29,9 +29,9 @@ pub(super) fn read(
                 "analyses.covariant",
                 format!(
                     "the factors of {} vectors over {} + {} cycles need {} MiB of memory for every point being computed",
-                    question.vectors,
-                    question.cycles,
-                    question.align,
+                    config.vectors,
+                    config.cycles,
+                    config.align,
                     memory >> 20
                 ),
             )
@@ -42,18 +42,18 @@ pub(super) fn read(
         );
         return None;
     }
-    Some(question)
+    Some(config)
 }
 
 /// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
-pub(super) fn there_are(
+pub(super) fn has_exponents(
     table: &Section,
     issues: &mut Issues,
     key: &str,
-    asked: usize,
+    requested: usize,
     model: Option<&ModelSpec>,
 ) -> Option<()> {
-    let Some(model) = model.filter(|model| asked > model.exponents()) else {
+    let Some(model) = model.filter(|model| requested > model.exponents()) else {
         return Some(());
     };
     let (retained, most) = (model.retained, model.exponents());
@@ -74,7 +74,9 @@ pub(super) fn there_are(
             DiagnosticKind::Inconsistent,
             table.span_of(key),
             &table.path_of(key),
-            format!("{asked} {key} are too many: {retained} retained modes have {most}{neutral}"),
+            format!(
+                "{requested} {key} are too many: {retained} retained modes have {most}{neutral}"
+            ),
         )
         .label(format!("at most {most}"))
         .accepted(format!(
