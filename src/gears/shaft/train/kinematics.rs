@@ -92,9 +92,9 @@ impl TrainDrive {
             // Nothing is held yet, so a joint that stops both bodies contradicts the earlier ones.
             if !turns || before == 0 && stand(&equations) == 2 {
                 return Err(match speeds {
-                    (Some(found), Some(asked)) => TrainError::Locked {
+                    (Some(found), Some(required)) => TrainError::Locked {
                         body: self.body_name(two),
-                        speeds: [found, asked].map(Ratio::value),
+                        speeds: [found, required].map(Ratio::value),
                     },
                     _ => TrainError::Contradiction {
                         bodies: [one, two].map(|body| self.body_name(body)),

@@ -96,7 +96,7 @@ mod tests {
     fn drag_has_an_exponent_of_its_own() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../manifests/tiers");
         let text = std::fs::read_to_string(folder.join("torsional.toml")).unwrap();
-        let asked = |exponents: usize, drag: &str| {
+        let exponents_of = |exponents: usize, drag: &str| {
             let own = format!("end_inertia = \"2e-3 kg*m^2\"\ndrag = {drag}");
             let text = text.replacen("end_inertia = \"2e-3 kg*m^2\"", &own, 1);
             let lyapunov = format!("lyapunov = {{ exponents = {exponents}");
@@ -106,8 +106,8 @@ mod tests {
                 .map(|job| job.points.at(0).model.exponents())
                 .map_err(|errors| errors.to_string())
         };
-        assert_eq!(asked(2, "0"), Ok(2));
-        assert_eq!(asked(3, "0.05"), Ok(3));
+        assert_eq!(exponents_of(2, "0"), Ok(2));
+        assert_eq!(exponents_of(3, "0.05"), Ok(3));
         for (exponents, drag, words) in [
             (
                 3,
@@ -125,7 +125,7 @@ mod tests {
                 "from 1 to 3, twice the retained modes that are not neutral, and 1 under drag",
             ),
         ] {
-            let errors = asked(exponents, drag).unwrap_err();
+            let errors = exponents_of(exponents, drag).unwrap_err();
             assert!(errors.contains(words), "{errors}");
         }
     }
