@@ -211,7 +211,7 @@ impl CycleMap {
         let work = (count as u64)
             .saturating_mul(cycles)
             .saturating_mul(columns);
-        let question = MapConfig {
+        let config = MapConfig {
             states: states.as_slice()?,
             first_cycle,
             cycles,
@@ -227,7 +227,7 @@ impl CycleMap {
             events,
             threads: if work < ALONE { 1 } else { self.threads() },
         };
-        let image = self.work(py, &question, work)?;
+        let image = self.work(py, &config, work)?;
         let MapImage {
             states,
             tangents: ends,
@@ -283,12 +283,12 @@ impl CycleMap {
     fn work(
         &self,
         py: Python<'_>,
-        question: &MapConfig<'_>,
+        config: &MapConfig<'_>,
         work: u64,
     ) -> PyResult<Result<MapImage, MapError>> {
-        let on_threads = |called_off: &AtomicBool| match question.threads {
-            1 => self.map.image(question, called_off),
-            _ => self.pool.install(|| self.map.image(question, called_off)),
+        let on_threads = |called_off: &AtomicBool| match config.threads {
+            1 => self.map.image(config, called_off),
+            _ => self.pool.install(|| self.map.image(config, called_off)),
         };
         if work <= AT_ONCE {
             Ok(py.detach(|| on_threads(&AtomicBool::new(false))))

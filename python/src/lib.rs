@@ -46,7 +46,7 @@ mod _gearatlas {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        gearatlas::sweep::hush_workers();
+        gearatlas::sweep::silence_reported_panics();
         gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
         let program = gearatlas::store::ProgramRecord::current();
         module.add("__version__", program.version)?;

@@ -28,7 +28,7 @@ pub fn trace(
     if samples_per_cycle == 0 {
         return Err(refused(py, "samples_per_cycle must be at least 1"));
     }
-    let question = TraceConfig {
+    let config = TraceConfig {
         skip: skip.unwrap_or(point.spec.run.transient),
         cycles,
         samples_per_cycle,
@@ -47,12 +47,12 @@ pub fn trace(
         job: point.job(),
         point: &point.spec,
         swept,
-        question,
+        config,
         parts: &parts,
     };
     let work = |called_off: &_| {
         let model = trace.model()?;
-        let signals: Vec<[String; 2]> = named_outputs(&model, question.outputs)
+        let signals: Vec<[String; 2]> = named_outputs(&model, config.outputs)
             .map(|(name, quantity)| [name, quantity.unit().to_owned()])
             .collect();
         let open = || Ok(TraceTables::new(model.period(), modal, &signals));

@@ -33,7 +33,7 @@ pub fn skip<K: Kernel>(
             kernel
                 .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
                 .unwrap();
-            jumps.marched();
+            jumps.count_integrated_cycle();
             left -= 1;
         }
     }

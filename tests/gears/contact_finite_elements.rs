@@ -62,7 +62,7 @@ fn gears_in_contact_approach_as_finite_elements_say() {
         for (index, &place) in places.iter().enumerate() {
             let sharing =
                 LoadSharing::under(&flanks, flanks.path().phase(place), face, 0.0, force).unwrap();
-            let borne = sharing.bear(force);
+            let borne = sharing.distribute(force);
             let bearing = |shares: Vec<f64>| -> Vec<f64> {
                 shares.into_iter().filter(|share| *share > 1e-9).collect()
             };
@@ -142,8 +142,8 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     let modulus = 206e9;
     for pair in 0..gears.len() / 2 {
         let (flanks, face_width) = gears_of(&file, pair);
-        let along_face = flanks.along_face().unwrap();
-        let own = along_face.own(flanks.path().pitch_point).unwrap();
+        let face_coupling = flanks.face_coupling().unwrap();
+        let own = face_coupling.own(flanks.path().pitch_point).unwrap();
         let recorded: Vec<f64> = (0..10)
             .map(|wave| {
                 let of = |gear: usize| {
@@ -183,15 +183,15 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
         let [centre, length, _] = floats(case, "contact")[..] else {
             panic!("three figures");
         };
-        let bear = |law: &dyn Fn() -> LoadSharing| {
-            let borne = law().bear(force);
+        let distribute = |law: &dyn Fn() -> LoadSharing| {
+            let borne = law().distribute(force);
             [borne.centre, borne.contact_fraction * face_width]
         };
-        let coupled = bear(&|| {
+        let coupled = distribute(&|| {
             let pairs = pairs_at(&flanks, phase, face).unwrap();
             LoadSharing::new(&pairs, face, misalignment).unwrap()
         });
-        let alone = bear(&|| {
+        let alone = distribute(&|| {
             let pairs = pairs_at(&IndependentSlices(&flanks), phase, face).unwrap();
             LoadSharing::new(&pairs, face, misalignment).unwrap()
         });

@@ -128,12 +128,12 @@ fn two_pairs_share_the_bodies() {
                 assert!(coupling[gear] > 0.0);
                 assert!(coupling[gear] < near.foundation[gear].min(far.foundation[gear]));
             }
-            assert!(near.own(coupling) > near.without_bodies());
+            assert!(near.uncoupled(coupling) > near.without_bodies());
             // Load sharing by the compliance matrix, and by parallel springs with one in series.
             let cross = coupling[0] + coupling[1];
             let (a, d) = (near.total(), far.total());
             let by_matrix = (a + d - 2.0 * cross) / (a * d - cross * cross);
-            let parallel = near.own(coupling).recip() + far.own(coupling).recip();
+            let parallel = near.uncoupled(coupling).recip() + far.uncoupled(coupling).recip();
             close(by_matrix, (parallel.recip() + cross).recip());
         }
         assert!(found > 3);

@@ -66,7 +66,7 @@ fn shared(flanks: &Flanks, s: f64, compliance: &dyn Fn(f64) -> PairCompliance) -
         None => near.total().recip(),
         Some(coupling) => {
             let far = compliance(s + flanks.path().base_pitch);
-            let parallel = near.own(coupling).recip() + far.own(coupling).recip();
+            let parallel = near.uncoupled(coupling).recip() + far.uncoupled(coupling).recip();
             (parallel.recip() + coupling[0] + coupling[1]).recip()
         }
     }

@@ -55,9 +55,15 @@ fn close(found: f64, exact: f64, tolerance: f64) {
     );
 }
 
-fn bear(law: &impl FlankLaw, phase: f64, face: Face, misalignment: f64, force: f64) -> SharedLoad {
+fn distribute(
+    law: &impl FlankLaw,
+    phase: f64,
+    face: Face,
+    misalignment: f64,
+    force: f64,
+) -> SharedLoad {
     let lines = HelicalFace::new(law, phase, face).unwrap();
-    lines.sharing(misalignment).unwrap().bear(force)
+    lines.sharing(misalignment).unwrap().distribute(force)
 }
 
 /// Stiffness per width of a transverse section at a mesh phase, with shared bodies, under a line load or with the
@@ -277,7 +283,7 @@ fn many_pairs_share_a_wide_face() {
     for (contact_ratio, overlap) in [(1.3, 1.0), (2.4, 2.0), (2.9, 3.0)] {
         let (law, face) = constant(contact_ratio, overlap);
         for phase in [0.0, 0.21, 0.87] {
-            let load = bear(&law, phase, face, 0.0, 1e3);
+            let load = distribute(&law, phase, face, 0.0, 1e3);
             close(
                 load.stiffness,
                 contact_ratio * STIFFNESS * face.width,
@@ -363,7 +369,7 @@ fn spans_converge() {
             let phases = (0..8).map(|i| 0.03 + f64::from(i) / 8.0);
             phases
                 .map(|phase| {
-                    let load = bear(&law, phase, Face { width, slices }, misalignment, force);
+                    let load = distribute(&law, phase, Face { width, slices }, misalignment, force);
                     load.stiffness
                 })
                 .collect::<Vec<_>>()
@@ -467,7 +473,7 @@ fn relieved_crowned_and_askew_faces_build() {
         };
         let off = (0..200).map(|i| {
             let phase = (f64::from(i) + 0.37) / 200.0;
-            let exact = bear(&law, phase, face, misalignment, cycle.force).stiffness;
+            let exact = distribute(&law, phase, face, misalignment, cycle.force).stiffness;
             (cycle.value(&cycle.stiffness, phase) / exact - 1.0).abs()
         });
         let off = off.fold(0.0, f64::max);
@@ -519,7 +525,7 @@ fn the_load_wanders_from_end_to_end() {
     for hand in [1.0, -1.0] {
         law.helix *= hand;
         for phase in [0.1, 0.35, 0.6, 0.9] {
-            let load = bear(&law, phase, face, 0.0, 1e3);
+            let load = distribute(&law, phase, face, 0.0, 1e3);
             let (mut count, mut moment) = (0.0, 0.0);
             let places = 200_000;
             for i in 0..places {
@@ -535,7 +541,7 @@ fn the_load_wanders_from_end_to_end() {
             assert!((load.centre - centre).abs() < 1e-5 * face.width);
         }
         // At 0.6 mid-face loses its old pair; the sections ahead have already lost it.
-        assert!(hand * bear(&law, 0.6, face, 0.0, 1e3).centre < -1e-3);
+        assert!(hand * distribute(&law, 0.6, face, 0.0, 1e3).centre < -1e-3);
     }
 }
 

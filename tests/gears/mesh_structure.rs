@@ -87,7 +87,7 @@ fn centre(misalignment: f64) -> f64 {
     let law = FunctionFlank::constant(path(1.0), STIFFNESS);
     let pairs = pairs_at(&law, 0.5, face).unwrap();
     let sharing = LoadSharing::new(&pairs, face, misalignment).unwrap();
-    sharing.bear(default_force()).centre
+    sharing.distribute(default_force()).centre
 }
 
 /// While the whole face is loaded, z_c is linear in ε, and so is the fixed point.

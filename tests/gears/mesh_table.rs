@@ -147,7 +147,7 @@ fn polynomials_follow_the_law_between_their_nodes() {
                 let phase = (f64::from(step) + 0.37) / 97.0;
                 let pairs = pairs_at(&law, phase, face).unwrap();
                 let sharing = LoadSharing::new(&pairs, face, misalignment).unwrap();
-                let load = sharing.bear(cycle.force);
+                let load = sharing.distribute(cycle.force);
                 close(cycle.value(&cycle.stiffness, phase), load.stiffness, 1e-10);
                 close(cycle.value(&cycle.centre, phase), load.centre, 1e-9);
                 close(
@@ -451,7 +451,7 @@ fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f6
                 LoadSharing::under(law, phase, face, inputs.misalignment[0], cycle.force).unwrap()
             }
         };
-        let load = sharing.bear(cycle.force);
+        let load = sharing.distribute(cycle.force);
         let deflection = cycle.force / load.stiffness;
         let off = |values: &[[f64; NODES]], exact: f64, scale: f64| {
             (cycle.value(values, phase) - exact).abs() / scale
@@ -719,7 +719,7 @@ fn a_law_that_polynomials_do_not_follow_is_refused() {
         };
         LoadSharing::new(&pairs, face, 0.0)
             .unwrap()
-            .bear(kept.force)
+            .distribute(kept.force)
             .stiffness
     };
     for phase in [0.75, 0.7566, 0.7568, 0.8] {

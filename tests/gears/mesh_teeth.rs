@@ -182,7 +182,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let coupling = flanks.body_coupling(coming, 1).unwrap();
     let own = flanks
         .compliance(coming + flanks.path().base_pitch)
-        .own(coupling);
+        .uncoupled(coupling);
     let mut relieved = plain.clone();
     relieved.form.tip_relief = [Relief {
         amount: own * plain.rated_force() / plain.face_width,
@@ -204,7 +204,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let law = Flanks::new(&relieved).unwrap();
     let pairs = pairs_at(&law, 0.31, face).unwrap();
     let sharing = LoadSharing::new(&pairs, face, 0.0).unwrap();
-    let load = sharing.bear(cycle.force);
+    let load = sharing.distribute(cycle.force);
     let found = cycle.value(&cycle.transmission_error, 0.31);
     assert!((found / load.deflection - 1.0).abs() < 1e-9);
 }
@@ -311,7 +311,7 @@ fn relieved_drawings_follow_their_law() {
             let pairs = pairs_at(&flanks, phase, face).unwrap();
             let load = LoadSharing::new(&pairs, face, misalignment)
                 .unwrap()
-                .bear(cycle.force);
+                .distribute(cycle.force);
             let deflection = cycle.force / load.stiffness;
             let stiffness = cycle.value(&cycle.stiffness, phase) / load.stiffness - 1.0;
             let error = cycle.value(&tangent_error, phase) - (load.deflection - deflection);

@@ -260,7 +260,7 @@ fn printed_rings_are_as_stiff_within_the_method() {
 fn helical_rings_have_a_table() {
     let pair = rings().remove(2);
     let flanks = Flanks::new(&pair).unwrap();
-    assert!(flanks.along_face().is_none() && flanks.overlap_ratio() > 0.4);
+    assert!(flanks.face_coupling().is_none() && flanks.overlap_ratio() > 0.4);
     let inputs = MeshTableInputs {
         slices: 8,
         tolerance: 1e-4,

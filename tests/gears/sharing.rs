@@ -14,7 +14,7 @@ fn face(slices: usize) -> Face {
 }
 
 /// A load on the pairs of a law at a mesh phase.
-fn bear(
+fn distribute(
     law: &FunctionFlank,
     phase: f64,
     slices: usize,
@@ -23,7 +23,7 @@ fn bear(
 ) -> SharedLoad {
     let pairs = pairs_at(law, phase, face(slices)).unwrap();
     let sharing = LoadSharing::new(&pairs, face(slices), misalignment).unwrap();
-    sharing.bear(force)
+    sharing.distribute(force)
 }
 
 fn close(found: f64, exact: f64, tolerance: f64) {
@@ -39,7 +39,7 @@ fn a_misaligned_flank_bears_on_a_wedge() {
     let law = FunctionFlank::constant(path(1.0), STIFFNESS);
     for misalignment in [MISALIGNMENT, -MISALIGNMENT] {
         for slices in [1, 7, 64] {
-            let load = bear(&law, 0.5, slices, misalignment, force);
+            let load = distribute(&law, 0.5, slices, misalignment, force);
             let length = (2.0 * force / (STIFFNESS * MISALIGNMENT)).sqrt();
             let side = -misalignment.signum();
             close(length / FACE_WIDTH, 0.577, 1e-3);
@@ -60,7 +60,7 @@ fn a_misaligned_flank_bears_on_a_wedge() {
 fn a_slightly_misaligned_flank_is_fully_loaded() {
     let force = default_force();
     let law = FunctionFlank::constant(path(1.0), STIFFNESS);
-    let load = bear(&law, 0.5, 3, 1e-4, force);
+    let load = distribute(&law, 0.5, 3, 1e-4, force);
     close(load.stiffness, STIFFNESS * FACE_WIDTH, 1e-14);
     assert_eq!(load.contact_fraction, 1.0);
     let centre = -1e-4 * STIFFNESS * FACE_WIDTH.powi(3) / 12.0 / force;
@@ -83,7 +83,7 @@ fn aligned_pairs_share_by_their_compliance_matrix() {
         let [a, d] = places.map(|s| (tooth + foundation) * stretch(s));
         let c = part * foundation * stretch(places[0]);
         let stiffness = FACE_WIDTH * (a + d - 2.0 * c) / (a * d - c * c);
-        let load = bear(&law, 0.2, 16, 0.0, force);
+        let load = distribute(&law, 0.2, 16, 0.0, force);
         close(load.stiffness, stiffness, 1e-13);
         close(load.deflection, force / stiffness, 1e-13);
         close(load.share[0], (d - c) / (a + d - 2.0 * c), 1e-13);
@@ -103,7 +103,7 @@ fn a_body_that_is_wholly_shared_counts_once() {
         ..FunctionFlank::constant(path(1.6), STIFFNESS)
     };
     for phase in [0.2, 0.8] {
-        let load = bear(&law, phase, 4, 0.0, 1000.0);
+        let load = distribute(&law, phase, 4, 0.0, 1000.0);
         close(load.stiffness, FACE_WIDTH / 2e-11, 1e-4);
     }
 }
@@ -131,11 +131,11 @@ fn a_relieved_pair_joins_late() {
     };
     let single = STIFFNESS * FACE_WIDTH;
     let closing = single * gap;
-    let below = bear(&law, 0.2, 4, 0.0, 0.9 * closing);
+    let below = distribute(&law, 0.2, 4, 0.0, 0.9 * closing);
     close(below.stiffness, single, 1e-14);
     assert_eq!(below.share[1], 0.0);
     close(below.contact_fraction, 0.5, 1e-15);
-    let above = bear(&law, 0.2, 4, 0.0, 3.0 * closing);
+    let above = distribute(&law, 0.2, 4, 0.0, 3.0 * closing);
     close(above.stiffness, 2.0 * single, 1e-14);
     close(above.deflection, 2.0 * gap, 1e-14);
     close(above.share[0], 2.0 / 3.0, 1e-14);
@@ -152,7 +152,7 @@ fn stiffness_under_misalignment_rises_with_the_load() {
     let pairs = pairs_at(&law, 0.3, face(16)).unwrap();
     let sharing = LoadSharing::new(&pairs, face(16), 4e-4).unwrap();
     let loads: Vec<SharedLoad> = (1..200)
-        .map(|step| sharing.bear(100.0 * f64::from(step)))
+        .map(|step| sharing.distribute(100.0 * f64::from(step)))
         .collect();
     for pair in loads.windows(2) {
         assert!(pair[1].stiffness >= pair[0].stiffness * (1.0 - 1e-13));
@@ -173,7 +173,7 @@ fn without_force_flanks_touch_where_least_is_missing() {
         relief: Box::new(|_| 3e-6),
         ..FunctionFlank::constant(path(1.0), STIFFNESS)
     };
-    let load = bear(&law, 0.5, 8, MISALIGNMENT, 0.0);
+    let load = distribute(&law, 0.5, 8, MISALIGNMENT, 0.0);
     close(
         load.deflection,
         3e-6 - MISALIGNMENT * 0.5 * FACE_WIDTH,
@@ -213,7 +213,7 @@ fn crowning_converges_with_the_square_of_the_slice() {
     let stiffness = 2.0 * half * STIFFNESS;
     let deflection = crown * half * half;
     let errors = |slices: usize| {
-        let load = bear(&law, 0.5, slices, 0.0, force);
+        let load = distribute(&law, 0.5, slices, 0.0, force);
         [
             load.stiffness / stiffness - 1.0,
             load.deflection / deflection - 1.0,
@@ -289,7 +289,7 @@ fn a_stiffening_contact_is_met_where_the_load_is() {
         LoadSharing::under(&law, phase, face(4), misalignment, force)
     };
     for (phase, pairs) in [(0.8, 1.0), (0.2, 2.0)] {
-        let load = under(phase, 0.0).unwrap().bear(force);
+        let load = under(phase, 0.0).unwrap().distribute(force);
         let w = force / FACE_WIDTH / pairs;
         close(load.deflection, teeth * w + scale * w.powf(0.9), 1e-12);
         let tangent = teeth + 0.9 * scale * w.powf(-0.1);
@@ -298,10 +298,14 @@ fn a_stiffening_contact_is_met_where_the_load_is() {
     // A linear law converges at once.
     let linear = FunctionFlank::constant(path(1.6), STIFFNESS);
     let settled = LoadSharing::under(&linear, 0.2, face(4), 2e-4, force).unwrap();
-    let direct = bear(&linear, 0.2, 4, 2e-4, force);
-    close(settled.bear(force).deflection, direct.deflection, 1e-14);
+    let direct = distribute(&linear, 0.2, 4, 2e-4, force);
+    close(
+        settled.distribute(force).deflection,
+        direct.deflection,
+        1e-14,
+    );
     // Partly loaded: uses the mean line load of the loaded part.
-    let wedge = under(0.8, MISALIGNMENT).unwrap().bear(force);
+    let wedge = under(0.8, MISALIGNMENT).unwrap().distribute(force);
     let length = wedge.contact_fraction * FACE_WIDTH;
     let w = force / length;
     let tangent = teeth + 0.9 * scale * w.powf(-0.1);
@@ -468,7 +472,7 @@ mod bisection {
                 relief: Box::new(move |s| of_relief[index(s)].2),
                 ..FunctionFlank::constant(path, STIFFNESS)
             };
-            let found = bear(&law, 0.5, slices, misalignment, force);
+            let found = distribute(&law, 0.5, slices, misalignment, force);
 
             let joins: Vec<f64> = (0..count).map(|pair| place.joins(pair)).collect();
             let (mut low, mut high) = (-1e-3, 1e-1);

@@ -334,11 +334,11 @@ fn mirror_images_share_the_cells() {
             speed: None,
             count: COUNT,
         };
-        let question = MultistabilityConfig {
+        let config = MultistabilityConfig {
             slice: Some(slice),
             ..question(8, 4.0)
         };
-        ask(&model, 0, question)
+        ask(&model, 0, config)
     });
     let [ahead, behind] = &found;
     assert_eq!([ahead.attractors.len(), behind.attractors.len()], [2, 2]);

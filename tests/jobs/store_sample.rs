@@ -115,7 +115,7 @@ fn row(point_id: u64) -> PointRow {
                 exits: 0,
                 trajectories: 8,
                 ended_on: None,
-                left: None,
+                averages_before_exit: None,
             }),
             grazing_count: point_id,
             cycles: 1000,

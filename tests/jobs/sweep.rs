@@ -638,7 +638,7 @@ impl TraceSink for Kept {
 
 /// The same cycles, traced.
 fn traced(model: &Model, samples_per_cycle: u32) -> Kept {
-    let question = TraceConfig {
+    let config = TraceConfig {
         skip: TRANSIENT,
         cycles: MEASURED,
         samples_per_cycle,
@@ -647,7 +647,7 @@ fn traced(model: &Model, samples_per_cycle: u32) -> Kept {
     };
     let start = model.start(&InitialState::Static);
     let mut kept = Kept::default();
-    trace(model, &volterra(model), start, &question, &mut kept).unwrap();
+    trace(model, &volterra(model), start, &config, &mut kept).unwrap();
     kept
 }
 

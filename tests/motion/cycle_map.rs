@@ -42,7 +42,7 @@ fn image(
     events: bool,
     cycles: u64,
 ) -> MapImage {
-    let question = MapConfig {
+    let config = MapConfig {
         states,
         first_cycle: 0,
         cycles,
@@ -51,7 +51,7 @@ fn image(
         events,
         threads: 1,
     };
-    map.image(&question, &AtomicBool::new(false)).unwrap()
+    map.image(&config, &AtomicBool::new(false)).unwrap()
 }
 
 #[derive(Default)]
@@ -160,7 +160,7 @@ fn what_cannot_be_integrated_is_said_of_its_state_alone() {
 fn raising_the_flag_ends_it() {
     let job = job();
     let (map, states) = rattling(&job);
-    let question = MapConfig {
+    let config = MapConfig {
         states: &states,
         first_cycle: 0,
         cycles: u64::MAX,
@@ -169,6 +169,6 @@ fn raising_the_flag_ends_it() {
         events: false,
         threads: 1,
     };
-    let found = map.image(&question, &AtomicBool::new(true)).unwrap();
+    let found = map.image(&config, &AtomicBool::new(true)).unwrap();
     assert_eq!(found.stops.len(), states.len() / map.dimension());
 }

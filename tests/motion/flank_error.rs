@@ -66,7 +66,7 @@ fn shared(job: &Job, phase: f64, force: f64) -> f64 {
     };
     let pairs = pairs_at(&flanks, phase, face).unwrap();
     let sharing = LoadSharing::new(&pairs, face, point.mesh.misalignment).unwrap();
-    sharing.bear(force).deflection
+    sharing.distribute(force).deflection
 }
 
 /// Approach in static equilibrium under a mesh force, without half gap, at a mesh phase.

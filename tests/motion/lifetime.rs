@@ -110,7 +110,7 @@ fn chaos_that_lasts_has_a_lower_bound_of_its_life() {
     assert_eq!((chaos.cycles, chaos.exits), (chaotic, 0));
     assert_eq!((chaos.trajectories, chaos.lifetime()), (8, None));
     assert_eq!(chaos.interval(), (chaotic as f64 / 3.0, None));
-    assert_eq!((chaos.ended_on, chaos.left), (None, None));
+    assert_eq!((chaos.ended_on, chaos.averages_before_exit), (None, None));
     let said = format!(
         "no trajectory left chaos within {chaotic} cycles; its mean life is at least {:.0} cycles",
         chaotic as f64 / 3.0
@@ -163,7 +163,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
             assert_eq!(found.class, Some(class), "{}", found.reason);
             assert_eq!(found.status, Status::Ok, "{}", found.reason);
             let lyapunov = found.lyapunov.unwrap();
-            match chaos.left {
+            match chaos.averages_before_exit {
                 // The properties of the chaos are kept if the row of the point is that of the orbit.
                 Some(left) => {
                     let [lambda, error] = left.lambda;

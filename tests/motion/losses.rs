@@ -13,7 +13,7 @@ use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{Event, Observer, Window};
-use gearatlas::sweep::build::questions;
+use gearatlas::sweep::build::point_config;
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -181,7 +181,7 @@ fn answer(job: &Job, model: &Model) -> NvhOutcome {
         seed: 1,
         point_id: 0,
     };
-    let asked: PointConfig = questions(&point, seed);
+    let asked: PointConfig = point_config(&point, seed);
     let start = model.start(&InitialState::Static);
     let never = AtomicBool::new(false);
     let found = investigate(model, &volterra(model), start, &asked, &never).unwrap();

@@ -340,11 +340,11 @@ fn a_continuum_is_one() {
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     for seed in 0..3 {
-        let question = MultistabilityConfig {
+        let config = MultistabilityConfig {
             decades: 8.0,
             ..question()
         };
-        let found = probe(&model, seed, question);
+        let found = probe(&model, seed, config);
         let free: Vec<&ProbeOutcome> = found
             .probes
             .iter()

@@ -30,7 +30,7 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
             &mut Counters::default(),
         )
         .unwrap();
-    let question = OrbitConfig {
+    let config = OrbitConfig {
         periods: periods.to_vec(),
         guesses: 24,
         cycles: 600,
@@ -40,7 +40,7 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
     };
     let mut onward = trajectory.clone();
     let called_off = AtomicBool::new(false);
-    let found = survey_orbits(model, &kernel, &mut onward, &question, &called_off).unwrap();
+    let found = survey_orbits(model, &kernel, &mut onward, &config, &called_off).unwrap();
     (found, trajectory)
 }
 
@@ -175,7 +175,7 @@ fn given_states_are_searched_from() {
         velocity: vec![velocity],
     };
     let [displacement, velocity] = known.start.each_ref().map(|part| part[0]);
-    let question = OrbitConfig {
+    let config = OrbitConfig {
         periods: vec![1, known.period],
         guesses: 1,
         cycles: 1,
@@ -184,13 +184,7 @@ fn given_states_are_searched_from() {
         states: vec![modal(displacement, velocity), modal(1e3, 0.0)],
     };
     let (kernel, called_off) = (volterra(&model), AtomicBool::new(false));
-    let again = survey_orbits(
-        &model,
-        &kernel,
-        &mut settled.clone(),
-        &question,
-        &called_off,
-    );
+    let again = survey_orbits(&model, &kernel, &mut settled.clone(), &config, &called_off);
     let again = again.unwrap();
     let led = again
         .orbits

@@ -234,7 +234,7 @@ fn approach(flanks: &Flanks, line_load: Option<f64>, phase: f64, force: f64) -> 
         ),
     };
     let sharing = LoadSharing::new(&pairs.unwrap(), FACE, 0.0).unwrap();
-    sharing.bear(force).deflection
+    sharing.distribute(force).deflection
 }
 
 /// The mesh between its kinks: the tangent at the mean load and pairs as springs. With the load-dependent contact the

@@ -180,7 +180,7 @@ fn write_chaos(folder: &Path) {
                 exits,
                 trajectories: 8,
                 ended_on: (exits > 0).then(|| format!("periodic 3 ({exits})")),
-                left: None,
+                averages_before_exit: None,
             }),
             ..PointOutcome::unanswered(Status::Ok, "as designed".into())
         };

@@ -40,8 +40,8 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         format!("poincare ({} samples{section}{refine})", poincare.samples)
     });
     let nvh = analyses.nvh.map(nvh);
-    let multistability = analyses.multistability.map(|asked| {
-        let slice = asked.slice.map_or_else(String::new, |slice| {
+    let multistability = analyses.multistability.map(|config| {
+        let slice = config.slice.map_or_else(String::new, |slice| {
             let [first, second] = slice.modes.map(|mode| mode + 1);
             let along = match slice.of {
                 SliceOf::PhasePlane => format!("in the phase plane of mode {first}"),
@@ -51,29 +51,29 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         });
         format!(
             "multistability ({} initial conditions over {} decades of energy{slice}, {} + {} cycles each)",
-            asked.initial_conditions, asked.decades, asked.transient, asked.cycles
+            config.initial_conditions, config.decades, config.transient, config.cycles
         )
     });
-    let orbits = analyses.orbits.as_ref().map(|asked| {
-        let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
+    let orbits = analyses.orbits.as_ref().map(|config| {
+        let periods: Vec<String> = config.periods.iter().map(u32::to_string).collect();
         format!(
             "orbits (periods {}; {} guesses and {} given states each; kicks over {} returns)",
             periods.join(", "),
-            asked.guesses,
-            asked.states.len(),
-            asked.returns
+            config.guesses,
+            config.states.len(),
+            config.returns
         )
     });
-    let horizon = analyses.horizon.map(|asked| {
+    let horizon = analyses.horizon.map(|config| {
         format!(
             "horizon ({} twins over {} cycles, averages up to {} cycles)",
-            asked.twins, asked.cycles, asked.averages
+            config.twins, config.cycles, config.averages
         )
     });
-    let covariant = analyses.covariant.map(|asked| {
+    let covariant = analyses.covariant.map(|config| {
         format!(
             "covariant vectors ({} over {} cycles)",
-            asked.vectors, asked.cycles
+            config.vectors, config.cycles
         )
     });
     let all: Vec<String> = [

@@ -5,7 +5,7 @@ use super::point::{self, number};
 use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::fmu::{Description, Drive, FmuError, Platform, Role, Version, export};
 use crate::input;
-use crate::store::{TableStore, write_whole};
+use crate::store::{TableStore, write_atomically};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -113,7 +113,7 @@ pub fn run(args: &FmuArgs) -> ExitCode {
         }
         Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
     };
-    if let Err(error) = write_whole(&out, &bytes) {
+    if let Err(error) = write_atomically(&out, &bytes) {
         return fail(1, &with_causes(&error));
     }
     let summary = Summary {

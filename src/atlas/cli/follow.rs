@@ -200,7 +200,7 @@ impl Census {
         let over = job
             .continuation
             .as_ref()
-            .map_or("", |asked| job.axes[asked.over].name());
+            .map_or("", |spec| job.axes[spec.over].name());
         let mut lines = vec![
             (
                 "job",
@@ -230,7 +230,7 @@ impl Census {
         if job
             .continuation
             .as_ref()
-            .is_some_and(|asked| asked.second.is_some())
+            .is_some_and(|spec| spec.second.is_some())
         {
             lines.push(("curves", counted(&self.curves)));
         }

@@ -10,7 +10,7 @@ pub struct FirstKernel {
     pub taken: Option<&'static str>,
     /// The reason, if it depends on the drive.
     pub why: Option<String>,
-    asked: KernelSetting,
+    setting: KernelSetting,
     /// Whether other points may get another kernel.
     alone: bool,
 }
@@ -18,8 +18,8 @@ pub struct FirstKernel {
 impl FirstKernel {
     /// The kernel of a job's first point.
     pub fn of(job: &Job, first: &PointSpec, parts: &Prepared) -> Self {
-        let asked = first.run.kernel;
-        let found = match asked {
+        let setting = first.run.kernel;
+        let found = match setting {
             KernelSetting::Auto => parts.model(first).and_then(|model| {
                 let own = PointKernel::of(first, &model, parts)?;
                 Ok((own.taken.name(), own.why.map(|why| why.to_string())))
@@ -43,7 +43,7 @@ impl FirstKernel {
         Self {
             taken,
             why,
-            asked,
+            setting,
             alone: job.points.variants().len() == 1,
         }
     }
@@ -51,7 +51,7 @@ impl FirstKernel {
     /// `closed_modes (auto: 12 modes, …)`; `None` if it does not depend on the drive.
     pub fn line(&self) -> Option<String> {
         let why = self.why.as_ref()?;
-        let auto = match self.asked {
+        let auto = match self.setting {
             KernelSetting::Auto => "auto: ",
             KernelSetting::Named(_) => "",
         };

@@ -6,7 +6,7 @@ use super::{BAD_INPUT, INTERRUPTED, answer, fail, line, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
-use crate::store::{Characteristics, write_whole};
+use crate::store::{Characteristics, write_atomically};
 use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
 use std::fs;
@@ -191,7 +191,7 @@ fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
         let png = picture.png().map_err(|error| error.to_string())?;
         for (extension, bytes) in [("svg", svg), ("png", png)] {
             let path = folder.join(format!("{}.{extension}", picture.name));
-            write_whole(&path, &bytes).map_err(|error| with_causes(&error))?;
+            write_atomically(&path, &bytes).map_err(|error| with_causes(&error))?;
         }
     }
     Ok(pictures.len())
@@ -249,14 +249,14 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
         "all",
         comparison.pairs.len()
     ));
-    let mut apart: Vec<&Pair> = (comparison.pairs.iter())
+    let mut level_change: Vec<&Pair> = (comparison.pairs.iter())
         .filter(|pair| pair.agrees == Some(false))
         .collect();
-    apart.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
-    if !apart.is_empty() {
+    level_change.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
+    if !level_change.is_empty() {
         text.push_str("\nlargest differences, b / a (spread)\n");
     }
-    for pair in apart.iter().take(MOST) {
+    for pair in level_change.iter().take(MOST) {
         let spread = pair.spread.unwrap_or_default();
         text.push_str(&format!(
             "  {:.2} (± {spread:.2})  {}\n",

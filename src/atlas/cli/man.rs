@@ -1,7 +1,7 @@
 //! `atlas man`: manual pages, one for the program and one per subcommand.
 
 use super::{Cli, answer, fail, with_causes};
-use crate::store::write_whole;
+use crate::store::write_atomically;
 use clap::{Args, Command, CommandFactory};
 use clap_mangen::Man;
 use std::fs;
@@ -35,7 +35,7 @@ fn write(command: &Command, folder: &Path) -> Result<String, String> {
     let path = folder.join(page.get_filename());
     let mut text = Vec::new();
     page.render(&mut text).map_err(|error| refused(&error))?;
-    write_whole(&path, &text).map_err(|error| with_causes(&error))?;
+    write_atomically(&path, &text).map_err(|error| with_causes(&error))?;
     let mut pages = format!("{}\n", path.display());
     for below in command.get_subcommands() {
         pages += &write(below, folder)?;

@@ -47,7 +47,7 @@ pub mod verify;
 mod words;
 
 use crate::input::{printable, printable_but_colours, with_causes};
-use crate::sweep::hush_workers;
+use crate::sweep::silence_reported_panics;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -133,7 +133,7 @@ enum Command {
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    hush_workers();
+    silence_reported_panics();
     match process::end_when_interrupted() {
         Ok(()) => process::attend(carry_out),
         Err(error) => fail(1, &format!("cannot watch for signals: {error}")),

@@ -2,7 +2,7 @@
 
 use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::manifest;
-use crate::store::write_whole;
+use crate::store::write_atomically;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -87,7 +87,7 @@ pub fn run(args: &NewArgs) -> ExitCode {
         let message = "already exists: choose another name, or replace it with --overwrite";
         return fail(BAD_INPUT, &format!("`{}` {message}", file.display()));
     }
-    match write_whole(&file, text.as_bytes()) {
+    match write_atomically(&file, text.as_bytes()) {
         Ok(()) => answer(
             &format!(
                 "{0}\nNext: atlas check {0}, then atlas run {0}\n",

@@ -17,7 +17,7 @@ use crate::report::{
     Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
     plot,
 };
-use crate::store::{ResultLayout, TableStore, points_table, write_whole};
+use crate::store::{ResultLayout, TableStore, points_table, write_atomically};
 use crate::sweep::Prepared;
 use crate::units::conversion;
 
@@ -388,7 +388,7 @@ fn write(drawn: &Drawn, folder: &Path, format: Format) -> Result<Vec<PathBuf>, S
         }
         for (extension, bytes) in contents {
             let path = folder.join(format!("{}.{extension}", picture.name));
-            write_whole(&path, &bytes).map_err(|error| with_causes(&error))?;
+            write_atomically(&path, &bytes).map_err(|error| with_causes(&error))?;
             files.push(path);
         }
     }

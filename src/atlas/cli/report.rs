@@ -9,7 +9,7 @@ use serde_json::json;
 use super::size::size;
 use super::{BAD_INPUT, answer, fail, show, with_causes};
 use crate::report::{PageRequest, ReportError, results_page, size_text};
-use crate::store::{StoreError, TableKind, record_paths, table_path, write_whole};
+use crate::store::{StoreError, TableKind, record_paths, table_path, write_atomically};
 
 /// Arguments of `atlas report`.
 #[derive(Debug, Args)]
@@ -51,7 +51,7 @@ pub fn run(args: &ReportArgs) -> ExitCode {
         );
         return fail(BAD_INPUT, &message);
     }
-    if let Err(error) = write_whole(&path, page.html.as_bytes()) {
+    if let Err(error) = write_atomically(&path, page.html.as_bytes()) {
         return fail(1, &with_causes(&error));
     }
     let bytes = page.html.len() as u64;

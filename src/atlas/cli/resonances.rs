@@ -27,22 +27,22 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     for ray in &diagram.rays {
         let of_ray = found.iter().filter(|one| one.excitation == ray.name);
         let of_ray: Vec<&Resonance> = of_ray.collect();
-        let told = [Contacts::Closed, Contacts::Open].map(|contacts| {
+        let by_state = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);
-            let mut told: Vec<String> = (of_state.clone().take(MOST))
+            let mut labels: Vec<String> = (of_state.clone().take(MOST))
                 .map(|one| format!("{} (mode {})", short(one.speed * unit.factor, 0), one.mode))
                 .collect();
             let more = of_state.count().saturating_sub(MOST);
             if more > 0 {
-                told.push(format!("{more} more"));
+                labels.push(format!("{more} more"));
             }
-            (!told.is_empty()).then(|| format!("{} {}", contacts.name(), told.join(", ")))
+            (!labels.is_empty()).then(|| format!("{} {}", contacts.name(), labels.join(", ")))
         });
-        let told: Vec<String> = told.into_iter().flatten().collect();
-        if !told.is_empty() {
+        let by_state: Vec<String> = by_state.into_iter().flatten().collect();
+        if !by_state.is_empty() {
             lines.push((
                 String::new(),
-                format!("{:<10} {}", ray.name, told.join("; ")),
+                format!("{:<10} {}", ray.name, by_state.join("; ")),
             ));
         }
     }

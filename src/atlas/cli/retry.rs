@@ -14,7 +14,7 @@ use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
     StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
 };
-use crate::sweep::{Options, Prepared, Share, Sweep, SweepError, Watcher};
+use crate::sweep::{ChainSelection, Options, Prepared, Sweep, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -53,7 +53,7 @@ fn retry(
         args,
         job,
         folder,
-        points: Share::of_shard(job, args.shard)
+        points: ChainSelection::of_shard(job, args.shard)
             .with(&found)
             .ids()
             .collect(),

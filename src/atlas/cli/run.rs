@@ -25,8 +25,8 @@ pub fn run(args: &RunArgs) -> ExitCode {
         ("--shard", args.shard.is_some()),
         ("--retry", args.retry.is_some()),
     ];
-    let asked = options.iter().find(|(_, asked)| *asked);
-    if let Some(refusal) = asked.and_then(|(option, _)| grid::refuses(&job, option)) {
+    let given = options.iter().find(|(_, given)| *given);
+    if let Some(refusal) = given.and_then(|(option, _)| grid::refuses(&job, option)) {
         return fail(BAD_INPUT, &refusal);
     }
     let folder = args

@@ -51,12 +51,12 @@ pub fn run(args: &RunupArgs) -> ExitCode {
         return fail(BAD_INPUT, message);
     };
     // The speed of a point has no effect: the default is the first point.
-    let asked = !args.point.text.is_empty();
-    let point = match point::admit(&job, if asked { &args.point.text } else { "0" }) {
+    let has_point = !args.point.text.is_empty();
+    let point = match point::admit(&job, if has_point { &args.point.text } else { "0" }) {
         Ok(point) => point,
         Err(status) => return status,
     };
-    let label = if asked { &point.label } else { "" };
+    let label = if has_point { &point.label } else { "" };
     let folder = (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "runup", label));
     let occupied = recording::occupied(&folder, TableKind::Signals, "run-up");
     if let Some(message) = occupied.filter(|_| !args.overwrite) {

@@ -73,7 +73,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
     if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
-    let asked = Ensemble {
+    let settings = Ensemble {
         members: args.members as usize,
         transient: 200,
         cycles: args.cycles,
@@ -86,7 +86,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
             held: &[],
         },
         &keys,
-        &asked,
+        &settings,
         args.step,
         &parts,
         &process.called_off,

@@ -86,7 +86,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         job: &job,
         point: &point.spec,
         swept: point.direction.is_some(),
-        question: TraceConfig {
+        config: TraceConfig {
             skip: args.skip.unwrap_or(point.spec.run.transient),
             cycles: args.cycles,
             samples_per_cycle: args.samples_per_cycle,
@@ -106,9 +106,9 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(model) => model,
         Err(error) => return fail(BAD_INPUT, &error.to_string()),
     };
-    let question = &trace.question;
-    let label = label(&job, &point, &model, question);
-    let open = || TraceWriter::create(&folder, &label, question.modal);
+    let config = &trace.config;
+    let label = label(&job, &point, &model, config);
+    let open = || TraceWriter::create(&folder, &label, config.modal);
     let (outcome, writer) = match trace.record(&model, &process.called_off, open) {
         Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
             return fail(INTERRUPTED, NOTHING_WRITTEN);
@@ -126,7 +126,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     let text = if args.json {
         format!("{:#}\n", summary_json(&job, &point, &outcome, &folder))
     } else {
-        summary(&job, &point, &model, question, &outcome, &folder)
+        summary(&job, &point, &model, config, &outcome, &folder)
     };
     let status = answer(&text, ExitCode::SUCCESS);
     match outcome.stop {
@@ -139,7 +139,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
 }
 
 /// The point and the model of the trace.
-fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceConfig) -> TraceLabel {
+fn label(job: &Job, point: &ChosenPoint, model: &Model, config: &TraceConfig) -> TraceLabel {
     TraceLabel {
         job: job.name.clone(),
         manifest_hash: job.hash.clone(),
@@ -148,7 +148,7 @@ fn label(job: &Job, point: &ChosenPoint, model: &Model, question: &TraceConfig) 
             .collect(),
         period: model.period(),
         half_gap: point.spec.mesh.length.is_none().then_some(model.half_gap),
-        outputs: named_outputs(model, question.outputs)
+        outputs: named_outputs(model, config.outputs)
             .map(|(name, quantity)| [name, quantity.unit().to_owned()])
             .collect(),
     }
@@ -158,7 +158,7 @@ fn summary(
     job: &Job,
     point: &ChosenPoint,
     model: &Model,
-    question: &TraceConfig,
+    config: &TraceConfig,
     outcome: &TraceOutcome,
     folder: &Path,
 ) -> String {
@@ -178,7 +178,7 @@ fn summary(
                 "{} mesh cycles of {:.4} ms, from cycle {} on; {} samples",
                 outcome.cycles,
                 1e3 * model.period(),
-                question.skip,
+                config.skip,
                 outcome.samples
             ),
         ),
@@ -197,7 +197,7 @@ fn summary(
                 "skipped",
                 format!(
                     "{} mesh cycles, {} of them in one step because contact was certain to last",
-                    question.skip, outcome.jumped
+                    config.skip, outcome.jumped
                 ),
             ),
         );

@@ -5,7 +5,7 @@
 
 use super::error::ExportError;
 use super::survey::Surveyed;
-use crate::store::{ResultTable, WholeFile};
+use crate::store::{AtomicFile, ResultTable};
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema};
 use std::io::BufWriter;
@@ -24,7 +24,7 @@ pub fn write(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportE
     let chosen = |field: &&FieldRef| names.contains(&field.name().as_str());
     let fields: Vec<FieldRef> = all.fields().iter().filter(chosen).cloned().collect();
     let schema = Schema::new_with_metadata(fields, all.metadata().clone());
-    let file = WholeFile::create(path)?;
+    let file = AtomicFile::create(path)?;
     let sink = BufWriter::with_capacity(1 << 20, file.file());
     let mut writer = FileWriter::try_new(sink, &schema).map_err(refused)?;
     ResultTable::scan(folder, table.kind, &names, |rows| {

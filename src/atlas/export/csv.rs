@@ -7,7 +7,7 @@ use super::cells::Cell;
 use super::error::ExportError;
 use super::format::Lists;
 use super::survey::Surveyed;
-use crate::store::{StoreError, WholeFile};
+use crate::store::{AtomicFile, StoreError};
 use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
@@ -35,7 +35,7 @@ fn written(
     path: &Path,
     rows: impl FnOnce(&mut Lines<'_, BufWriter<&std::fs::File>>) -> Result<(), ExportError>,
 ) -> Result<(), ExportError> {
-    let file = WholeFile::create(path)?;
+    let file = AtomicFile::create(path)?;
     let sink = BufWriter::with_capacity(1 << 20, file.file());
     let mut lines = Lines { sink, path };
     rows(&mut lines)?;

@@ -104,10 +104,10 @@ fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, Expo
             present: listed(&present),
         });
     }
-    let asked = |kind: &TableKind| {
+    let is_requested = |kind: &TableKind| {
         request.tables.is_empty() || request.tables.iter().any(|name| name == kind.name())
     };
-    let kinds: Vec<TableKind> = present.into_iter().filter(asked).collect();
+    let kinds: Vec<TableKind> = present.into_iter().filter(is_requested).collect();
     if request.columns.is_empty() {
         return Ok(kinds);
     }

@@ -132,13 +132,13 @@ fn memory(page: &mut String, machine: &Characteristics) {
             .bandwidth
             .map(|b| format!("{:.1} GB/s", b as f64 * 1.048_576e-3));
         let latency = path.latency.map(|l| format!("{l} ns"));
-        let told: Vec<String> = bandwidth.into_iter().chain(latency).collect();
+        let figures: Vec<String> = bandwidth.into_iter().chain(latency).collect();
         _ = writeln!(
             page,
             "  {} → {} as the firmware reports: {}",
             path.cpu_node,
             path.memory_node,
-            told.join(", ")
+            figures.join(", ")
         );
     }
 }

@@ -32,7 +32,8 @@ pub struct PointConfig {
 impl PointConfig {
     /// Amount of evidence behind error bars; verified if no exponent is requested.
     pub fn effort(&self) -> Effort {
-        self.lyapunov.map_or(Effort::Verified, |asked| asked.effort)
+        self.lyapunov
+            .map_or(Effort::Verified, |config| config.effort)
     }
 }
 
@@ -135,8 +136,8 @@ pub struct NvhConfig {
 impl NvhConfig {
     /// All required outputs: requested directly, or for spectra and orders.
     pub fn computed(&self) -> Signals {
-        let spectrum = self.spectrum.map_or(Signals::NONE, |asked| asked.signals);
-        let orders = self.orders.map_or(Signals::NONE, |asked| asked.signals);
+        let spectrum = self.spectrum.map_or(Signals::NONE, |config| config.signals);
+        let orders = self.orders.map_or(Signals::NONE, |config| config.signals);
         self.outputs.with(spectrum).with(orders)
     }
 }

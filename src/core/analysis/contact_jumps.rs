@@ -27,7 +27,7 @@ pub struct ContactJumps<'m> {
     model: &'m Model,
     norm: EnergyNorm,
     period: Option<u32>,
-    marched: u64,
+    integrated_cycles: u64,
     next: u64,
 }
 
@@ -51,14 +51,14 @@ impl<'m> ContactJumps<'m> {
             model,
             norm: EnergyNorm::new(model),
             period: period.map(|period| period as u32),
-            marched: 0,
+            integrated_cycles: 0,
             next: FIRST_ATTEMPT,
         }
     }
 
     /// Counts an integrated cycle.
-    pub fn marched(&mut self) {
-        self.marched += 1;
+    pub fn count_integrated_cycle(&mut self) {
+        self.integrated_cycles += 1;
     }
 
     /// Advances a trajectory by whole periods of the excitation, up to `cycles` mesh cycles, if contact is
@@ -75,10 +75,10 @@ impl<'m> ContactJumps<'m> {
             return 0;
         };
         let worth = WORTH * self.model.modes() as u64;
-        if self.marched < self.next || cycles < worth.max(u64::from(period)) {
+        if self.integrated_cycles < self.next || cycles < worth.max(u64::from(period)) {
             return 0;
         }
-        self.next = 2 * self.marched;
+        self.next = 2 * self.integrated_cycles;
         let whole = cycles / u64::from(period);
         let jumped = (self.map(kernel, trajectory, period, workspace))
             .filter(|map| self.certain(kernel, trajectory, period, map, workspace))

@@ -74,7 +74,7 @@ impl Bounds {
     }
 
     /// The largest deflection of a state, in the unit of its line, and that line.
-    fn farthest(&self, model: &Model, state: &[f64]) -> (f64, usize) {
+    fn largest_deflection(&self, model: &Model, state: &[f64]) -> (f64, usize) {
         let lines = self.lines.iter().enumerate().map(|(number, line)| {
             let deflection = model.deflection_on(&line.segment, 0, state, 0.0).0;
             (deflection.abs() / line.unit, number)
@@ -86,13 +86,13 @@ impl Bounds {
     }
 
     /// The growth, if states at the starts of successive mesh cycles, oldest first, grow without bound.
-    pub fn left_by<'a>(
+    pub fn runaway_in<'a>(
         &self,
         model: &Model,
         states: impl ExactSizeIterator<Item = &'a [f64]> + Clone,
     ) -> Option<Runaway> {
         let count = states.len();
-        let far = |state: &[f64]| self.farthest(model, state).0 > BEYOND;
+        let far = |state: &[f64]| self.largest_deflection(model, state).0 > BEYOND;
         // The latest states rule out growth for nearly every motion.
         if count < FEWEST || !states.clone().skip(count - LATEST).any(far) {
             return None;
@@ -107,7 +107,7 @@ impl Bounds {
             } else {
                 continue;
             };
-            let own = self.farthest(model, state);
+            let own = self.largest_deflection(model, state);
             if own.0 > most.0 {
                 *most = own;
             }
@@ -138,7 +138,7 @@ mod tests {
         let states: Vec<[f64; 2]> = deflections
             .map(|deflection| [deflection * model.half_gap / gain, 0.0])
             .collect();
-        Bounds::new(&model).left_by(&model, states.iter().map(|state| &state[..]))
+        Bounds::new(&model).runaway_in(&model, states.iter().map(|state| &state[..]))
     }
 
     #[test]

@@ -44,12 +44,13 @@ pub struct ChaosOutcome {
     /// Motions on which these trajectories ended, the most frequent first: class, period, number.
     pub ended_on: Option<String>,
     /// Averages over the chaotic parts, if the point has the class of the motion after the chaos.
-    pub left: Option<LeftChaos>,
+    #[serde(rename = "left")]
+    pub averages_before_exit: Option<ChaosAverages>,
 }
 
 /// Averages over chaos that every trajectory left, each with its standard error.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct LeftChaos {
+pub struct ChaosAverages {
     /// Largest exponent \[1/cycle\].
     pub lambda: [f64; 2],
     /// Root mean square of the deflection about its mean \[m\].

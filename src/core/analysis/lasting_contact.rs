@@ -43,7 +43,7 @@ pub(super) struct LastingContact<'a> {
     period: u32,
     modes: Modes,
     /// The margins of the periodic motion, once computed.
-    steady: Option<Seen>,
+    steady: Option<ObservedMargins>,
     /// The blocks' motion, with its stored exponentials.
     motion: ModalMotion<'a>,
     /// Largest change of margins per unit of each mode, by contact, once computed.
@@ -81,12 +81,12 @@ impl<'a> LastingContact<'a> {
         away: &[f64],
         workspace: &mut K::Workspace,
     ) -> bool {
-        self.left(kernel, away, workspace)
-            .is_some_and(|left| left.iter().all(|left| *left > 0.0))
+        self.remaining_margins(kernel, away, workspace)
+            .is_some_and(|remaining| remaining.iter().all(|remaining| *remaining > 0.0))
     }
 
     /// The remaining margins, incomplete once one of them is spent; `None` if they are unknown.
-    fn left<K: Kernel>(
+    fn remaining_margins<K: Kernel>(
         &mut self,
         kernel: &K,
         away: &[f64],
@@ -97,19 +97,19 @@ impl<'a> LastingContact<'a> {
         // The largest parts spend the margins soonest.
         order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
         if self.steady.is_none() {
-            self.steady = Some(self.seen(kernel, None, workspace)?);
+            self.steady = Some(self.observe_period(kernel, None, workspace)?);
         }
-        let mut left = self.steady.as_ref()?.least.clone()?;
+        let mut remaining = self.steady.as_ref()?.least.clone()?;
         for mode in order {
-            if left.iter().any(|left| *left <= 0.0) {
+            if remaining.iter().any(|remaining| *remaining <= 0.0) {
                 break;
             }
             let reach = self.reach(kernel, mode, workspace)?;
-            for (left, reach) in left.iter_mut().zip(reach) {
-                *left -= SLACK * sizes[mode] * reach;
+            for (remaining, reach) in remaining.iter_mut().zip(reach) {
+                *remaining -= SLACK * sizes[mode] * reach;
             }
         }
-        Some(left)
+        Some(remaining)
     }
 
     /// Largest change of margins, by contact, per unit of a mode.
@@ -123,7 +123,7 @@ impl<'a> LastingContact<'a> {
             let mut both = vec![0.0_f64; self.model.contacts.len()];
             for v in self.modes.vectors[mode].clone() {
                 if v.iter().any(|x| *x != 0.0) {
-                    let beside = self.seen(kernel, Some(&v), workspace)?;
+                    let beside = self.observe_period(kernel, Some(&v), workspace)?;
                     let steady = &self.steady.as_ref()?.windows;
                     for (both, one) in both.iter_mut().zip(apart(steady, &beside.windows)?) {
                         *both = both.hypot(one / (DISTURBANCE * self.norm.unit()));
@@ -137,21 +137,21 @@ impl<'a> LastingContact<'a> {
 
     /// The margins over a period of the orbit, or of a motion displaced along a direction; `None` if an event
     /// occurs.
-    fn seen<K: Kernel>(
+    fn observe_period<K: Kernel>(
         &mut self,
         kernel: &K,
         along: Option<&[f64]>,
         workspace: &mut K::Workspace,
-    ) -> Option<Seen> {
+    ) -> Option<ObservedMargins> {
         let mut state = self.orbit.clone();
         for (&i, v) in self.norm.felt().iter().zip(along.into_iter().flatten()) {
             state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
         }
-        let mut seen = Margins::new(self.model, &mut self.motion, along.is_none());
+        let mut margins = Margins::new(self.model, &mut self.motion, along.is_none());
         let mut counters = Counters::default();
         let period = u64::from(self.period);
-        let advanced = kernel.advance(period, &mut state, workspace, &mut seen, &mut counters);
-        (advanced.is_ok() && counters.events == 0 && seen.whole).then_some(seen.seen)
+        let advanced = kernel.advance(period, &mut state, workspace, &mut margins, &mut counters);
+        (advanced.is_ok() && counters.events == 0 && margins.whole).then_some(margins.observed)
     }
 }
 
@@ -203,18 +203,18 @@ impl Modes {
         let rebuilt = |i: usize| -> f64 { (0..size).map(|j| self.basis[(i, j)] * shares[j]).sum() };
         let off = length(&|i| rebuilt(i) - state[i]);
         // This form rejects NaN.
-        let told = off <= RESIDUAL * length(&|i| state[i]);
+        let accurate = off <= RESIDUAL * length(&|i| state[i]);
         let part = |&(first, count): &(usize, usize)| match count {
             1 => shares[first].abs(),
             _ => shares[first].hypot(shares[first + 1]),
         };
-        told.then(|| self.columns.iter().map(part).collect())
+        accurate.then(|| self.columns.iter().map(part).collect())
     }
 }
 
 /// The observed margins of all contacts.
 #[derive(Debug)]
-struct Seen {
+struct ObservedMargins {
     /// Margins without gaps and errors, which are the same for all motions, window after window.
     windows: Vec<Vec<Series>>,
     /// The least margin of every contact, if requested.
@@ -226,7 +226,7 @@ struct Seen {
 struct Margins<'a, 'm> {
     model: &'m Model,
     motion: &'a mut ModalMotion<'m>,
-    seen: Seen,
+    observed: ObservedMargins,
     /// Whether every margin of every window is known.
     whole: bool,
 }
@@ -236,7 +236,7 @@ impl<'a, 'm> Margins<'a, 'm> {
         Self {
             model,
             motion,
-            seen: Seen {
+            observed: ObservedMargins {
                 windows: Vec::new(),
                 least: least.then(|| vec![f64::INFINITY; model.contacts.len()]),
             },
@@ -260,9 +260,9 @@ impl Observer for Margins<'_, '_> {
         let model = self.model;
         let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
         // The blocks give the deflection of an open contact on another line.
-        let seen = (0..model.contacts.len())
+        let needs_motion = (0..model.contacts.len())
             .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
-        let motion = seen.then(|| self.motion.on(window));
+        let motion = needs_motion.then(|| self.motion.on(window));
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             if model.is_passed(index, window.contact) {
@@ -276,7 +276,7 @@ impl Observer for Margins<'_, '_> {
                 && contact.release.is_by_force()
             {
                 let margin = padded(closed.force).map(|force| contact.side * force);
-                note(&mut self.seen.least, index, &margin);
+                note(&mut self.observed.least, index, &margin);
                 all.push(margin);
                 continue;
             }
@@ -297,7 +297,7 @@ impl Observer for Margins<'_, '_> {
                 (None, _) => (padded(window.deflection), false),
             };
             all.push(series.map(|a| inside * contact.side * a));
-            if self.seen.least.is_none() {
+            if self.observed.least.is_none() {
                 continue;
             }
             let transforms = transforms24();
@@ -310,12 +310,12 @@ impl Observer for Margins<'_, '_> {
                 inside * (contact.side * deflection - contact.gap(segment, time)[0])
             });
             note(
-                &mut self.seen.least,
+                &mut self.observed.least,
                 index,
                 &transforms.interpolate(&margin),
             );
         }
-        self.seen.windows.push(all);
+        self.observed.windows.push(all);
     }
 
     fn event(&mut self, _: &Event) {}

@@ -106,7 +106,7 @@ impl TangentGrowth {
     /// triangular factor to `tell`, and returns the first logarithm.
     fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
         let mut first = 0.0;
-        let left = norm.dimension_held();
+        let left = norm.dimension_when_stuck();
         for i in 0..self.tangents.count() {
             norm.project(self.tangents.vector_mut(i));
             let noise =

@@ -57,7 +57,7 @@ pub use covariant::{
 };
 pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;
-pub use evidence::{ChainRecord, ChaosOutcome, EvidenceOutcome, LeftChaos};
+pub use evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonConfig, HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability,

@@ -10,7 +10,7 @@
 //! from the universal convolution table. This code shares nothing with the kernels' propagation, so that the
 //! two check each other.
 
-use super::window_cache::Recurring;
+use super::window_cache::WindowCache;
 use crate::model::{Block, Model};
 use crate::numerics::convolution::{add_response, convolution24, significant};
 use crate::numerics::exponential::legendre_series;
@@ -66,7 +66,7 @@ pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
     /// Exponentials of all blocks, for the kernel's regular window lengths (`own`) and for the last window of
     /// another length (`cut`).
-    own: Recurring<Exponentials>,
+    own: WindowCache<Exponentials>,
     cut: Exponentials,
 }
 
@@ -79,7 +79,7 @@ impl<'m> ModalMotion<'m> {
     /// The motion of the blocks of a borrowed or owned model.
     pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
-            own: Recurring::new(),
+            own: WindowCache::new(),
             cut: Exponentials::new(model.modes()),
             model,
         }
@@ -94,7 +94,7 @@ impl<'m> ModalMotion<'m> {
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
         let blocks = &self.model.blocks;
-        let own = self.own.find(tau, || {
+        let own = self.own.get_or_insert_recurring(tau, || {
             let mut own = Exponentials::new(blocks.len());
             own.fill(blocks, tau);
             own

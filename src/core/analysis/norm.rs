@@ -89,7 +89,7 @@ impl EnergyNorm {
     }
 
     /// Number of independent tangents if every dry slider slips and every rigid stop holds the structure.
-    pub fn dimension_held(&self) -> usize {
+    pub fn dimension_when_stuck(&self) -> usize {
         self.dimension().saturating_sub(self.taken)
     }
 

@@ -77,7 +77,7 @@ impl Family {
         if all {
             return Some(self.stretches.total());
         }
-        let mut closed = self.stretches.closed().iter();
+        let mut closed = self.stretches.complete().iter();
         let mut sum = closed.next()?.clone();
         closed.for_each(|stretch| sum.add(stretch));
         Some(sum)
@@ -106,7 +106,7 @@ impl Family {
                     return None;
                 }
                 let along = value.conj() / amplitude;
-                let parts = self.stretches.closed().iter().map(|stretch| {
+                let parts = self.stretches.complete().iter().map(|stretch| {
                     part(along * (2.0 / stretch.time * stretch.lines[signal][index]))
                 });
                 let error = standard_error(&parts.collect::<Vec<_>>());
@@ -145,9 +145,9 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// The orders `asked` of a model; `all` contains every requested output.
-    pub fn new(model: &Model, asked: &OrderConfig, all: &NvhConfig) -> Self {
-        let signals = Signal::asked(model, asked.signals, all.computed());
+    /// The orders of a model that `config` requests; `all` contains every requested output.
+    pub fn new(model: &Model, config: &OrderConfig, all: &NvhConfig) -> Self {
+        let signals = Signal::requested(model, config.signals, all.computed());
         let count = signals.len();
         let mut known = Vec::new();
         let meshes = model.meshes.iter().filter(|mesh| {
@@ -157,11 +157,11 @@ impl Orders {
         });
         let meshes = meshes.enumerate().map(|(number, mesh)| {
             let name = if number == 0 { "mesh".to_owned() } else { format!("mesh {}", mesh.name) };
-            Family::new(name, mesh.cycles, asked.mesh, count)
+            Family::new(name, mesh.cycles, config.mesh, count)
         });
-        let shafts = model.shafts.iter().filter(|_| asked.shafts > 0);
+        let shafts = model.shafts.iter().filter(|_| config.shafts > 0);
         let shafts =
-            shafts.map(|(name, turns)| Family::new(name.clone(), *turns, asked.shafts, count));
+            shafts.map(|(name, turns)| Family::new(name.clone(), *turns, config.shafts, count));
         Self {
             period: model.period(),
             families: meshes.chain(shafts).collect(),
@@ -234,7 +234,7 @@ impl Orders {
                 half_turn: 0.5 * slowest * window.duration,
                 phase: slowest * (cycle as f64 * self.period + middle),
             };
-            let sums = family.stretches.open();
+            let sums = family.stretches.current();
             sums.time += window.duration;
             add_lines(stretch, &self.series, &mut sums.lines);
         }
@@ -309,7 +309,7 @@ mod tests {
     }
 
     /// A pinion of five teeth, with settings.
-    fn asked() -> (Model, OrderConfig, NvhConfig) {
+    fn config() -> (Model, OrderConfig, NvhConfig) {
         let structure = ModalStructure {
             teeth: 5,
             ..one_mode(1.0)
@@ -319,7 +319,7 @@ mod tests {
             speed: TAU / 5.0,
         };
         let model = Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap();
-        let asked = OrderConfig {
+        let config = OrderConfig {
             signals: Signals {
                 deflection: true,
                 ..Signals::NONE
@@ -332,24 +332,24 @@ mod tests {
             outputs: Signals::NONE,
             power: false,
             spectrum: None,
-            orders: Some(asked),
+            orders: Some(config),
             stop_at_stderr: None,
         };
-        (model, asked, all)
+        (model, config, all)
     }
 
     /// The same wave is an order of everything that turns with it: the pinion, a mesh with two cycles in
     /// five, a slow shaft.
     #[test]
     fn every_mesh_and_shaft_has_its_orders() {
-        let (mut model, asked, all) = asked();
+        let (mut model, config, all) = config();
         model.meshes.push(NamedMesh {
             name: "c and d".to_owned(),
             flanks: [2, 3],
             cycles: [2, 5],
         });
         model.shafts.push(("shaft slow".to_owned(), [2, 15]));
-        let mut orders = Orders::new(&model, &asked, &all);
+        let mut orders = Orders::new(&model, &config, &all);
         show(&mut orders, 0..720);
         let found = orders.outcome();
         for (reference, multiple) in [("pinion", 2), ("mesh c and d", 1), ("shaft slow", 3)] {
@@ -367,9 +367,9 @@ mod tests {
 
     #[test]
     fn a_record_in_two_parts_has_the_orders_of_the_whole() {
-        let (model, asked, all) = asked();
+        let (model, config, all) = config();
         let record = |cycles: std::ops::Range<u64>| {
-            let mut orders = Orders::new(&model, &asked, &all);
+            let mut orders = Orders::new(&model, &config, &all);
             show(&mut orders, cycles);
             orders
         };

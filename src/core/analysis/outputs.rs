@@ -25,7 +25,7 @@ const CYCLES_PER_STRETCH: u64 = 10;
 
 /// How an output follows from the blocks, the excitation and the contacts.
 #[derive(Debug, Clone)]
-struct Law {
+struct OutputWeights {
     /// Weights of both components of each block.
     gain: Vec<[f64; 2]>,
     constant: f64,
@@ -35,7 +35,7 @@ struct Law {
     by_ripple: Vec<f64>,
 }
 
-impl Law {
+impl OutputWeights {
     /// The law of a bearing, with its index in the model, and with the static share of omitted modes.
     fn of_bearing(model: &Model, (index, bearing): (usize, &BearingOutput)) -> Self {
         let shares = model.directions.iter().map(|own| &own.on_bearings);
@@ -103,7 +103,7 @@ pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Qu
 pub struct Outputs {
     motion: ModalMotion<'static>,
     /// Laws of all outputs except those of meshes, which come last.
-    laws: Vec<Law>,
+    weights: Vec<OutputWeights>,
     /// The meshes whose deflections and forces are requested.
     meshes: Vec<NamedMesh>,
     /// As returned by [`named`].
@@ -135,10 +135,10 @@ impl Outputs {
     pub fn new(model: &Model, wanted: Signals) -> Option<Self> {
         let bearings = (model.bearings.iter().enumerate())
             .filter(|_| wanted.has(Quantity::BearingForce))
-            .map(|bearing| Law::of_bearing(model, bearing));
+            .map(|bearing| OutputWeights::of_bearing(model, bearing));
         let outputs = (model.outputs.iter())
             .filter(|own| wanted.has(own.quantity))
-            .map(|output| Law::of(model, output));
+            .map(|output| OutputWeights::of(model, output));
         let names: Vec<_> = named(model, wanted).collect();
         let count = names.len();
         (count > 0).then(|| Self {
@@ -147,7 +147,7 @@ impl Outputs {
             series: vec![[0.0; TERMS]; count],
             centres: vec![0.0; count],
             sums: vec![Stretches::new([0.0; 3], CYCLES_PER_STRETCH); count],
-            laws: bearings.chain(outputs).collect(),
+            weights: bearings.chain(outputs).collect(),
             meshes: if wanted.meshes { model.meshes.clone() } else { Vec::new() },
             names,
             cycle: None,
@@ -199,41 +199,45 @@ impl Outputs {
     /// Rebuilds the outputs on a window.
     pub fn rebuild(&mut self, window: &Window<'_>) -> &[Series] {
         let modal = self.motion.on(window);
-        let (places, meshes) = self.series.split_at_mut(self.laws.len());
+        let (places, meshes) = self.series.split_at_mut(self.weights.len());
         for (own, series) in self.meshes.iter().zip(meshes.chunks_exact_mut(2)) {
             series[0] = deflection(own, window, &modal);
             series[1] = force(own, window);
         }
-        for (series, law) in places.iter_mut().zip(&self.laws) {
+        for (series, weights) in places.iter_mut().zip(&self.weights) {
             series.fill(0.0);
-            series[0] = law.constant;
+            series[0] = weights.constant;
         }
         for block in 0..window.first.len() {
             for row in 0..2 {
-                if self.laws.iter().all(|law| law.gain[block][row] == 0.0) {
+                if self
+                    .weights
+                    .iter()
+                    .all(|weights| weights.gain[block][row] == 0.0)
+                {
                     continue;
                 }
                 let component = modal.component(block, row);
-                for (series, law) in places.iter_mut().zip(&self.laws) {
-                    add_multiple(law.gain[block][row], &component, series);
+                for (series, weights) in places.iter_mut().zip(&self.weights) {
+                    add_multiple(weights.gain[block][row], &component, series);
                 }
             }
         }
         for closed in window.closed {
             let direction = window.segments[closed.contact].direction;
             let force = padded(closed.force);
-            for (series, law) in places.iter_mut().zip(&self.laws) {
+            for (series, weights) in places.iter_mut().zip(&self.weights) {
                 add_multiple(
-                    law.by_force.get(direction).copied().unwrap_or(0.0),
+                    weights.by_force.get(direction).copied().unwrap_or(0.0),
                     &force,
                     series,
                 );
             }
         }
         for (index, ripple) in modal.ripples().enumerate() {
-            for (series, law) in places.iter_mut().zip(&self.laws) {
+            for (series, weights) in places.iter_mut().zip(&self.weights) {
                 add_multiple(
-                    law.by_ripple.get(index).copied().unwrap_or(0.0),
+                    weights.by_ripple.get(index).copied().unwrap_or(0.0),
                     ripple,
                     series,
                 );
@@ -266,10 +270,10 @@ impl Outputs {
             let square: f64 = (about.iter().enumerate())
                 .map(|(n, a)| a * a / (2 * n + 1) as f64)
                 .sum();
-            let open = sums.open();
-            open[0] += tau;
-            open[1] += tau * about[0];
-            open[2] += tau * square;
+            let current = sums.current();
+            current[0] += tau;
+            current[1] += tau * about[0];
+            current[2] += tau * square;
         }
     }
 
@@ -292,7 +296,7 @@ impl Outputs {
             let [first, rms] = self.about_centre(&sums);
             let length = sums.length() as f64 * self.period;
             let error = |influence: &dyn Fn(&[f64; 3]) -> f64| {
-                let series: Vec<f64> = sums.closed().iter().map(influence).collect();
+                let series: Vec<f64> = sums.complete().iter().map(influence).collect();
                 standard_error(&series) / length
             };
             found[0].mean.push(centre + first);

@@ -104,14 +104,14 @@ pub struct Poincare {
     force: f64,
     surface: Option<Box<SurfaceWatch>>,
     /// The last window, for sections at events on windows.
-    last: Option<Shown>,
+    last: Option<KeptWindow>,
     /// An event whose window has not come yet.
-    awaited: Option<Event>,
+    pending_event: Option<Event>,
 }
 
 /// The kept part of a window.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct KeptWindow {
     cycle: u64,
     start: f64,
     duration: f64,
@@ -132,7 +132,7 @@ impl Poincare {
             section,
             force: model.half_gap * model.first_cycle().mean_stiffness(),
             last: None,
-            awaited: None,
+            pending_event: None,
             period: model.period(),
             half_gap: model.half_gap,
             samples: Vec::with_capacity(keep.min(ROOM)),
@@ -167,7 +167,7 @@ impl Poincare {
     pub fn restart(&mut self) {
         self.samples.clear();
         self.next = 0;
-        self.awaited = None;
+        self.pending_event = None;
     }
 
     /// The samples kept, oldest first.
@@ -188,25 +188,25 @@ impl Poincare {
 
     /// The sample at position x of a window.
     fn at(&self, window: &Window<'_>, x: f64, kind: SampleKind) -> PoincareSample {
-        self.on(&Shown::of(window), x, kind)
+        self.on(&KeptWindow::of(window), x, kind)
     }
 
     /// The sample at position x of a kept window.
-    fn on(&self, shown: &Shown, x: f64, kind: SampleKind) -> PoincareSample {
-        let slope = derivative(&shown.deflection);
-        let time = shown.start + 0.5 * shown.duration * (x + 1.0);
+    fn on(&self, kept: &KeptWindow, x: f64, kind: SampleKind) -> PoincareSample {
+        let slope = derivative(&kept.deflection);
+        let time = kept.start + 0.5 * kept.duration * (x + 1.0);
         PoincareSample {
-            cycle: shown.cycle,
+            cycle: kept.cycle,
             phase: self.phase(time),
-            deflection: evaluate(&shown.deflection, x),
-            velocity: 2.0 / shown.duration * evaluate(&slope, x),
+            deflection: evaluate(&kept.deflection, x),
+            velocity: 2.0 / kept.duration * evaluate(&slope, x),
             kind,
         }
     }
 
     /// Keeps the sample at an event on a window.
-    fn happens(&mut self, shown: &Shown, event: &Event, kind: SampleKind) {
-        let sample = self.on(shown, shown.place(event.time), kind);
+    fn keep_event_sample(&mut self, kept: &KeptWindow, event: &Event, kind: SampleKind) {
+        let sample = self.on(kept, kept.place(event.time), kind);
         self.keep(PoincareSample {
             cycle: event.cycle,
             phase: self.phase(event.time),
@@ -263,7 +263,7 @@ impl Poincare {
         self.keep(PoincareSample { phase, ..sample });
     }
 
-    fn turn(&mut self, window: &Window<'_>) {
+    fn keep_extrema(&mut self, window: &Window<'_>) {
         let mut rising = self.rising;
         extrema(window, self.half_gap, &mut rising, |x, minimum| {
             let kind = if minimum { SampleKind::Minimum } else { SampleKind::Maximum };
@@ -273,7 +273,7 @@ impl Poincare {
     }
 }
 
-impl Shown {
+impl KeptWindow {
     fn of(window: &Window<'_>) -> Self {
         Self {
             cycle: window.cycle,
@@ -315,16 +315,17 @@ impl Observer for Poincare {
             Section::Entry => {
                 self.end = Some((window.start + window.duration, at_end(window.deflection)));
             }
-            Section::Extremum => self.turn(window),
+            Section::Extremum => self.keep_extrema(window),
             Section::ForceMaximum => self.force_maxima(window),
             Section::Surface(_) => self.cross(window),
             Section::Release | Section::CoastEntry | Section::CoastRelease => {
-                let shown = Shown::of(window);
-                if let (Some(event), Some((.., kind))) = (self.awaited.take(), self.section.event())
+                let kept = KeptWindow::of(window);
+                if let (Some(event), Some((.., kind))) =
+                    (self.pending_event.take(), self.section.event())
                 {
-                    self.happens(&shown, &event, kind);
+                    self.keep_event_sample(&kept, &event, kind);
                 }
-                self.last = Some(shown);
+                self.last = Some(kept);
             }
         }
     }
@@ -336,13 +337,13 @@ impl Observer for Poincare {
             }
             // A kernel that cuts its windows at events passes a window before the event at its end. Other
             // kernels pass the event first, and then the window around it.
-            let behind = |shown: &Shown| {
-                let end = shown.start + shown.duration;
-                shown.cycle == event.cycle && event.time <= end + JOINT * self.period
+            let behind = |kept: &KeptWindow| {
+                let end = kept.start + kept.duration;
+                kept.cycle == event.cycle && event.time <= end + JOINT * self.period
             };
             match self.last.filter(behind) {
-                Some(shown) => self.happens(&shown, event, kind),
-                None => self.awaited = Some(*event),
+                Some(kept) => self.keep_event_sample(&kept, event, kind),
+                None => self.pending_event = Some(*event),
             }
             return;
         }
@@ -354,13 +355,13 @@ impl Observer for Poincare {
         }
         // A kernel that cuts its windows at events has δ at the end of the last window. Other kernels place
         // the event where their δ equals b.
-        let shown = self
+        let window_end = self
             .end
             .filter(|(time, _)| (time - event.time).abs() <= JOINT * self.period);
         self.keep(PoincareSample {
             cycle: event.cycle,
             phase: self.phase(event.time),
-            deflection: shown.map_or(self.half_gap, |(_, deflection)| deflection),
+            deflection: window_end.map_or(self.half_gap, |(_, deflection)| deflection),
             velocity: event.rate,
             kind: SampleKind::Entry,
         });

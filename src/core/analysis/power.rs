@@ -79,7 +79,7 @@ impl Power {
     /// Ends a mesh cycle, with the trajectory at its end.
     pub fn cycle(&mut self, end: &TrajectoryState) {
         if let Some(energy) = self.balance.stored_at(end) {
-            self.sums.open()[STORED] += energy - self.energy;
+            self.sums.current()[STORED] += energy - self.energy;
             self.energy = energy;
         }
         self.sums.advance();
@@ -98,7 +98,7 @@ impl Power {
         }
         let mean = powers(|place, sense| sense * total[place] / total[TIME]);
         let errors = powers(|place, _| {
-            let stretches = self.sums.closed().iter();
+            let stretches = self.sums.complete().iter();
             let series: Vec<f64> = stretches.map(|s| s[place] / s[TIME]).collect();
             standard_error(&series)
         });
@@ -114,7 +114,7 @@ impl Observer for Power {
             self.first = Some(Edge::start(self.balance.model(), window));
             self.energy = self.balance.stored_before(window);
         }
-        let sums = self.sums.open();
+        let sums = self.sums.current();
         sums[TIME] += window.duration;
         let mut work = |cause: Cause, work: f64| sums[cause as usize] += work;
         self.balance.window(window, &mut work);

@@ -110,7 +110,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
-    question: &TraceConfig,
+    config: &TraceConfig,
     sink: &mut S,
 ) -> Result<TraceOutcome, S::Error> {
     let mut trajectory = start;
@@ -120,8 +120,8 @@ pub fn trace<K: Kernel, S: TraceSink>(
         Recorder {
             model,
             motion: ModalMotion::new(model),
-            outputs: Outputs::new(model, question.outputs),
-            question,
+            outputs: Outputs::new(model, config.outputs),
+            config,
             sink,
             next: 0,
             samples: 0,
@@ -135,7 +135,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
     let mut jumps = ContactJumps::new(model);
     let mut jumped = 0;
     if stop.is_none() {
-        let mut left = question.skip;
+        let mut left = config.skip;
         while left > 0 && stop.is_none() {
             let leap = jumps.jump(kernel, &mut trajectory, left, &mut workspace);
             (jumped, left) = (jumped + leap, left - leap);
@@ -143,13 +143,13 @@ pub fn trace<K: Kernel, S: TraceSink>(
                 stop = kernel
                     .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
                     .err();
-                jumps.marched();
+                jumps.count_integrated_cycle();
                 left -= 1;
             }
         }
     }
     let wanted = match stop {
-        None => question.cycles,
+        None => config.cycles,
         Some(_) => 0,
     };
     for _ in 0..wanted {
@@ -185,7 +185,7 @@ struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
     motion: ModalMotion<'a>,
     outputs: Option<Outputs>,
-    question: &'a TraceConfig,
+    config: &'a TraceConfig,
     sink: &'a mut S,
     /// The next instant of the present mesh cycle.
     next: u32,
@@ -202,7 +202,7 @@ impl<S: TraceSink> Recorder<'_, S> {
     /// The samples within a window.
     fn read(&mut self, window: &Window<'_>) -> Vec<TraceSample> {
         let period = self.model.period();
-        let count = self.question.samples_per_cycle;
+        let count = self.config.samples_per_cycle;
         let tau = window.duration;
         let end = window.start + tau - JOINT * period;
         let mut places = Vec::new();
@@ -233,7 +233,7 @@ impl<S: TraceSink> Recorder<'_, S> {
                 outputs: Vec::new(),
             })
             .collect();
-        if self.question.modal {
+        if self.config.modal {
             for (sample, state) in samples.iter_mut().zip(self.modal(window, &places)) {
                 sample.modal = Some(state);
             }

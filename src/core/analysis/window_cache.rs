@@ -2,28 +2,28 @@
 
 /// Number of remembered windows: more than lie between two of one length, if a mesh computed from the gears
 /// cuts the cycle into sixty segments and at the events of its pairs.
-const LOOKED_BACK: usize = 192;
+const REMEMBERED_WINDOWS: usize = 192;
 
 /// Maximum number of kept lengths: as many as such a mesh has. With fewer, each would be computed again every
 /// cycle.
-const MOST: usize = 96;
+const CAPACITY: usize = 96;
 
 /// Values by length of window \[s\], for recent lengths.
 #[derive(Debug, Clone)]
-pub struct Recurring<T> {
+pub struct WindowCache<T> {
     /// Recent lengths, the latest before `next`.
-    recent: [f64; LOOKED_BACK],
+    recent: [f64; REMEMBERED_WINDOWS],
     next: usize,
     kept: Vec<(f64, T)>,
     /// The value to replace when all places are taken.
     oldest: usize,
 }
 
-impl<T> Recurring<T> {
+impl<T> WindowCache<T> {
     /// An empty cache.
     pub fn new() -> Self {
         Self {
-            recent: [0.0; LOOKED_BACK],
+            recent: [0.0; REMEMBERED_WINDOWS],
             next: 0,
             kept: Vec::new(),
             oldest: 0,
@@ -31,24 +31,24 @@ impl<T> Recurring<T> {
     }
 
     /// The value for a length, computed by `make` when the length recurs; `None` if it is new.
-    pub fn find(&mut self, length: f64, make: impl FnOnce() -> T) -> Option<&T> {
+    pub fn get_or_insert_recurring(&mut self, length: f64, make: impl FnOnce() -> T) -> Option<&T> {
         let known = self.kept.iter().position(|(kept, _)| *kept == length);
         let place = match known {
             Some(place) => place,
             None => {
                 let again = self.is_recent(length);
                 self.recent[self.next] = length;
-                self.next = (self.next + 1) % LOOKED_BACK;
+                self.next = (self.next + 1) % REMEMBERED_WINDOWS;
                 if !again {
                     return None;
                 }
                 let value = (length, make());
-                if self.kept.len() < MOST {
+                if self.kept.len() < CAPACITY {
                     self.kept.push(value);
                     self.kept.len() - 1
                 } else {
                     let place = self.oldest;
-                    self.oldest = (place + 1) % MOST;
+                    self.oldest = (place + 1) % CAPACITY;
                     self.kept[place] = value;
                     place
                 }
@@ -75,12 +75,12 @@ mod tests {
     #[test]
     fn what_comes_again_is_made_once() {
         let mut made = 0;
-        let mut kept = Recurring::new();
+        let mut kept = WindowCache::new();
         let mut cuts = 0;
         for cycle in 0..10 {
             // Three regular lengths, and a cut that never recurs.
             for length in [1.0, 2.0, 1.0, 3.0, 4.0 + f64::from(cycle)] {
-                match kept.find(length, || {
+                match kept.get_or_insert_recurring(length, || {
                     made += 1;
                     length
                 }) {
@@ -95,11 +95,11 @@ mod tests {
 
     #[test]
     fn more_lengths_than_places_are_still_right() {
-        let mut kept = Recurring::new();
+        let mut kept = WindowCache::new();
         for round in 0..4 {
-            for i in 0..2 * MOST {
+            for i in 0..2 * CAPACITY {
                 let length = 1.0 + i as f64;
-                if let Some(value) = kept.find(length, || length) {
+                if let Some(value) = kept.get_or_insert_recurring(length, || length) {
                     assert_eq!(*value, length);
                     assert!(round > 0);
                 }

@@ -74,7 +74,7 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
 /// Checks that courses through points lie on their flanks, in order.
 pub(super) fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
     for (index, tooth) in teeth.iter().enumerate() {
-        let [_, half] = pair.form.overhang[index].own(0.0, pair.face_width);
+        let [_, half] = pair.form.overhang[index].to_gear_face(0.0, pair.face_width);
         let [root, tip] =
             [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius.abs());
         let profile = [root.min(tip), root.max(tip)];

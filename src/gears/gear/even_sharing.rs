@@ -60,7 +60,7 @@ impl EvenSharing {
     pub fn at(&self, phase: f64) -> FrictionDirection {
         let half = 0.5 * self.overlap_ratio;
         let (mut places, mut lengths) = (Vec::new(), Vec::new());
-        let mut bear = |time: f64, length: f64| {
+        let mut add_load = |time: f64, length: f64| {
             places.push((time - self.pitch_phase) * self.base_pitch);
             lengths.push(length);
         };
@@ -71,10 +71,10 @@ impl EvenSharing {
             // The mean position on each side of the pitch point is in the middle.
             let pitch = self.pitch_phase.clamp(from, to);
             if half == 0.0 {
-                bear(middle, 1.0);
+                add_load(middle, 1.0);
             } else {
-                bear(0.5 * (from + pitch), pitch - from);
-                bear(0.5 * (pitch + to), to - pitch);
+                add_load(0.5 * (from + pitch), pitch - from);
+                add_load(0.5 * (pitch + to), to - pitch);
             }
             middle += 1.0;
         }
@@ -84,7 +84,7 @@ impl EvenSharing {
     }
 
     /// Ends of the stretches with a constant direction, in order, 1 last. No stretch is shorter than `apart`.
-    pub fn ends(&self, apart: f64) -> Vec<f64> {
+    pub fn direction_breaks(&self, apart: f64) -> Vec<f64> {
         self.ends_at(
             &[0.0, self.pitch_phase, self.contact_ratio],
             apart,
@@ -93,7 +93,7 @@ impl EvenSharing {
     }
 
     /// Phases, mapped by `moved`, at which pairs enter and leave and between which the load varies linearly.
-    pub(super) fn touches(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub(super) fn contact_breaks(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
     }
 

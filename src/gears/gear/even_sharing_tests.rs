@@ -96,7 +96,7 @@ fn spur_pairs_slide_as_their_mesh_table_has_it() {
                 "{phase}"
             );
         }
-        let ends = even.ends(APART);
+        let ends = even.direction_breaks(APART);
         assert_eq!(ends.len(), 3, "a pair leaves, one passes the pitch point");
         for end in ends {
             assert!(
@@ -131,7 +131,7 @@ fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
         let even = EvenSharing::new(&pair).unwrap();
         let ends = [0.0]
             .into_iter()
-            .chain(even.ends(APART))
+            .chain(even.direction_breaks(APART))
             .collect::<Vec<_>>();
         let lever: f64 = (ends.windows(2))
             .map(|ends| (ends[1] - ends[0]) * even.mean([ends[0], ends[1]]).lever)
@@ -171,7 +171,7 @@ fn helical_lines_slide_as_their_mesh_table_has_it() {
             );
         }
         let mut from = 0.0;
-        for to in even.ends(APART) {
+        for to in even.direction_breaks(APART) {
             assert!(to - from < LONGEST + 1e-12);
             let parts = 400;
             let at = |part: u32| from + (to - from) * (f64::from(part) + 0.5) / f64::from(parts);

@@ -1,7 +1,7 @@
 //! What does load sharing need to know about a tooth pair? Where it meets, how it yields, and how much material
 //! is missing from its flanks.
 
-use super::{AlongFace, Flanks, PairCompliance, PathOfContact};
+use super::{FaceCoupling, Flanks, PairCompliance, PathOfContact};
 use std::f64::consts::FRAC_2_PI;
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub trait FlankLaw: Sync {
     }
 
     /// How slices of the face support each other; `None` if they do not.
-    fn along_face(&self) -> Option<Arc<AlongFace>> {
+    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
         None
     }
 
@@ -96,8 +96,8 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
         self.law.coupling(s, ahead)
     }
 
-    fn along_face(&self) -> Option<Arc<AlongFace>> {
-        self.law.along_face()
+    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
+        self.law.face_coupling()
     }
 
     fn relief(&self, s: f64) -> f64 {
@@ -205,8 +205,8 @@ impl FlankLaw for Flanks {
         gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
     }
 
-    fn along_face(&self) -> Option<Arc<AlongFace>> {
-        self.along_face.clone()
+    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
+        self.face_coupling.clone()
     }
 
     fn relief(&self, s: f64) -> f64 {
@@ -270,7 +270,7 @@ impl Flanks {
         let form = &self.pair.form;
         let own = |gear: usize| {
             let (ends, overhang) = (form.end_relief[gear], &form.overhang[gear]);
-            let [z, half] = overhang.own(z, self.face_width);
+            let [z, half] = overhang.to_gear_face(z, self.face_width);
             form.lead[gear].at(z / half)
                 + ends.at(half - z)
                 + ends.at(half + z)

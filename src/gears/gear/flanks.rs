@@ -13,7 +13,7 @@ use super::compliance::GearBodies;
 use super::drawing_checks::{bores, check_points, check_values};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{AlongFace, GearError, GearPair, InternalPair, Tooth, Undercut};
+use super::{FaceCoupling, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::sync::Arc;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are considered: several times the gap
@@ -92,7 +92,7 @@ pub struct Flanks {
     /// For helical gears the spur pair of their normal section, whose teeth have the same compliance;
     /// `None` for spur gears.
     pub(super) normal_section: Option<Box<Flanks>>,
-    pub(super) along_face: Option<Arc<AlongFace>>,
+    pub(super) face_coupling: Option<Arc<FaceCoupling>>,
     pub(super) pair: GearPair,
 }
 
@@ -194,13 +194,13 @@ impl Flanks {
             reach,
             bodies: GearBodies::default(),
             normal_section: None,
-            along_face: None,
+            face_coupling: None,
             pair: pair.clone(),
         };
         if pair.helix_angle != 0.0 {
             flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
         } else if pair.form.ring.is_none() {
-            flanks.along_face = Some(Arc::new(AlongFace::of(&flanks)));
+            flanks.face_coupling = Some(Arc::new(FaceCoupling::of(&flanks)));
         }
         Ok(flanks)
     }
@@ -257,7 +257,7 @@ impl Flanks {
             reach: self.reach.map(|end| end / cos),
             bodies: GearBodies::default(),
             normal_section: None,
-            along_face: None,
+            face_coupling: None,
             pair: section,
             teeth,
         })

@@ -142,7 +142,7 @@ pub struct FaceOverhang {
 impl FaceOverhang {
     /// Converts a position z from the middle of a common face to one from the middle of this gear's face. Also returns
     /// half the width of this gear's face \[m\].
-    pub fn own(&self, z: f64, common: f64) -> [f64; 2] {
+    pub fn to_gear_face(&self, z: f64, common: f64) -> [f64; 2] {
         let Self { before, behind } = self;
         [
             z - 0.5 * (behind - before),
@@ -268,9 +268,12 @@ mod tests {
             behind: 3e-3,
         };
         for (z, own) in [(-10e-3, -11e-3), (0.0, -1e-3), (10e-3, 9e-3)] {
-            let [found, half] = wide.own(z, 20e-3);
+            let [found, half] = wide.to_gear_face(z, 20e-3);
             assert!((found - own).abs() < 1e-17 && (half - 12e-3).abs() < 1e-17);
         }
-        assert_eq!(FaceOverhang::default().own(3e-3, 20e-3), [3e-3, 10e-3]);
+        assert_eq!(
+            FaceOverhang::default().to_gear_face(3e-3, 20e-3),
+            [3e-3, 10e-3]
+        );
     }
 }

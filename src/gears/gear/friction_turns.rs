@@ -8,7 +8,7 @@ impl EvenSharing {
     /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps, and gives each part its
     /// mean. This is exact for the direction of spur pairs, and for the moment of friction over each stretch.
     pub fn cut(&self, mesh: &[Division]) -> Vec<Division> {
-        let stretches = self.ends(SAME_END);
+        let stretches = self.direction_breaks(SAME_END);
         let starts = || std::iter::once(&0.0).chain(&stretches);
         let friction: Vec<[f64; 2]> = (starts().zip(&stretches))
             .map(|(&from, &to)| self.mean([from, to]))

@@ -15,8 +15,8 @@
 //! Slices do not support each other here, so each has separate springs. The gap of a slice is that of its middle:
 //! misaligned flanks close slice by slice, with an error of second order in the width of a slice.
 
-use super::mesh_table::{BEHIND, CARRIED_ON, MeshTableError, breaks};
-use super::sharing::{Face, JoiningSpring, LoadSharing, MOST_PAIRS, pairs_at};
+use super::mesh_table::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS, MeshTableError, breaks};
+use super::sharing::{Face, LoadSharing, MOST_PAIRS, PairSpring, pairs_at};
 use super::{FlankLaw, NODES, friction_direction};
 use crate::numerics::legendre::{evaluate, transforms8};
 
@@ -70,7 +70,7 @@ pub struct SpringPiece {
 /// The springs at a phase.
 struct Column {
     phase: f64,
-    springs: Vec<JoiningSpring>,
+    springs: Vec<PairSpring>,
     /// One entry per spring.
     friction: Vec<[f64; 2]>,
 }
@@ -90,7 +90,7 @@ impl Column {
         }
         let [own, others] = [self, other].map(|column| column.springs.chunks(on_slice));
         own.zip(others).all(|(own, other)| {
-            let apart = |springs: &[JoiningSpring], [one, later]: [usize; 2]| {
+            let apart = |springs: &[PairSpring], [one, later]: [usize; 2]| {
                 let gap = |pair| springs.iter().find(|s| s.pair == pair).map(|s| s.gap);
                 gap(later).zip(gap(one)).map(|(b, a)| b - a)
             };
@@ -122,7 +122,7 @@ impl MeshSprings {
         let column = |phase: f64| -> Result<Column, MeshTableError> {
             let sharing = |source| MeshTableError::Sharing { phase, source };
             let pairs = pairs_at(law, phase, face).map_err(sharing)?;
-            let springs: Vec<JoiningSpring> = (LoadSharing::of_slices(&pairs, face, misalignment))
+            let springs: Vec<PairSpring> = (LoadSharing::of_slices(&pairs, face, misalignment))
                 .map_err(sharing)?
                 .springs()
                 .collect();
@@ -141,7 +141,7 @@ impl MeshSprings {
         let mut left: Vec<[f64; 2]> = cuts.windows(2).rev().map(|c| [c[0], c[1]]).collect();
         let mut stretches = Vec::new();
         while let Some([from, to]) = left.pop() {
-            match examine(&column, [from, to], face.slices)? {
+            match check_piece(&column, [from, to], face.slices)? {
                 Examined::Follows(springs) => stretches.push(SpringStretch { end: to, springs }),
                 Examined::Cut(_, error)
                     if to - from < SHORTEST || left.len() + stretches.len() > MOST =>
@@ -183,7 +183,7 @@ enum Examined {
     Cut(f64, f64),
 }
 
-fn examine(
+fn check_piece(
     column: &impl Fn(f64) -> Result<Column, MeshTableError>,
     [from, to]: [f64; 2],
     slices: usize,
@@ -240,9 +240,9 @@ fn examine(
             }
             // Windows that start in a stretch extend beyond its end.
             let end = evaluate(&stiffness, 1.0);
-            let [least, most] = CARRIED_ON.map(|part| part * end);
+            let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
             let inside = |x: &f64| (least..=most).contains(&evaluate(&stiffness, *x));
-            if !BEHIND.iter().all(inside) {
+            if !EXTRAPOLATED_AT.iter().all(inside) {
                 error = f64::INFINITY;
             }
             SpringPiece {
@@ -328,7 +328,7 @@ mod tests {
             let stretch = &springs.stretches[index];
             let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
             for force in [10.0, 300.0, 2e3, 2e4] {
-                let borne = sharing.bear(force);
+                let borne = sharing.distribute(force);
                 let (mut sum, mut stiffness) = (0.0, 0.0);
                 for spring in &stretch.springs[0] {
                     let closing = borne.deflection - evaluate(&spring.gap, x);
@@ -375,7 +375,7 @@ mod tests {
             whole,
             misalignment,
         );
-        let borne = exact.unwrap().bear(2e3);
+        let borne = exact.unwrap().distribute(2e3);
         let off = |slices: usize| {
             let face = Face { slices, ..whole };
             let springs = MeshSprings::new(&flanks, face, misalignment).unwrap();

@@ -27,7 +27,7 @@ mod tip_contact;
 mod tooth;
 mod tooth_fault;
 
-pub use compliance::{AlongFace, PairCompliance};
+pub use compliance::{FaceCoupling, PairCompliance};
 pub use error::{FlankCourse, GearError};
 pub use even_sharing::EvenSharing;
 pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};

@@ -11,7 +11,7 @@
 //! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share
 //! a body, so the common part of its share of `C_jj` and of `C_ji` counts once. Conry &
 //! Seireg 1973 pose the problem of deformation compatibility. Slices do not support each other, as in any
-//! thin-slice model, unless the law of the pairs describes it ([`AlongFace`](super::AlongFace)).
+//! thin-slice model, unless the law of the pairs describes it ([`FaceCoupling`](super::FaceCoupling)).
 //!
 //! Within a slice the common part of the pairs' gaps is linear. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly for any number of slices:
@@ -34,9 +34,9 @@ pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
 pub(super) use coupled::Touching;
-use coupled::{Bearing, Coupled, PairBearing};
+use coupled::{ContactSolution, Coupled, PairLoad};
 use pairs::Span;
-use ramp::Ramp;
+use ramp::ContactRamp;
 
 /// How the mesh carries a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +58,7 @@ pub struct SharedLoad {
 
 /// Contribution of a pair to the mesh on a slice, from the approach on at which it comes into contact there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct JoiningSpring {
+pub(super) struct PairSpring {
     /// The pair that comes into contact.
     pub pair: usize,
     /// Its additional stiffness of the mesh \[N/m\].
@@ -76,7 +76,7 @@ pub struct LoadSharing {
     face: Face,
     pairs: usize,
     /// One per pair and slice.
-    ramps: Vec<Ramp>,
+    ramps: Vec<ContactRamp>,
     /// The slices of a helical face; empty for a spur face, whose slices are equal.
     spans: Vec<Span>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
@@ -94,7 +94,7 @@ pub struct LoadSharing {
 
 impl LoadSharing {
     /// The pairs in contact on a face. Its slices support each other if the law of the pairs
-    /// describes it ([`FlankLaw::along_face`](super::FlankLaw::along_face)).
+    /// describes it ([`FlankLaw::face_coupling`](super::FlankLaw::face_coupling)).
     ///
     /// * `misalignment`: angle between the flanks in the plane of action ε \[rad\]; the gap
     ///   grows with z.
@@ -153,58 +153,62 @@ impl LoadSharing {
     }
 
     /// Distribution of a force ≥ 0 \[N\]. Without force: where the flanks first touch.
-    pub fn bear(&self, force: f64) -> SharedLoad {
-        self.bear_with_lengths(force).0
+    pub fn distribute(&self, force: f64) -> SharedLoad {
+        self.distribute_with_lengths(force).0
     }
 
     /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its
     /// formula; zero counts as positive. The law is smooth while none of them changes its sign.
     /// Their number depends on pairs and slices only. On a helical face there are none, as pairs come
     /// into contact gradually.
-    pub fn bear_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
-        let (load, margins, _) = self.bear_near(force, &Touching::default());
+    pub fn distribute_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
+        let (load, margins, _) = self.distribute_from(force, &Touching::default());
         (load, margins)
     }
 
     /// The same, with the part of the face in contact. If slices support each other, its search starts from
     /// `near`, the contact at another mesh phase, or from the whole face.
-    pub(in crate::gear) fn bear_near(
+    pub(in crate::gear) fn distribute_from(
         &self,
         force: f64,
         near: &Touching,
     ) -> (SharedLoad, Vec<f64>, Touching) {
         match self.coupled.as_ref().filter(|_| force > 0.0) {
             None => {
-                let load = self.bear(force);
+                let load = self.distribute(force);
                 (load, self.margins(load.deflection), Touching::default())
             }
             Some(coupled) => {
-                let bearing = coupled.bear_near(force, near);
-                let mut margins = coupled.margins(&bearing);
+                let solution = coupled.solve_from(force, near);
+                let mut margins = coupled.margins(&solution);
                 margins.extend(&self.above_least[..self.pairs]);
-                (self.shared(coupled, &bearing).0, margins, bearing.touching)
+                (
+                    self.shared(coupled, &solution).0,
+                    margins,
+                    solution.touching,
+                )
             }
         }
     }
 
     /// Distribution of a force, and the loaded length of each pair \[m\].
-    fn bear_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
+    fn distribute_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
         // Without a force coupled slices touch where independent ones do.
         if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
-            return self.shared(coupled, &coupled.bear(force));
+            return self.shared(coupled, &coupled.solve(force));
         }
         let approach = self.approach(force);
         let mut loads = [0.0; MOST_PAIRS];
         let mut stiffness = 0.0;
         let (mut moment, mut loaded) = (0.0, [0.0; MOST_PAIRS]);
         for ramp in &self.ramps {
-            let travel = ramp.travel(approach);
+            let state = ramp.state_at(approach);
             for (load, stiffness) in loads.iter_mut().zip(&ramp.stiffness) {
-                *load += stiffness * travel.mean;
+                *load += stiffness * state.mean;
             }
-            stiffness += ramp.total() * travel.engaged;
-            moment += ramp.total() * travel.moment;
-            loaded[ramp.pair] += travel.engaged * ramp.part;
+            stiffness += ramp.total() * state.engaged;
+            moment += ramp.total() * state.moment;
+            loaded[ramp.pair] += state.engaged * ramp.part;
         }
         let total: f64 = loads.iter().sum();
         let part = |value: f64| if total > 0.0 { value / total } else { 0.0 };
@@ -220,16 +224,20 @@ impl LoadSharing {
     }
 
     /// Load on slices that support each other, and the loaded length of each pair \[m\].
-    fn shared(&self, coupled: &Coupled, bearing: &Bearing) -> (SharedLoad, [f64; MOST_PAIRS]) {
-        let (loads, moment, loaded) = PairBearing::sums(&coupled.pairs(bearing));
+    fn shared(
+        &self,
+        coupled: &Coupled,
+        solution: &ContactSolution,
+    ) -> (SharedLoad, [f64; MOST_PAIRS]) {
+        let (loads, moment, loaded) = PairLoad::sums(&coupled.pairs(solution));
         let total: f64 = loads.iter().sum();
         let slices = loaded.map(|part| part * self.face.slices as f64);
         let shared = SharedLoad {
-            deflection: bearing.approach,
-            stiffness: bearing.stiffness,
+            deflection: solution.approach,
+            stiffness: solution.stiffness,
             centre: moment / total,
             share: loads.map(|load| load / total),
-            contact_fraction: self.contact_fraction(bearing.approach, slices),
+            contact_fraction: self.contact_fraction(solution.approach, slices),
         };
         (shared, loaded.map(|part| part * self.face.width))
     }
@@ -246,7 +254,7 @@ impl LoadSharing {
                 if self.spans[ramp.slice].on_path[ramp.pair] {
                     ramp.part
                 } else {
-                    ramp.part * ramp.travel(approach).engaged
+                    ramp.part * ramp.state_at(approach).engaged
                 }
             })
             .sum();
@@ -254,10 +262,10 @@ impl LoadSharing {
     }
 
     /// The springs of the pairs, slice by slice in their order of contact as the gears approach.
-    pub(super) fn springs(&self) -> impl Iterator<Item = JoiningSpring> {
+    pub(super) fn springs(&self) -> impl Iterator<Item = PairSpring> {
         self.ramps.iter().map(|ramp| {
             let total = ramp.total();
-            JoiningSpring {
+            PairSpring {
                 pair: ramp.pair,
                 stiffness: total,
                 gap: 0.5 * (ramp.low + ramp.high),
@@ -270,7 +278,7 @@ impl LoadSharing {
     pub fn pattern(&self, force: f64) -> Vec<f64> {
         if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
             let slice = self.face.width / self.face.slices as f64;
-            let pairs = coupled.pairs(&coupled.bear(force));
+            let pairs = coupled.pairs(&coupled.solve(force));
             let loads = pairs.iter().flat_map(|pair| &pair.pattern);
             return loads.map(|load| load / slice).collect();
         }
@@ -278,7 +286,7 @@ impl LoadSharing {
         let mut pattern = vec![0.0; self.pairs * self.face.slices];
         let width = self.face.width / self.face.slices as f64;
         for ramp in &self.ramps {
-            let mean = ramp.travel(approach).mean / width;
+            let mean = ramp.state_at(approach).mean / width;
             if let Some(span) = self.spans.get(ramp.slice) {
                 for (slice, part) in span.parts_of_slices(self.face) {
                     for pair in 0..self.pairs {
@@ -302,17 +310,17 @@ impl LoadSharing {
     /// nothing cancels.
     fn approach(&self, force: f64) -> f64 {
         let engaged = |x: f64| -> f64 {
-            let forces = self.ramps.iter().map(|r| r.total() * r.travel(x).mean);
+            let forces = self.ramps.iter().map(|r| r.total() * r.state_at(x).mean);
             forces.sum()
         };
         let above = self.knots.partition_point(|&knot| engaged(knot) <= force);
         let knot = self.knots[above.saturating_sub(1)];
         let (mut at_knot, mut slope, mut curvature) = (0.0, 0.0, 0.0);
         for ramp in &self.ramps {
-            let travel = ramp.travel(knot);
-            at_knot += ramp.total() * travel.mean;
-            slope += ramp.total() * travel.engaged;
-            curvature += ramp.total() * travel.growth;
+            let state = ramp.state_at(knot);
+            at_knot += ramp.total() * state.mean;
+            slope += ramp.total() * state.engaged;
+            curvature += ramp.total() * state.growth;
         }
         let rest = (force - at_knot).max(0.0);
         if rest == 0.0 {

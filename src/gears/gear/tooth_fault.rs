@@ -30,7 +30,8 @@ pub struct ToothFault {
     /// Remaining part f of the stiffness of its pair, in (0, 1].
     pub stiffness: f64,
     /// Material missing from its drive flank and its coast flank along the line of action, d \[m\].
-    pub lacks: [f64; 2],
+    #[serde(rename = "lacks")]
+    pub missing: [f64; 2],
 }
 
 /// A pair of gears with some teeth that differ from the others.
@@ -78,7 +79,7 @@ impl FaultyTeeth {
     }
 
     fn cycles(&self, alike: &[Division], course: Course) -> Vec<Vec<Division>> {
-        let ends = self.pairs.touches(|mark| match course {
+        let ends = self.pairs.contact_breaks(|mark| match course {
             Course::Drive => mark,
             Course::Coast { twice } => twice - mark,
         });
@@ -99,7 +100,7 @@ impl FaultyTeeth {
 
     /// A division with the faults around a time \[cycles\].
     fn changed(&self, division: &Division, time: f64, course: Course) -> Division {
-        let (mut left, mut lacking) = (1.0, 0.0);
+        let (mut left, mut missing) = (1.0, 0.0);
         for fault in &self.faults {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
@@ -109,10 +110,10 @@ impl FaultyTeeth {
             };
             let share = self.pairs.share(since, self.teeth[fault.gear]);
             left -= (1.0 - fault.stiffness) * share;
-            lacking += share * fault.lacks[flank];
+            missing += share * fault.missing[flank];
         }
         let mut error = *division.error.coefficients();
-        error[0] += lacking;
+        error[0] += missing;
         Division {
             stiffness: division.stiffness.times(left),
             error: FlankError::series(error),
@@ -131,7 +132,7 @@ mod tests {
             gear,
             tooth,
             stiffness: 0.6,
-            lacks: [4e-6, 1e-6],
+            missing: [4e-6, 1e-6],
         };
         FaultyTeeth {
             faults: vec![fault],
@@ -142,7 +143,7 @@ mod tests {
     }
 
     /// Stiffness and gap in the middle of each division, and its end.
-    fn told(cycle: &[Division]) -> Vec<[f64; 3]> {
+    fn summary(cycle: &[Division]) -> Vec<[f64; 3]> {
         let one = |own: &Division| [own.end, own.stiffness.mean(), own.error.coefficients()[0]];
         cycle.iter().map(one).collect()
     }
@@ -160,12 +161,12 @@ mod tests {
         let alike = Division::levels(&[4.0, 3.0], &[0.6]);
         let cycles = teeth(0, 3).on_drive(&alike);
         assert_eq!(cycles.len(), 5);
-        near(&told(&cycles[3]), &[[0.6, 3.2, 2e-6], [1.0, 1.8, 4e-6]]);
-        near(&told(&cycles[4]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
+        near(&summary(&cycles[3]), &[[0.6, 3.2, 2e-6], [1.0, 1.8, 4e-6]]);
+        near(&summary(&cycles[4]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
         assert!(cycles[..3].iter().all(|cycle| *cycle == alike));
         // The last tooth stays in contact into the next revolution.
         let cycles = teeth(1, 6).on_drive(&alike);
-        near(&told(&cycles[0]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
+        near(&summary(&cycles[0]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
         assert_eq!((cycles.len(), &cycles[1]), (7, &alike));
     }
 
@@ -177,11 +178,11 @@ mod tests {
         // Touches from 2 · 0.98 − 1.6 = 0.36 to 1.96, alone from 0.96 to 1.36.
         let cycles = teeth(0, 0).on_coast(&alike);
         near(
-            &told(&cycles[0]),
+            &summary(&cycles[0]),
             &[[0.36, 3.0, 0.0], [0.96, 3.2, 5e-7], [1.0, 1.8, 1e-6]],
         );
         near(
-            &told(&cycles[1]),
+            &summary(&cycles[1]),
             &[[0.36, 1.8, 1e-6], [0.96, 3.2, 5e-7], [1.0, 3.0, 0.0]],
         );
         // Tooth 1 of the wheel is behind tooth 0 of the pinion.

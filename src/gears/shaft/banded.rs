@@ -88,7 +88,7 @@ impl Banded {
     }
 
     /// Sums of the moduli of the terms of `A x`, row by row.
-    pub fn moduli(&self, x: &[f64]) -> Vec<f64> {
+    pub fn sum_of_moduli(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.size];
         for i in 0..self.size {
             let (first, row) = self.row(i);

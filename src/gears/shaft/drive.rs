@@ -138,12 +138,12 @@ pub enum Motion {
 
 impl Motion {
     /// Whether the shaft may rotate.
-    pub(super) fn turns(self) -> bool {
+    pub(super) fn may_rotate(self) -> bool {
         matches!(self, Self::All | Self::Translation | Self::Rotation)
     }
 
     /// The freedoms that are fixed at every node, besides the rotation.
-    pub(super) fn held(self) -> &'static [Freedom] {
+    pub(super) fn fixed_freedoms(self) -> &'static [Freedom] {
         match self {
             Self::All | Self::Lateral => &[],
             Self::Translation => &Freedom::ALL[2..5],
@@ -152,8 +152,8 @@ impl Motion {
     }
 
     /// Whether any other motion is free.
-    pub(super) fn yields(self) -> bool {
-        self.held().len() < 5
+    pub(super) fn may_deflect(self) -> bool {
+        self.fixed_freedoms().len() < 5
     }
 }
 

@@ -199,7 +199,7 @@ impl Modes {
         let unit: Vec<f64> = (0..size)
             .map(|row| pencil.inertia(row).sqrt().recip())
             .collect();
-        let stiffest = pencil.terms(&unit).elastic_moduli;
+        let stiffest = pencil.terms(&unit).elastic_sum_of_moduli;
         let stiffest: f64 = (0..size)
             .map(|row| stiffest[row].powi(2) / pencil.inertia(row))
             .sum();
@@ -209,8 +209,8 @@ impl Modes {
             let (mut residual, mut scale) = (0.0, 0.0);
             for row in 0..size {
                 let sum = terms.elastic[row] - squared * terms.inertial[row];
-                let moduli = terms.elastic_moduli[row]
-                    + (squared.abs() + shift) * terms.inertial_moduli[row];
+                let moduli = terms.elastic_sum_of_moduli[row]
+                    + (squared.abs() + shift) * terms.inertial_sum_of_moduli[row];
                 residual += sum * sum / pencil.inertia(row);
                 scale += moduli * moduli / pencil.inertia(row);
             }
@@ -330,7 +330,10 @@ fn eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
 /// `16 eps · |φ|ᵀ (|K| + σ|M|) |φ|`.
 fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
     let terms = pencil.terms(shape);
-    let moduli = terms.elastic_moduli.iter().zip(&terms.inertial_moduli);
+    let moduli = terms
+        .elastic_sum_of_moduli
+        .iter()
+        .zip(&terms.inertial_sum_of_moduli);
     let sum: f64 = (moduli.zip(shape))
         .map(|((elastic, inertial), value)| (elastic + shift * inertial) * value.abs())
         .sum();

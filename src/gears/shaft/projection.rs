@@ -16,12 +16,12 @@ const SHAPE_NOISE: f64 = 1e-8;
 const COUPLING_NOISE: f64 = 1e-13;
 
 /// The coupling of the modes of a solution, `None` if there is none, and the contribution of a rotating frame to
-/// their stiffness, empty without one. `settle` converts a participation in the solution, one entry per mode,
+/// their stiffness, empty without one. `to_structure_modes` converts a participation in the solution, one entry per mode,
 /// into that of the structure.
 pub(super) fn coupling(
     matrices: &AssembledMatrices,
     solution: &Modes,
-    settle: impl Fn(&mut [f64]),
+    to_structure_modes: impl Fn(&mut [f64]),
 ) -> (Option<Coupling>, Vec<f64>) {
     let Some(coupling) = matrices.coupling.as_ref() else {
         return (None, Vec::new());
@@ -32,7 +32,7 @@ pub(super) fn coupling(
         cross_stiffness,
         frame_stiffness,
     } = coupling;
-    let shape = settled_shape(&matrices.mass, solution, settle);
+    let shape = structure_shapes(&matrices.mass, solution, to_structure_modes);
     let project = |matrix: &Mat<f64>| {
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
@@ -61,11 +61,15 @@ pub(super) fn coupling(
 }
 
 /// The shapes of the structure's modes, freedoms × modes, with round-off of zeros removed.
-fn settled_shape(mass: &Mat<f64>, solution: &Modes, settle: impl Fn(&mut [f64])) -> Mat<f64> {
+fn structure_shapes(
+    mass: &Mat<f64>,
+    solution: &Modes,
+    to_structure_modes: impl Fn(&mut [f64]),
+) -> Mat<f64> {
     let mut shape = solution.shape.clone();
     for row in 0..shape.nrows() {
         let mut values: Vec<f64> = shape.row(row).iter().copied().collect();
-        settle(&mut values);
+        to_structure_modes(&mut values);
         for (mode, value) in values.into_iter().enumerate() {
             shape[(row, mode)] = value;
         }

@@ -395,7 +395,7 @@ impl TrainDrive {
         free.sort_unstable();
         free.dedup();
         let shafts = self.shafts.iter().enumerate();
-        let held = shafts.filter(|(_, shaft)| !shaft.motion.turns());
+        let held = shafts.filter(|(_, shaft)| !shaft.motion.may_rotate());
         let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
         free.retain(|group| !held.contains(group));
         free

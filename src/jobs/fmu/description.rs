@@ -126,7 +126,7 @@ impl Description {
         let mut names = BTreeSet::new();
         let twice = all.0.iter().find(|own| !names.insert(own.name.as_str()));
         if let Some(Variable { name, .. }) = twice {
-            return Err(FmuError::Twice { name: name.clone() });
+            return Err(FmuError::DuplicateName { name: name.clone() });
         }
         Ok(Self {
             name: job.name.clone(),

@@ -44,7 +44,7 @@ pub enum FmuError {
     Parameters(String),
     /// Two variables would have the same name.
     #[error("two variables are called {name}; rename a mesh, a bearing or a shaft")]
-    Twice {
+    DuplicateName {
         /// The name.
         name: String,
     },

@@ -162,10 +162,11 @@ impl<'i> Reader<'i> {
     /// Adds the numbers of a line to their columns; returns whether it has one for each.
     fn line(&mut self, start: usize, line: &str, columns: &mut [SheetColumn]) -> bool {
         let found: Vec<Cell<'_>> = cells(line, start, self.parting).collect();
-        let (given, asked) = (found.len(), columns.len());
-        if given != asked {
-            let message = format!("a line has {given} values, but the header has {asked} columns");
-            let remedy = if self.parting == ',' && given > asked {
+        let (given, expected) = (found.len(), columns.len());
+        if given != expected {
+            let message =
+                format!("a line has {given} values, but the header has {expected} columns");
+            let remedy = if self.parting == ',' && given > expected {
                 "give one value per column; write numbers with a decimal point"
             } else {
                 "give one value per column"

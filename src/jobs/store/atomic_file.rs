@@ -7,14 +7,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// An unfinished file. Dropped without [`WholeFile::publish`], it leaves nothing.
-pub struct WholeFile {
+/// An unfinished file. Dropped without [`AtomicFile::publish`], it leaves nothing.
+pub struct AtomicFile {
     file: File,
     temporary: TempPath,
     path: PathBuf,
 }
 
-impl WholeFile {
+impl AtomicFile {
     /// Starts a file in the folder of its final name, which must exist.
     ///
     /// # Errors
@@ -45,13 +45,13 @@ impl WholeFile {
     }
 }
 
-/// Writes a file completely or not at all, as [`WholeFile`] does.
+/// Writes a file completely or not at all, as [`AtomicFile`] does.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let whole = WholeFile::create(path)?;
-    let written = whole.file().write_all(bytes);
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let file = AtomicFile::create(path)?;
+    let written = file.file().write_all(bytes);
     written.map_err(|source| StoreError::io(path, "write", source))?;
-    whole.publish()
+    file.publish()
 }

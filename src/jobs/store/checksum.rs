@@ -64,14 +64,14 @@ impl<W: Write> Write for Hashed<W> {
 /// The records of the tables of some results. While `--retry` replaces tables, a name occurs twice, and the file may be
 /// either.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seals<'a> {
+pub(super) struct RecordedTables<'a> {
     pub folder: &'a Path,
     pub tables: &'a [TableRecord],
 }
 
-impl Seals<'_> {
+impl RecordedTables<'_> {
     /// Whether a table of this path was written.
-    pub(super) fn name(&self, path: &Path) -> bool {
+    pub(super) fn lists(&self, path: &Path) -> bool {
         self.of(path).next().is_some()
     }
 
@@ -204,16 +204,20 @@ mod tests {
         }
         let tables = [sink.record(folder.path(), &path, 7)];
         assert_eq!((&*tables[0].name, tables[0].bytes), ("t.parquet", 500_000));
-        let seals = Seals {
+        let recorded = RecordedTables {
             folder: folder.path(),
             tables: &tables,
         };
         let mut bytes = Vec::new();
-        seals.open(&path).unwrap().read_to_end(&mut bytes).unwrap();
+        recorded
+            .open(&path)
+            .unwrap()
+            .read_to_end(&mut bytes)
+            .unwrap();
         assert_eq!(bytes.len(), 500_000, "read from its beginning");
         let damage = |bytes: &[u8]| {
             fs::write(&path, bytes).unwrap();
-            match seals.open(&path) {
+            match recorded.open(&path) {
                 Err(StoreError::Damaged { damage, .. }) => damage,
                 other => panic!("{other:?}"),
             }
@@ -222,7 +226,7 @@ mod tests {
         bytes[77_777] ^= 1;
         assert!(matches!(damage(&bytes), Damage::Changed { .. }));
         fs::remove_file(&path).unwrap();
-        let gone = seals.open(&path).unwrap_err().to_string();
+        let gone = recorded.open(&path).unwrap_err().to_string();
         assert!(gone.contains("t.parquet` is damaged") && gone.contains("--overwrite"));
     }
 }

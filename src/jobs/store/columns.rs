@@ -83,8 +83,8 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(mesh_columns());
     columns.extend(work_columns());
     for column in &mut columns {
-        let own = listed(&column.name);
-        let named = elements.iter().find(|(told, _)| Some(*told) == own);
+        let column_list = listed(&column.name);
+        let named = elements.iter().find(|(list, _)| Some(*list) == column_list);
         column.elements = named.map(|(_, names)| names.clone()).unwrap_or_default();
     }
     for axis in axes {
@@ -166,21 +166,21 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Number of trajectories that left chaos";
         text "ended_on", "", row.outcome.chaos.as_ref()?.ended_on.as_deref(),
             "Motions on which trajectories that left chaos ended: class, period, and number";
-        f64 "transient_lambda", "1/cycle", row.left_chaos()?.lambda[0],
+        f64 "transient_lambda", "1/cycle", row.chaos_averages()?.lambda[0],
             "Largest exponent of the chaos that every trajectory left; null if some stayed";
-        f64 "transient_lambda_stderr", "1/cycle", row.left_chaos()?.lambda[1],
+        f64 "transient_lambda_stderr", "1/cycle", row.chaos_averages()?.lambda[1],
             "Standard error of transient_lambda, from block averages";
-        f64 "transient_deflection_rms", "m", row.left_chaos()?.deflection_rms?[0],
+        f64 "transient_deflection_rms", "m", row.chaos_averages()?.deflection_rms?[0],
             "Root mean square of the deflection about its mean in the chaos that every trajectory left";
-        f64 "transient_deflection_rms_stderr", "m", row.left_chaos()?.deflection_rms?[1],
+        f64 "transient_deflection_rms_stderr", "m", row.chaos_averages()?.deflection_rms?[1],
             "Standard error of transient_deflection_rms";
-        f64 "transient_force_std", "N", row.left_chaos()?.force_std?[0],
+        f64 "transient_force_std", "N", row.chaos_averages()?.force_std?[0],
             "Standard deviation of the mesh force in the chaos that every trajectory left";
-        f64 "transient_force_std_stderr", "N", row.left_chaos()?.force_std?[1],
+        f64 "transient_force_std_stderr", "N", row.chaos_averages()?.force_std?[1],
             "Standard error of transient_force_std";
-        f64 "transient_impact_velocity", "m/s", row.left_chaos()?.impact_velocity?[0],
+        f64 "transient_impact_velocity", "m/s", row.chaos_averages()?.impact_velocity?[0],
             "Mean speed of impacts in the chaos that every trajectory left";
-        f64 "transient_impact_velocity_stderr", "m/s", row.left_chaos()?.impact_velocity?[1],
+        f64 "transient_impact_velocity_stderr", "m/s", row.chaos_averages()?.impact_velocity?[1],
             "Standard error of transient_impact_velocity";
         list "chain_lengths", "1", &*row.chain_record()?.lengths,
             "Number of growth averages over ten mesh cycles kept per trajectory; null without analyses.lyapunov.chains";

@@ -2,8 +2,8 @@
 //! bifurcation, and `curves.parquet` one row per point of a curve in two parameters.
 
 use super::StoreError;
-use super::beside::{TablesRecord, remove};
 use super::checksum::TableRecord;
+use super::command_record::{TablesRecord, remove};
 use super::file::{Row, create_folder, remove_stale, table_path, write_table};
 use super::point_row::AxisColumn;
 use super::table::{Column, Table, columns};
@@ -27,7 +27,7 @@ pub struct BranchRow {
     /// Length of the branch up to the orbit.
     pub length: f64,
     /// Columns of the orbit.
-    pub told: OrbitColumns,
+    pub orbit: OrbitColumns,
 }
 
 /// The columns of an orbit.
@@ -95,7 +95,7 @@ pub struct BifurcationRow {
     /// Further details.
     pub detail: String,
     /// Columns of the orbit.
-    pub told: OrbitColumns,
+    pub orbit: OrbitColumns,
 }
 
 /// A point of a curve.
@@ -112,24 +112,24 @@ pub struct CurveRow {
     /// The codimension-two point before it, or the reason for the curve's end.
     pub note: Option<String>,
     /// Columns of the orbit; `None` for an onset in closed form.
-    pub told: Option<OrbitColumns>,
+    pub orbit: Option<OrbitColumns>,
 }
 
 impl Row for BranchRow {
     fn list_bytes(&self) -> usize {
-        self.told.list_bytes()
+        self.orbit.list_bytes()
     }
 }
 
 impl Row for BifurcationRow {
     fn list_bytes(&self) -> usize {
-        self.told.list_bytes()
+        self.orbit.list_bytes()
     }
 }
 
 impl Row for CurveRow {
     fn list_bytes(&self) -> usize {
-        self.told.as_ref().map_or(0, OrbitColumns::list_bytes)
+        self.orbit.as_ref().map_or(0, OrbitColumns::list_bytes)
     }
 }
 
@@ -142,11 +142,11 @@ pub fn branch_rows<'a>(
 ) -> impl Iterator<Item = BranchRow> + 'a {
     (branch.orbits.iter().zip(&branch.lengths).enumerate()).map(move |(index, (orbit, &length))| {
         BranchRow {
-            axis_values: with(axis_values, &[(over, orbit.at[0])]),
+            axis_values: with_values_replaced(axis_values, &[(over, orbit.at[0])]),
             branch: number,
             index: index as u32,
             length,
-            told: OrbitColumns::of(orbit),
+            orbit: OrbitColumns::of(orbit),
         }
     })
 }
@@ -160,26 +160,26 @@ pub fn bifurcation_rows(
     over: usize,
 ) -> Vec<BifurcationRow> {
     let end = |which: usize, orbit: &Orbit, after: usize, detail: String| BifurcationRow {
-        axis_values: with(axis_values, &[(over, orbit.at[0])]),
+        axis_values: with_values_replaced(axis_values, &[(over, orbit.at[0])]),
         branch: number,
         after: after as u32,
         kind: "end".to_owned(),
         bracket: [orbit.at[0]; 2],
         critical: None,
         detail: format!("{}{detail}", branch.ends[which]),
-        told: OrbitColumns::of(orbit),
+        orbit: OrbitColumns::of(orbit),
     };
     let last = branch.orbits.len() - 1;
     let mut rows = vec![end(0, &branch.orbits[0], 0, format!("; from {origin}"))];
     rows.extend(branch.bifurcations.iter().map(|own| BifurcationRow {
-        axis_values: with(axis_values, &[(over, own.orbit.at[0])]),
+        axis_values: with_values_replaced(axis_values, &[(over, own.orbit.at[0])]),
         branch: number,
         after: own.after as u32,
         kind: own.kind.name().to_owned(),
         bracket: own.bracket,
         critical: own.critical().map(|m| [m.re, m.im]),
         detail: detail(own),
-        told: OrbitColumns::of(&own.orbit),
+        orbit: OrbitColumns::of(&own.orbit),
     }));
     rows.push(end(1, &branch.orbits[last], last, String::new()));
     rows
@@ -218,7 +218,7 @@ pub fn curve_rows(
                 _ => None,
             };
             CurveRow {
-                axis_values: with(
+                axis_values: with_values_replaced(
                     axis_values,
                     &[(axes[0], point.orbit.at[0]), (axes[1], point.orbit.at[1])],
                 ),
@@ -226,14 +226,14 @@ pub fn curve_rows(
                 index: index as u32,
                 kind: curve.kind.name().to_owned(),
                 note: point.note.or(end).map(str::to_owned),
-                told: Some(OrbitColumns::of(&point.orbit)),
+                orbit: Some(OrbitColumns::of(&point.orbit)),
             }
         })
         .collect()
 }
 
 /// Values of the axes with some replaced.
-pub fn with(axis_values: &[f64], own: &[(usize, f64)]) -> Vec<f64> {
+pub fn with_values_replaced(axis_values: &[f64], own: &[(usize, f64)]) -> Vec<f64> {
     let mut out = axis_values.to_vec();
     for &(axis, value) in own {
         out[axis] = value;
@@ -253,28 +253,28 @@ fn axis_columns<R: 'static>(
     axes.iter().enumerate().flat_map(of).collect()
 }
 
-fn told_columns<R: 'static>(told: fn(&R) -> Option<&OrbitColumns>) -> Vec<Column<R>> {
+fn orbit_columns<R: 'static>(orbit: fn(&R) -> Option<&OrbitColumns>) -> Vec<Column<R>> {
     columns![row: R;
-        u32 "period", "mesh cycles", told(row)?.period, "Period of the orbit";
-        bool "stable", "", told(row)?.unstable == 0, "Whether all multipliers lie inside the unit circle";
-        u32 "unstable", "1", told(row)?.unstable, "Multipliers outside the unit circle";
-        f64 "multiplier_re", "1", told(row)?.leading[0], "Real part of the multiplier of largest modulus";
-        f64 "multiplier_im", "1", told(row)?.leading[1], "Imaginary part of the multiplier of largest modulus";
-        f64 "lambda", "1/cycle", told(row)?.lambda, "Largest exponent: logarithm of that modulus, divided by the period";
-        u32 "events", "1", told(row)?.events, "Contact-state changes in one period";
-        text "sequence", "", Some(&*told(row)?.sequence), "Contact changes in order: the number of the \
+        u32 "period", "mesh cycles", orbit(row)?.period, "Period of the orbit";
+        bool "stable", "", orbit(row)?.unstable == 0, "Whether all multipliers lie inside the unit circle";
+        u32 "unstable", "1", orbit(row)?.unstable, "Multipliers outside the unit circle";
+        f64 "multiplier_re", "1", orbit(row)?.leading[0], "Real part of the multiplier of largest modulus";
+        f64 "multiplier_im", "1", orbit(row)?.leading[1], "Imaginary part of the multiplier of largest modulus";
+        f64 "lambda", "1/cycle", orbit(row)?.lambda, "Largest exponent: logarithm of that modulus, divided by the period";
+        u32 "events", "1", orbit(row)?.events, "Contact-state changes in one period";
+        text "sequence", "", Some(&*orbit(row)?.sequence), "Contact changes in order: the number of the \
                                                            contact, then + if it closes or - if it opens";
-        f64 "grazing_margin", "half gaps", told(row)?.margin,
+        f64 "grazing_margin", "half gaps", orbit(row)?.margin,
             "Smallest distance between an extreme of a contact's depth and its surface";
-        f64 "deflection_rms", "m", told(row)?.rms, "Root mean square of the mesh deflection about its mean";
-        f64 "deflection_min", "m", told(row)?.smallest, "Smallest mesh deflection";
-        f64 "deflection_max", "m", told(row)?.largest, "Largest mesh deflection";
-        f64 "force_peak", "N", told(row)?.force_peak, "Largest |mesh force|";
-        f64 "residual", "half gaps", told(row)?.residual, "Distance between the start and the end of a period";
-        u32 "newton_steps", "1", told(row)?.steps, "Newton steps from the guess to the orbit";
-        list "displacement", "m sqrt(kg)", &*told(row)?.start[0],
+        f64 "deflection_rms", "m", orbit(row)?.rms, "Root mean square of the mesh deflection about its mean";
+        f64 "deflection_min", "m", orbit(row)?.smallest, "Smallest mesh deflection";
+        f64 "deflection_max", "m", orbit(row)?.largest, "Largest mesh deflection";
+        f64 "force_peak", "N", orbit(row)?.force_peak, "Largest |mesh force|";
+        f64 "residual", "half gaps", orbit(row)?.residual, "Distance between the start and the end of a period";
+        u32 "newton_steps", "1", orbit(row)?.steps, "Newton steps from the guess to the orbit";
+        list "displacement", "m sqrt(kg)", &*orbit(row)?.start[0],
             "Modal displacements on the orbit at mesh phase 0, one per mode, as used by run.initial and continuation.states";
-        list "modal_velocity", "m sqrt(kg)/s", &*told(row)?.start[1],
+        list "modal_velocity", "m sqrt(kg)/s", &*orbit(row)?.start[1],
             "Modal velocities on the orbit at mesh phase 0, one per mode";
     ]
 }
@@ -292,7 +292,7 @@ pub fn branches_table(axes: &[AxisColumn]) -> Table<BranchRow> {
         f64 "length", "1", row.length, "Length of the branch up to this orbit, where the interval of the \
                                         axis counts 1 and ten half gaps count 1";
     ]);
-    all.extend(told_columns(|row: &BranchRow| Some(&row.told)));
+    all.extend(orbit_columns(|row: &BranchRow| Some(&row.orbit)));
     Table::new(all)
 }
 
@@ -316,7 +316,7 @@ pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
         f64 "critical_im", "1", row.critical.map(|m| m[1]), "Imaginary part of the multiplier on the unit circle";
         text "detail", "", Some(&*row.detail), "Further details; for an end, its reason";
     ]);
-    all.extend(told_columns(|row: &BifurcationRow| Some(&row.told)));
+    all.extend(orbit_columns(|row: &BifurcationRow| Some(&row.orbit)));
     Table::new(all)
 }
 
@@ -334,7 +334,7 @@ pub fn curves_table(axes: &[AxisColumn]) -> Table<CurveRow> {
         text "note", "", row.note.as_deref(), "Bifurcation of codimension two just before this point; at the ends, \
                                                the reason why the curve ends";
     ]);
-    all.extend(told_columns(|row: &CurveRow| row.told.as_ref()));
+    all.extend(orbit_columns(|row: &CurveRow| row.orbit.as_ref()));
     Table::new(all)
 }
 
@@ -399,7 +399,7 @@ mod tests {
     use crate::store::ResultTable;
     use std::collections::BTreeMap;
 
-    fn told() -> OrbitColumns {
+    fn sample_orbit() -> OrbitColumns {
         OrbitColumns {
             period: 2,
             unstable: 1,
@@ -454,7 +454,7 @@ mod tests {
                 branch: 5,
                 index: 6,
                 length: 0.75,
-                told: told(),
+                orbit: sample_orbit(),
             }],
             bifurcations: vec![BifurcationRow {
                 axis_values: axis_values.clone(),
@@ -464,7 +464,7 @@ mod tests {
                 bracket: [899.0, 901.0],
                 critical: Some([1.0, 0.125]),
                 detail: "x".into(),
-                told: told(),
+                orbit: sample_orbit(),
             }],
             curves: Some(vec![CurveRow {
                 axis_values,
@@ -472,7 +472,7 @@ mod tests {
                 index: 9,
                 kind: "torus".into(),
                 note: Some("cusp".into()),
-                told: Some(told()),
+                orbit: Some(sample_orbit()),
             }]),
         };
         let folder = tempfile::tempdir().unwrap();

@@ -58,7 +58,7 @@ pub(super) const MACHINE: &str = "machine.json";
 fn writer(path: &Path) -> &'static str {
     let name = path.file_name().and_then(|name| name.to_str());
     let record =
-        name.and_then(|name| TableKind::named(name.strip_suffix(".parquet")?)?.record_beside());
+        name.and_then(|name| TableKind::named(name.strip_suffix(".parquet")?)?.command_record());
     match record.or(name) {
         Some(MACHINE) => "atlas machine",
         Some(FOLLOW_RECORD) => "atlas follow",

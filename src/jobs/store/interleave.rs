@@ -16,7 +16,7 @@ use parquet::arrow::ArrowWriter;
 use tempfile::TempPath;
 
 use super::StoreError;
-use super::checksum::{Hashed, Seals, TableRecord};
+use super::checksum::{Hashed, RecordedTables, TableRecord};
 use super::file::{
     GROUP_BYTES, GROUP_ROWS, Shard, create_folder, publish, start_writer, table_path,
     temporary_file,
@@ -30,7 +30,7 @@ pub(super) struct Source<'a> {
     /// The file.
     pub path: PathBuf,
     /// The records of its run.
-    pub seals: Seals<'a>,
+    pub recorded: RecordedTables<'a>,
     /// Points whose rows are left out.
     pub without: &'a BTreeSet<u64>,
 }
@@ -197,7 +197,7 @@ struct SourceReader<'a> {
 
 impl<'a> SourceReader<'a> {
     fn open(source: &'a Source<'a>) -> Result<Self, StoreError> {
-        let reader = TableReader::open(&source.path, Some(source.seals), None)?;
+        let reader = TableReader::open(&source.path, Some(source.recorded), None)?;
         let mut opened = Self {
             source,
             batch: RecordBatch::new_empty(reader.schema().clone()),

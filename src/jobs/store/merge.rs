@@ -9,7 +9,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::checksum::Seals;
+use super::checksum::RecordedTables;
 use super::file::{create_folder, remove_stale, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
@@ -134,8 +134,8 @@ struct Part {
 }
 
 impl Part {
-    fn seals(&self) -> Seals<'_> {
-        Seals {
+    fn recorded(&self) -> RecordedTables<'_> {
+        RecordedTables {
             folder: &self.folder,
             tables: &self.record.tables,
         }
@@ -288,11 +288,11 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
         let sources: Vec<Source<'_>> = (parts.iter())
             .map(|part| Source {
                 path: table_path(&part.folder, kind, part.record.shard),
-                seals: part.seals(),
+                recorded: part.recorded(),
                 without: &none,
             })
             .collect();
-        let named = |source: &Source<'_>| source.seals.name(&source.path);
+        let named = |source: &Source<'_>| source.recorded.lists(&source.path);
         if kind != TableKind::Points && !sources.iter().any(named) {
             continue;
         }

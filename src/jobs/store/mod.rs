@@ -18,13 +18,13 @@ mod atomic_file;
 mod attractors;
 mod basins;
 mod batches;
-mod beside;
 mod chain_part;
 mod chains;
 mod characteristics;
 mod checksum;
 mod clock;
 mod columns;
+mod command_record;
 mod contents;
 mod continuation;
 mod covariant;
@@ -60,7 +60,7 @@ mod table_kind;
 mod trace;
 mod writer;
 
-pub use atomic_file::{WholeFile, write_whole};
+pub use atomic_file::{AtomicFile, write_atomically};
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
@@ -75,8 +75,8 @@ pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectr
 pub use contents::Contents;
 pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, OrbitColumns, bifurcation_rows,
-    bifurcations_table, branch_rows, branches_table, curve_rows, curves_table, with,
-    write_followed,
+    bifurcations_table, branch_rows, branches_table, curve_rows, curves_table,
+    with_values_replaced, write_followed,
 };
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};

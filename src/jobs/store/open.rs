@@ -13,7 +13,7 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 use super::StoreError;
-use super::checksum::Seals;
+use super::checksum::RecordedTables;
 use super::error::Damage;
 use super::file::FORMAT;
 use crate::input;
@@ -38,15 +38,15 @@ pub(super) struct TableReader {
 }
 
 impl TableReader {
-    /// Opens a file, checked against `seals` if the folder has a record. Reads only the named columns if names are
+    /// Opens a file, checked against `recorded` if the folder has a record. Reads only the named columns if names are
     /// given.
     pub(super) fn open(
         path: &Path,
-        seals: Option<Seals<'_>>,
+        recorded: Option<RecordedTables<'_>>,
         columns: Option<&[&str]>,
     ) -> Result<Self, StoreError> {
-        let file = match seals {
-            Some(seals) => seals.open(path)?,
+        let file = match recorded {
+            Some(recorded) => recorded.open(path)?,
             None => input::open(path).map_err(|source| StoreError::io(path, "read", source))?,
         };
         let refused = |source| StoreError::parquet(path, "read", source);
@@ -115,7 +115,7 @@ impl TableReader {
             return Ok(None);
         };
         let batch = batch.map_err(|error| StoreError::parquet(&self.path, "read", error.into()))?;
-        self.refuse_what_is_not_finite(&batch)?;
+        self.reject_non_finite_values(&batch)?;
         self.rows += batch.num_rows() as u64;
         if self.rows >= self.rows_in_all {
             self.batches = None;
@@ -124,7 +124,7 @@ impl TableReader {
     }
 
     /// Runs write nulls for numbers that are not finite, so another program wrote such a number.
-    fn refuse_what_is_not_finite(&self, batch: &RecordBatch) -> Result<(), StoreError> {
+    fn reject_non_finite_values(&self, batch: &RecordBatch) -> Result<(), StoreError> {
         for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
             let found = match field.data_type() {
                 DataType::Float64 => not_finite(array.as_ref()),

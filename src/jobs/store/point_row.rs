@@ -3,7 +3,7 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ChainRecord, CovariantOutcome, HorizonOutcome, LeftChaos, LyapunovOutcome,
+    ChainRecord, ChaosAverages, CovariantOutcome, HorizonOutcome, LyapunovOutcome,
     MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
@@ -57,8 +57,8 @@ pub struct PointRow {
 }
 
 impl PointRow {
-    pub(super) fn left_chaos(&self) -> Option<&LeftChaos> {
-        self.outcome.chaos.as_ref()?.left.as_ref()
+    pub(super) fn chaos_averages(&self) -> Option<&ChaosAverages> {
+        self.outcome.chaos.as_ref()?.averages_before_exit.as_ref()
     }
 
     pub(super) fn chain_record(&self) -> Option<&ChainRecord> {

@@ -12,8 +12,8 @@ use arrow_schema::{DataType, FieldRef, Fields};
 use serde::de::DeserializeOwned;
 use strum::VariantArray;
 
-use super::beside::TablesRecord;
-use super::checksum::{Seals, TableRecord, is_sealed};
+use super::checksum::{RecordedTables, TableRecord, is_sealed};
+use super::command_record::TablesRecord;
 use super::error::Damage;
 use super::open::TableReader;
 use super::table::ELEMENTS;
@@ -92,7 +92,7 @@ impl ResultTable {
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
         // Traced samples stay in order of time, and orbits in the order of their branch.
-        if kind.record_beside().is_none() {
+        if kind.command_record().is_none() {
             let ids = table.u64("point_id")?;
             table.order.sort_by_key(|&row| ids[row]);
         }
@@ -151,9 +151,9 @@ impl ResultTable {
         mut each: impl FnMut(&mut Self, TableReader) -> Result<(), E>,
     ) -> Result<(), E> {
         let tables = recorded(folder, kind)?;
-        let seals = (tables.as_deref()).map(|tables| Seals { folder, tables });
-        for file in parts(folder, &self.path, seals)? {
-            let reader = TableReader::open(&file, seals, columns)?;
+        let recorded = (tables.as_deref()).map(|tables| RecordedTables { folder, tables });
+        for file in parts(folder, &self.path, recorded)? {
+            let reader = TableReader::open(&file, recorded, columns)?;
             let metadata: BTreeMap<String, String> = reader.metadata().iter().cloned().collect();
             if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
                 Err(StoreError::Foreign {
@@ -434,21 +434,25 @@ pub(super) fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, StoreEr
 /// [`StoreError::Damaged`] if one is missing or was changed; or it cannot be read.
 pub fn verify(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     let tables = &record.tables[..];
-    let seals = Seals { folder, tables };
-    let paths = seals.paths();
-    paths.iter().try_for_each(|path| seals.open(path).map(drop))
+    let recorded = RecordedTables { folder, tables };
+    let mut paths = recorded.paths().into_iter();
+    paths.try_for_each(|path| recorded.open(&path).map(drop))
 }
 
 /// The files of a table: those in the folder and those in the records.
-fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<PathBuf>, StoreError> {
+fn parts(
+    folder: &Path,
+    path: &Path,
+    recorded: Option<RecordedTables<'_>>,
+) -> Result<Vec<PathBuf>, StoreError> {
     let mut parts = match path.metadata() {
         Ok(metadata) if metadata.is_dir() => listed(path, |name| name.ends_with(".parquet"))?,
         Ok(_) => vec![path.to_path_buf()],
         Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
         Err(source) => return Err(StoreError::io(path, "read", source)),
     };
-    let written = seals.map(|seals| seals.paths()).unwrap_or_default();
-    parts.extend(written.into_iter().filter(|file| file.starts_with(path)));
+    let written = recorded.iter().flat_map(RecordedTables::paths);
+    parts.extend(written.filter(|file| file.starts_with(path)));
     parts.sort();
     parts.dedup();
     if parts.is_empty() {
@@ -484,15 +488,12 @@ fn recorded(folder: &Path, kind: TableKind) -> Result<Option<Vec<TableRecord>>, 
     if !folder.is_dir() {
         return Ok(None);
     }
-    let Some(name) = kind.record_beside() else {
+    let Some(name) = kind.command_record() else {
         let runs = read_runs(folder)?;
         let tables = || runs.iter().flat_map(|run| run.tables.clone()).collect();
         return Ok((!runs.is_empty()).then(tables));
     };
     let path = folder.join(name);
-    if path.exists() {
-        read_record::<TablesRecord>(&path).map(|record| Some(record.tables))
-    } else {
-        Ok(None)
-    }
+    let record = (path.exists()).then(|| read_record::<TablesRecord>(&path));
+    Ok(record.transpose()?.map(|record| record.tables))
 }

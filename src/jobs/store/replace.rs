@@ -11,7 +11,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::UInt64Type;
 
 use super::StoreError;
-use super::checksum::{Seals, TableRecord};
+use super::checksum::{RecordedTables, TableRecord};
 use super::file::{Shard, table_path};
 use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::open::TableReader;
@@ -31,8 +31,8 @@ pub fn statuses(
         path: path.clone(),
         detail: "it does not have the columns point_id and status".into(),
     };
-    let seals = Some(Seals { folder, tables });
-    let mut reader = TableReader::open(&path, seals, Some(&["point_id", "status"]))?;
+    let recorded = Some(RecordedTables { folder, tables });
+    let mut reader = TableReader::open(&path, recorded, Some(&["point_id", "status"]))?;
     let mut found: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();
     while let Some(batch) = reader.next()? {
         let ids = batch
@@ -80,11 +80,11 @@ pub fn replace(
 ) -> Result<Vec<TableRecord>, StoreError> {
     let Exchange { folder, shard, .. } = exchange;
     let none = BTreeSet::new();
-    let old = Seals {
+    let old = RecordedTables {
         folder,
         tables: exchange.tables,
     };
-    let new = Seals {
+    let new = RecordedTables {
         folder: exchange.anew,
         tables: exchange.added,
     };
@@ -92,15 +92,15 @@ pub fn replace(
     for kind in TableKind::OF_A_JOB {
         let kept = Source {
             path: table_path(folder, kind, shard),
-            seals: old,
+            recorded: old,
             without: exchange.points,
         };
         let added = Source {
             path: table_path(exchange.anew, kind, None),
-            seals: new,
+            recorded: new,
             without: &none,
         };
-        if old.name(&kept.path) || new.name(&added.path) {
+        if old.lists(&kept.path) || new.lists(&added.path) {
             let sources = [kept, added];
             joined.push(interleave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::atomic_file::write_whole;
+use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
 use super::file::{Shard, create_folder};
 use crate::propagate::instructions;
@@ -348,7 +348,7 @@ pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     let path = run_path(folder, record.shard);
     let text = serde_json::to_string_pretty(record)
         .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-    write_whole(&path, sealed(&text).as_bytes())
+    write_atomically(&path, sealed(&text).as_bytes())
 }
 
 #[cfg(test)]

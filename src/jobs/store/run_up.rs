@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::StoreError;
-use super::beside::{TablesRecord, remove};
+use super::command_record::{TablesRecord, remove};
 use super::file::{Row, create_folder, remove_stale, write_table};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::table::{Table, columns};

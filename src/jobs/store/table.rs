@@ -60,15 +60,15 @@ impl<R> Column<R> {
             Value::Text(_) => DataType::Utf8,
             Value::List(_) => DataType::new_list(DataType::Float64, true),
         };
-        let mut told = Metadata::from([
+        let mut metadata = Metadata::from([
             ("unit".to_owned(), self.unit.clone()),
             ("description".to_owned(), self.description.clone()),
         ]);
         if !self.elements.is_empty() {
             let names = serde_json::json!(self.elements);
-            told.insert(ELEMENTS.to_owned(), names.to_string());
+            metadata.insert(ELEMENTS.to_owned(), names.to_string());
         }
-        Field::new(&self.name, data_type, true).with_metadata(told)
+        Field::new(&self.name, data_type, true).with_metadata(metadata)
     }
 
     /// The column's values over some rows. A number that is not finite becomes a null; the reason of the

@@ -76,7 +76,7 @@ impl TableKind {
         [Self::Points, Self::Branches, Self::Trace, Self::Signals];
 
     /// The record of the table; `None` for tables of a run.
-    pub(super) fn record_beside(self) -> Option<&'static str> {
+    pub(super) fn command_record(self) -> Option<&'static str> {
         match self {
             Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),
             Self::Trace | Self::Events => Some(TRACE_RECORD),

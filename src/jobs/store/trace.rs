@@ -7,7 +7,7 @@ use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
-use super::beside::{TablesRecord, remove};
+use super::command_record::{TablesRecord, remove};
 use super::file::{Row, TableFile, create_folder, remove_stale};
 use super::table::{Table, columns};
 use super::table_kind::{TRACE_RECORD, TableKind};

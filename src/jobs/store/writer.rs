@@ -400,13 +400,13 @@ impl ResultWriter {
                 file.push(HorizonRow { point_id, measure })?;
             }
         }
-        self.admit_what_is_not_finite(&mut row);
+        self.note_non_finite_values(&mut row);
         self.points.push(row)
     }
 
     /// A number that is not finite is stored as a null. The reason then names its column, so that it differs from an
     /// analysis that was not requested.
-    fn admit_what_is_not_finite(&self, row: &mut PointRow) {
+    fn note_non_finite_values(&self, row: &mut PointRow) {
         let columns = self.points.table().columns();
         let names: Vec<&str> = columns
             .iter()

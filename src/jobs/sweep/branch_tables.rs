@@ -4,7 +4,7 @@ use super::continuation::Followed;
 use crate::manifest::Job;
 use crate::store::{
     AxisColumn, CurveRow, FollowedRows, StoreError, TableRecord, bifurcation_rows, branch_rows,
-    curve_rows, with, write_followed,
+    curve_rows, with_values_replaced, write_followed,
 };
 use serde_json::json;
 use std::path::Path;
@@ -25,7 +25,7 @@ pub fn write_branches(
         })
         .collect();
     let name = |index: usize| axes.get(index).map(|axis| axis.name.clone());
-    let asked = job.continuation.as_ref();
+    let spec = job.continuation.as_ref();
     let derived: Vec<&str> = (axes.iter().map(|axis| axis.name.as_str()))
         .filter(|name| job.between.is_derived(name))
         .collect();
@@ -40,8 +40,8 @@ pub fn write_branches(
             "axis_units",
             Some(json!(job.written().axis_units()).to_string()),
         ),
-        ("over", asked.and_then(|asked| name(asked.over))),
-        ("second", asked.and_then(|asked| name(asked.second?))),
+        ("over", spec.and_then(|spec| name(spec.over))),
+        ("second", spec.and_then(|spec| name(spec.second?))),
         (
             "derived",
             (!derived.is_empty()).then(|| json!(derived).to_string()),
@@ -56,7 +56,7 @@ pub fn write_branches(
 /// The rows of all tables; branches and curves are numbered over the whole job.
 fn rows(job: &Job, followed: &Followed) -> FollowedRows {
     let mut out = FollowedRows::default();
-    let Some(asked) = &job.continuation else {
+    let Some(spec) = &job.continuation else {
         return out;
     };
     let mut number = 0;
@@ -64,14 +64,14 @@ fn rows(job: &Job, followed: &Followed) -> FollowedRows {
         let first = number;
         for (origin, branch) in &line.branches.all {
             out.branches
-                .extend(branch_rows(number, branch, &line.axis_values, asked.over));
+                .extend(branch_rows(number, branch, &line.axis_values, spec.over));
             let origin = origin.text(first as usize);
             out.bifurcations.extend(bifurcation_rows(
                 number,
                 branch,
                 &origin,
                 &line.axis_values,
-                asked.over,
+                spec.over,
             ));
             number += 1;
         }
@@ -82,7 +82,7 @@ fn rows(job: &Job, followed: &Followed) -> FollowedRows {
     for row in &mut out.bifurcations {
         job.derive(&mut row.axis_values);
     }
-    let Some(second) = asked.second else {
+    let Some(second) = spec.second else {
         return out;
     };
     let mut curves = Vec::new();
@@ -93,21 +93,21 @@ fn rows(job: &Job, followed: &Followed) -> FollowedRows {
                 number,
                 curve,
                 &plane.axis_values,
-                [asked.over, second],
+                [spec.over, second],
             ));
             number += 1;
         }
         for (index, onset) in plane.onset.iter().enumerate() {
             curves.push(CurveRow {
-                axis_values: with(
+                axis_values: with_values_replaced(
                     &plane.axis_values,
-                    &[(asked.over, onset.at[0]), (second, onset.at[1])],
+                    &[(spec.over, onset.at[0]), (second, onset.at[1])],
                 ),
                 curve: number,
                 index: index as u32,
                 kind: "onset".to_owned(),
                 note: (onset.radius >= 1.0).then(|| "unstable in contact".to_owned()),
-                told: None,
+                orbit: None,
             });
         }
         number += u32::from(!plane.onset.is_empty());

@@ -77,7 +77,7 @@ const MOST_WINDOWS: f64 = 20_000.0;
 ///
 /// # Errors
 /// [`BuildError::TooFast`] if the structured kernel would need too many windows.
-pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
+pub fn check_windows(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
     // Closed modes need about as many blocks.
     if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());
@@ -140,7 +140,7 @@ pub(super) fn model(
     meshes: &MeshTables,
 ) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
     // Harmonics that represent the error of loaded flanks.
-    let mut lacking = Vec::new();
+    let mut flank_error_harmonics = Vec::new();
     let mut further = Vec::new();
     let mut under_load = None;
     let (mesh, mean) = match &point.mesh.stiffness {
@@ -156,7 +156,7 @@ pub(super) fn model(
         StiffnessSpec::Fourier(mean, harmonics) => (Division::fourier(*mean, harmonics), *mean),
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
-            lacking = mesh.transmission_error;
+            flank_error_harmonics = mesh.transmission_error;
             further = mesh.further;
             under_load = mesh.under_load;
             (mesh.divisions, mesh.mean_stiffness)
@@ -167,7 +167,13 @@ pub(super) fn model(
         None => mesh,
     };
     let structure = &further_meshes::with_laws(structure, point, meshes)?;
-    let model = with_mesh(structure, point, (mesh, mean), further, lacking)?;
+    let model = with_mesh(
+        structure,
+        point,
+        (mesh, mean),
+        further,
+        flank_error_harmonics,
+    )?;
     Ok((model, under_load))
 }
 
@@ -240,22 +246,25 @@ fn with_mean(
 }
 
 /// The system of a point on a mesh. The mesh has the divisions of its cycle with their mean stiffness \[N/m\], and
-/// possibly further springs; `lacking` are harmonics for the error of loaded flanks.
+/// possibly further springs; `flank_error_harmonics` are harmonics for the error of loaded flanks.
 fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
     (mesh, mean): (Vec<Division>, f64),
     further: Vec<Vec<Division>>,
-    lacking: Vec<MeshHarmonic>,
+    flank_error_harmonics: Vec<MeshHarmonic>,
 ) -> Result<Model, BuildError> {
     let coast = match point.mesh.coast {
         CoastSpec::SameLine => None,
-        CoastSpec::Mirrored { symmetry } => {
-            Some(coast_flank(point, (&mesh, &further), &lacking, symmetry))
-        }
+        CoastSpec::Mirrored { symmetry } => Some(coast_flank(
+            point,
+            (&mesh, &further),
+            &flank_error_harmonics,
+            symmetry,
+        )),
     };
     let mut error = point.excitation.transmission_error.clone();
-    error.extend(lacking);
+    error.extend(flank_error_harmonics);
     let friction = first_force::friction(structure, point)?;
     let tooth_cycles = point
         .mesh
@@ -309,18 +318,22 @@ fn rolling(point: &PointSpec, friction: f64, relative: f64) -> Option<Rolling> {
 fn coast_flank(
     point: &PointSpec,
     (mesh, further): (&[Division], &[Vec<Division>]),
-    lacking: &[MeshHarmonic],
+    flank_error_harmonics: &[MeshHarmonic],
     symmetry: f64,
 ) -> CoastFlank {
     let excitation = &point.excitation;
     let imposed =
         (excitation.coast_transmission_error.as_ref()).unwrap_or(&excitation.transmission_error);
-    let lacking = lacking
+    let flank_error_harmonics = flank_error_harmonics
         .iter()
-        .map(|&harmonic| lacking_on_coast(harmonic, symmetry));
+        .map(|&harmonic| flank_error_on_coast(harmonic, symmetry));
     CoastFlank {
         mesh: Division::mirrored(mesh, symmetry),
-        transmission_error: imposed.iter().copied().chain(lacking).collect(),
+        transmission_error: imposed
+            .iter()
+            .copied()
+            .chain(flank_error_harmonics)
+            .collect(),
         further: (further.iter())
             .map(|spring| Division::mirrored(spring, symmetry))
             .collect(),
@@ -329,7 +342,7 @@ fn coast_flank(
 
 /// A harmonic of the drive flanks' error, on the coast flanks: `e(symmetry + φ)` is minus the value at `symmetry − φ`.
 /// The error lets δ fall further there, as it lets δ rise further on the drive flanks.
-fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
+fn flank_error_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
     let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
     MeshHarmonic {
         phase: PI - drive.phase - turn,
@@ -338,7 +351,7 @@ fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
 }
 
 /// The configuration of a point's main trajectory.
-pub fn questions(point: &PointSpec, seed: PointSeed) -> PointConfig {
+pub fn point_config(point: &PointSpec, seed: PointSeed) -> PointConfig {
     let (run, analyses) = (&point.run, &point.analyses);
     PointConfig {
         point: seed,
@@ -347,9 +360,9 @@ pub fn questions(point: &PointSpec, seed: PointSeed) -> PointConfig {
         settle: run.settle,
         audit_cycles: run.audit_cycles,
         lyapunov: analyses.lyapunov,
-        poincare_samples: (analyses.poincare.as_ref()).map_or(0, |asked| asked.samples),
+        poincare_samples: (analyses.poincare.as_ref()).map_or(0, |config| config.samples),
         section: (analyses.poincare.as_ref())
-            .map(|asked| asked.section.clone())
+            .map(|config| config.section.clone())
             .unwrap_or_default(),
         nvh: analyses.nvh,
     }
@@ -366,12 +379,12 @@ mod tests {
             rate: 1e150,
             period: 1e-3,
         };
-        for (windows, told) in [
+        for (windows, expected) in [
             (1e148, "take 1.00e148 windows"),
             (25_000.4, "take 25000 windows"),
         ] {
-            let said = error(windows).to_string();
-            assert!(said.contains(told), "{said}");
+            let message = error(windows).to_string();
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

@@ -15,7 +15,7 @@
 
 use super::carried::CarriedState;
 use super::parts::Prepared;
-use super::point::{Answer, Worker, attempt, row};
+use super::point::{PointResult, Worker, compute_point, row};
 use crate::analysis::{
     CalledOff, Class, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
 };
@@ -85,7 +85,7 @@ impl ChainState {
             seed: point.seed,
             point_id: point.point_id,
         };
-        Some(taken_over(job, self.end.as_ref())?.start(model, seed))
+        Some(carried_from(job, self.end.as_ref())?.start(model, seed))
     }
 
     /// Adds a finished point, whether computed now or read from a journal.
@@ -104,7 +104,7 @@ impl ChainState {
                 class,
                 end: end.clone(),
                 level,
-                step: before.and_then(|near| Some(apart([near.level?, level?], half_gap))),
+                step: before.and_then(|near| Some(level_change([near.level?, level?], half_gap))),
                 alike: before.is_some_and(|near| near.class == class),
             });
         }
@@ -112,7 +112,7 @@ impl ChainState {
 }
 
 /// The start of a point from the end of the previous one.
-fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'a>> {
+fn carried_from<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'a>> {
     Some(CarriedState {
         end: end?,
         displacement: job.carried.as_ref()?.displacement,
@@ -124,7 +124,7 @@ fn taken_over<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState<'
 ///
 /// # Errors
 /// [`CalledOff`] when `called_off` was raised meanwhile.
-pub fn lead_up(
+pub fn chain_state_before(
     job: &Job,
     point: &PointSpec,
     parts: &Prepared,
@@ -186,7 +186,7 @@ fn level(outcome: &PointOutcome) -> Option<Level> {
 }
 
 /// Difference of two levels beyond their errors, relative to the larger RMS.
-fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
+fn level_change([a, b]: [Level; 2], half_gap: f64) -> f64 {
     let scale = a.rms[0].max(b.rms[0]).max(SMALLEST_RMS * half_gap);
     let beyond = |a: [f64; 2], b: [f64; 2]| {
         let errors = a[1].hypot(b[1]);
@@ -197,7 +197,7 @@ fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
 }
 
 /// The point with additional requests if it belongs to a chain whose changes are refined.
-pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
+pub(super) fn with_level_if_refined(point: &PointSpec) -> Cow<'_, PointSpec> {
     if point.direction.is_some() && halvings(point) > 0 {
         Cow::Owned(with_level(point))
     } else {
@@ -207,8 +207,8 @@ pub(super) fn asked(point: &PointSpec) -> Cow<'_, PointSpec> {
 
 /// The point with a request for the level of its deflection.
 fn with_level(point: &PointSpec) -> PointSpec {
-    let mut asked = point.clone();
-    let analyses = Arc::make_mut(&mut asked.analyses);
+    let mut levelled = point.clone();
+    let analyses = Arc::make_mut(&mut levelled.analyses);
     analyses.nvh.get_or_insert(NvhConfig {
         harmonics: 0,
         outputs: Signals::NONE,
@@ -217,7 +217,7 @@ fn with_level(point: &PointSpec) -> PointSpec {
         orders: None,
         stop_at_stderr: None,
     });
-    asked
+    levelled
 }
 
 /// Computes the point after `link`.
@@ -233,12 +233,12 @@ pub fn compute(
     called_off: &AtomicBool,
 ) -> Result<PointRow, CalledOff> {
     let clock = Instant::now();
-    let asked = &*asked(point);
-    let start = taken_over(job, link.end.as_ref());
-    let mut answer = attempt(asked, start, parts, called_off)?;
-    let level = level(&answer.outcome).filter(|_| point.direction.is_some());
+    let refined = &*with_level_if_refined(point);
+    let start = carried_from(job, link.end.as_ref());
+    let mut result = compute_point(refined, start, parts, called_off)?;
+    let level = level(&result.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
-        answer.outcome.nvh = None;
+        result.outcome.nvh = None;
     }
     let mut chain = None;
     if let Some(direction) = point.direction {
@@ -250,7 +250,7 @@ pub fn compute(
                 Status::Ok | Status::NotConverged | Status::Failed => "failed",
             };
             let note = format!("; started from run.initial because the previous point {how}");
-            answer.outcome.reason.push_str(&note);
+            result.outcome.reason.push_str(&note);
         }
         let search = Search {
             job,
@@ -260,14 +260,14 @@ pub fn compute(
         };
         chain = Some(Box::new(ChainPart {
             upwards: direction == Direction::Up,
-            transition: search.narrow(link, &mut answer, level)?,
+            transition: search.narrow(link, &mut result, level)?,
             level,
-            end: answer.end.take(),
+            end: result.end.take(),
         }));
     }
     Ok(PointRow {
         chain,
-        ..row(point, answer, worker, clock)
+        ..row(point, result, worker, clock)
     })
 }
 
@@ -277,7 +277,7 @@ fn halvings(point: &PointSpec) -> u32 {
         .analyses
         .poincare
         .as_ref()
-        .map_or(0, |asked| asked.refine)
+        .map_or(0, |config| config.refine)
 }
 
 /// The search for a change of motion just before a point.
@@ -293,19 +293,20 @@ impl Search<'_> {
     fn narrow(
         &self,
         link: &ChainState,
-        answer: &mut Answer,
+        result: &mut PointResult,
         level: Option<Level>,
     ) -> Result<Option<Transition>, CalledOff> {
         let halvings = halvings(self.point);
-        let (Some(near), Some(to)) = (&link.near, verdict(&answer.outcome)) else {
+        let (Some(near), Some(to)) = (&link.near, verdict(&result.outcome)) else {
             return Ok(None);
         };
         let Some(carried) = self.job.carried.as_ref() else {
             return Ok(None);
         };
         let half_gap = self.point.mesh.scale();
-        let change =
-            |near: &LastVerdict, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
+        let change = |near: &LastVerdict, far: Option<Level>| {
+            Some(level_change([near.level?, far?], half_gap))
+        };
         let at_first = change(near, level).filter(|change| {
             // Halving decides if the previous change is unknown or of another kind.
             let step = near.step.filter(|_| near.alike || halvings == 0);
@@ -327,18 +328,18 @@ impl Search<'_> {
         let left = |near: &LastVerdict, far| change(near, far).unwrap_or(0.0);
         let jumps =
             |near: &LastVerdict, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
-        let asked = self.trial(near.class == to);
+        let trial_point = self.trial(near.class == to);
         let mut halved = 0;
         let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };
         for _ in 0..halvings.max(fewest) {
             let value = 0.5 * (near.value + found.bracket[1]);
-            let Some(between) = self.job.point_between(&asked, value) else {
+            let Some(between) = self.job.point_between(&trial_point, value) else {
                 break;
             };
-            let start = taken_over(self.job, Some(&near.end));
-            let tried = attempt(&between, start, self.parts, self.called_off)?;
+            let start = carried_from(self.job, Some(&near.end));
+            let tried = compute_point(&between, start, self.parts, self.called_off)?;
             found.trials += 1;
-            answer.outcome.cycles += tried.outcome.cycles;
+            result.outcome.cycles += tried.outcome.cycles;
             let here = self::level(&tried.outcome);
             let (Some(class), Some(end)) = (verdict(&tried.outcome), tried.end) else {
                 break;
@@ -380,9 +381,9 @@ impl Search<'_> {
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);
-        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovConfig {
+        analyses.lyapunov = analyses.lyapunov.map(|config| LyapunovConfig {
             twin: false,
-            ..asked
+            ..config
         });
         analyses.poincare = None;
         analyses.nvh = None;

@@ -101,10 +101,10 @@ pub fn follow_job(
     called_off: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Followed, FollowError> {
-    let asked = job.continuation.as_ref().ok_or(FollowError::NotAsked)?;
-    let own = job.axes[asked.over].values.get(0);
+    let spec = job.continuation.as_ref().ok_or(FollowError::NotAsked)?;
+    let own = job.axes[spec.over].values.get(0);
     let bases: Vec<PointSpec> = (job.points.iter())
-        .filter(|point| point.axis_values[asked.over] == own)
+        .filter(|point| point.axis_values[spec.over] == own)
         .filter(|point| {
             point.direction.is_none_or(|way| {
                 Some(&way) == job.carried.as_ref().and_then(|c| c.directions.first())
@@ -113,7 +113,7 @@ pub fn follow_job(
         .collect();
     let lines: Vec<Line> = (bases.par_iter())
         .map(|base| {
-            let line = line(job, asked, base, parts, called_off)?;
+            let line = line(job, spec, base, parts, called_off)?;
             passed(&format!(
                 "{}: {} branches",
                 place_of(job, &line.axis_values),
@@ -123,7 +123,7 @@ pub fn follow_job(
         })
         .collect::<Result<_, FollowError>>()?;
     let mut planes = Vec::new();
-    if let Some(second) = asked.second {
+    if let Some(second) = spec.second {
         let first = job.axes[second].values.get(0);
         for base in bases
             .iter()
@@ -133,7 +133,7 @@ pub fn follow_job(
                 .filter(|line| {
                     let given = |i: &usize| !job.between.is_derived(job.axes[*i].name());
                     let others = (0..job.axes.len())
-                        .filter(|i| ![asked.over, second].contains(i) && given(i));
+                        .filter(|i| ![spec.over, second].contains(i) && given(i));
                     others
                         .into_iter()
                         .all(|i| line.axis_values[i] == base.axis_values[i])
@@ -141,7 +141,7 @@ pub fn follow_job(
                 .collect();
             planes.push(plane(
                 job,
-                asked,
+                spec,
                 (second, base),
                 &of_plane,
                 parts,
@@ -185,37 +185,37 @@ fn family<'a>(
 
 fn line(
     job: &Job,
-    asked: &ContinuationSpec,
+    spec: &ContinuationSpec,
     base: &PointSpec,
     parts: &Prepared,
     called_off: &AtomicBool,
 ) -> Result<Line, FollowError> {
-    states_fit(asked, base.model.retained)?;
-    let axes: Vec<usize> = std::iter::once(asked.over).chain(asked.second).collect();
+    states_fit(spec, base.model.retained)?;
+    let axes: Vec<usize> = std::iter::once(spec.over).chain(spec.second).collect();
     let family = family(job, base, &axes, parts)?;
     let mut axis_values = base.axis_values.clone();
-    axis_values[asked.over] = f64::NAN;
-    let (from, to) = job.axes[asked.over].values.ends();
+    axis_values[spec.over] = f64::NAN;
+    let (from, to) = job.axes[spec.over].values.ends();
     let second = family.values()[1];
-    let starts: Vec<f64> = (0..asked.starts)
-        .map(|i| from + (to - from) * (i as f64 + 0.5) / asked.starts as f64)
+    let starts: Vec<f64> = (0..spec.starts)
+        .map(|i| from + (to - from) * (i as f64 + 0.5) / spec.starts as f64)
         .collect();
     let exploration = Exploration {
         span: Span { axis: 0, from, to },
         search: Search {
-            transient: asked.transient,
-            cycles: asked.cycles,
-            longest: asked.longest_period,
-            guesses: asked.guesses,
+            transient: spec.transient,
+            cycles: spec.cycles,
+            longest: spec.longest_period,
+            guesses: spec.guesses,
             initial: base.run.initial.clone(),
         },
-        states: asked.states.clone(),
+        states: spec.states.clone(),
         steps: Steps {
-            longest: asked.step,
-            most: asked.orbits,
+            longest: spec.step,
+            most: spec.orbits,
             ..Steps::default()
         },
-        most: asked.branches,
+        most: spec.branches,
         starts,
     };
     let at = [exploration.starts.first().copied().unwrap_or(from), second];
@@ -245,8 +245,8 @@ fn line(
 }
 
 /// Checks that every given state has one number per mode.
-fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError> {
-    for (number, given) in asked.states.iter().enumerate() {
+fn states_fit(spec: &ContinuationSpec, modes: usize) -> Result<(), FollowError> {
+    for (number, given) in spec.states.iter().enumerate() {
         if let InitialState::Modal { displacement, .. } = &given.state
             && displacement.len() != modes
         {
@@ -264,23 +264,23 @@ fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError>
 /// curve yet.
 fn plane(
     job: &Job,
-    asked: &ContinuationSpec,
+    spec: &ContinuationSpec,
     (second, base): (usize, &PointSpec),
     lines: &[&Line],
     parts: &Prepared,
     called_off: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Curves, FollowError> {
-    let family = family(job, base, &[asked.over, second], parts)?;
-    let ends = [asked.over, second].map(|axis| job.axes[axis].values.ends());
+    let family = family(job, base, &[spec.over, second], parts)?;
+    let ends = [spec.over, second].map(|axis| job.axes[axis].values.ends());
     let plane = Plane {
         from: ends.map(|e| e.0),
         to: ends.map(|e| e.1),
-        longest: asked.step,
-        most: asked.orbits,
+        longest: spec.step,
+        most: spec.orbits,
     };
     let mut axis_values = base.axis_values.clone();
-    axis_values[asked.over] = f64::NAN;
+    axis_values[spec.over] = f64::NAN;
     axis_values[second] = f64::NAN;
     let refused = |source: ExploreError| FollowError::Line {
         place: place_of(job, &axis_values),
@@ -296,7 +296,7 @@ fn plane(
             let mut curves: Vec<Curve> = Vec::new();
             let branches = lines.iter().flat_map(|line| &line.branches.all);
             let found = branches.flat_map(|(_, branch)| {
-                let wanted = |b: &&Bifurcation| asked.all_curves || branch.is_stable_beside(b);
+                let wanted = |b: &&Bifurcation| spec.all_curves || branch.is_stable_beside(b);
                 branch.bifurcations.iter().filter(wanted)
             });
             for bifurcation in found.filter(|b| b.kind.name() == *kind) {
@@ -315,7 +315,7 @@ fn plane(
             Ok(curves)
         })
         .collect::<Result<_, FollowError>>()?;
-    let onset = onsets(job, asked, second, base, &family, &plane).map_err(refused)?;
+    let onset = onsets(job, spec, second, base, &family, &plane).map_err(refused)?;
     Ok(Curves {
         axis_values: axis_values.clone(),
         all: of_kind.into_iter().flatten().collect(),
@@ -327,13 +327,13 @@ fn plane(
 /// it.
 fn onsets(
     job: &Job,
-    asked: &ContinuationSpec,
+    spec: &ContinuationSpec,
     second: usize,
     base: &PointSpec,
     family: &PointFamily<'_>,
     plane: &Plane,
 ) -> Result<Vec<Onset>, ExploreError> {
-    let names = [asked.over, second].map(|axis| job.axes[axis].name());
+    let names = [spec.over, second].map(|axis| job.axes[axis].name());
     let Some(load) = (names.iter()).position(|name| matches!(*name, "load" | "torque")) else {
         return Ok(Vec::new());
     };

@@ -197,12 +197,12 @@ impl CycleMap {
     /// [`MapError::Build`] if the tables of a kernel could not be loaded or computed.
     pub fn image(
         &self,
-        question: &MapConfig<'_>,
+        config: &MapConfig<'_>,
         called_off: &AtomicBool,
     ) -> Result<MapImage, MapError> {
         let work = Mapping {
             model: self.model(),
-            question,
+            config,
             called_off,
         };
         match &self.kernel {
@@ -218,7 +218,7 @@ impl CycleMap {
 /// A request that a kernel is being built for.
 struct Mapping<'a> {
     model: &'a Model,
-    question: &'a MapConfig<'a>,
+    config: &'a MapConfig<'a>,
     called_off: &'a AtomicBool,
 }
 
@@ -243,13 +243,13 @@ impl KernelUse for Mapping<'_> {
     type Output = MapImage;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> MapImage {
-        let question = self.question;
+        let config = self.config;
         let dimension = 2 * self.model.modes();
-        let count = question.states.len() / dimension;
-        let beside = [question.tangents.count(dimension), question.by.len()];
-        let mut states = question.states.to_vec();
+        let count = config.states.len() / dimension;
+        let beside = [config.tangents.count(dimension), config.by.len()];
+        let mut states = config.states.to_vec();
         let [mut tangents, mut by] = beside.map(|each| vec![0.0; count * each * dimension]);
-        let threads = question.threads.max(1);
+        let threads = config.threads.max(1);
         let size = match threads {
             1 => count,
             _ => count.div_ceil(PIECES * threads),
@@ -295,11 +295,11 @@ impl KernelUse for Mapping<'_> {
 impl Mapping<'_> {
     /// Maps the states of a piece one after the other.
     fn map<K: Kernel>(&self, kernel: &K, piece: &mut Piece<'_>) {
-        let question = self.question;
+        let config = self.config;
         let kernel = &Interruptible::new(kernel, self.called_off);
         let dimension = 2 * self.model.modes();
         let mut workspace = kernel.workspace();
-        let count = question.tangents.count(dimension);
+        let count = config.tangents.count(dimension);
         let mut tangents = match count {
             0 => Tangents::none(),
             _ => Tangents::zeros(self.model.modes(), count),
@@ -307,7 +307,7 @@ impl Mapping<'_> {
         for (index, state) in piece.states.chunks_exact_mut(dimension).enumerate() {
             let number = piece.first + index;
             let mut trajectory =
-                TrajectoryState::new(self.model, state.to_vec(), question.first_cycle);
+                TrajectoryState::new(self.model, state.to_vec(), config.first_cycle);
             let room = |each: usize| index * each * dimension..(index + 1) * each * dimension;
             self.set_out(number, &mut tangents);
             let mut watch = Watch::new(self, &trajectory);
@@ -315,7 +315,7 @@ impl Mapping<'_> {
                 watch.advance(kernel, &mut trajectory, &mut tangents, &mut workspace)
             });
             let ends = &mut piece.tangents[room(count)];
-            let by = &mut piece.by[room(question.by.len())];
+            let by = &mut piece.by[room(config.by.len())];
             match advanced {
                 Ok(()) => {
                     state.copy_from_slice(&trajectory.state);
@@ -340,7 +340,7 @@ impl Mapping<'_> {
     fn set_out(&self, number: usize, tangents: &mut Tangents) {
         for j in 0..tangents.count() {
             let vector = tangents.vector_mut(j);
-            match self.question.tangents {
+            match self.config.tangents {
                 MapTangents::None => {}
                 MapTangents::Jacobian => {
                     vector.fill(0.0);
@@ -359,7 +359,7 @@ impl Mapping<'_> {
         let count = tangents.count();
         for j in 0..count {
             let vector = tangents.vector(j);
-            match self.question.tangents {
+            match self.config.tangents {
                 MapTangents::Jacobian => {
                     for (i, value) in vector.iter().enumerate() {
                         out[i * count + j] = *value;
@@ -380,15 +380,15 @@ struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     fn new(mapping: &Mapping<'a>, start: &TrajectoryState) -> Self {
-        let question = mapping.question;
+        let config = mapping.config;
         let of = |by: &'a Model| {
             let still = vec![0.0; start.state.len()];
             ParameterTangent::new(mapping.model, by, &start.state, still, ())
         };
         Self {
-            cycles: question.cycles,
-            events: question.events.then(Vec::new),
-            tangents: question.by.iter().map(of).collect(),
+            cycles: config.cycles,
+            events: config.events.then(Vec::new),
+            tangents: config.by.iter().map(of).collect(),
         }
     }
 

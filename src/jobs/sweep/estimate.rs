@@ -31,7 +31,7 @@ const LONE: f64 = 2.0;
 
 /// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sampled {
+pub(super) struct PointTime {
     /// Its actual or expected time \[s\].
     pub time: f64,
     /// Standard deviation of the expected time \[s\]; 0 if it was computed.
@@ -40,7 +40,7 @@ pub(super) struct Sampled {
     pub work: f64,
 }
 
-impl Sampled {
+impl PointTime {
     /// Time per work \[s\].
     pub fn ratio(&self) -> f64 {
         self.time / self.work
@@ -54,7 +54,7 @@ impl Sampled {
 
 /// The points to be computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Load {
+pub(super) struct Workload {
     /// Number of points.
     pub points: usize,
     /// Number of chains.
@@ -85,9 +85,9 @@ pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
     places
 }
 
-impl Load {
+impl Workload {
     /// Computing time over all points and threads \[s\], estimated from a sample; zero for an empty sample.
-    pub fn computing(&self, sample: &[Sampled]) -> Interval {
+    pub fn computing(&self, sample: &[PointTime]) -> Interval {
         let n = sample.len() as f64;
         if sample.is_empty() {
             return Interval {
@@ -98,7 +98,7 @@ impl Load {
         }
         let (time, work) = totals(sample);
         let (rate, mean_work) = (time / work, work / n);
-        let rest = |point: &Sampled| (point.time - rate * point.work).powi(2);
+        let rest = |point: &PointTime| (point.time - rate * point.work).powi(2);
         let spread = sample.iter().map(rest).sum::<f64>() / (n - 1.0).max(1.0);
         // Correction for drawing without replacement: a complete sample has no error.
         let left = (1.0 - n / self.points as f64).max(0.0);
@@ -111,14 +111,14 @@ impl Load {
         let expected = self.work * rate;
         Interval {
             // The points of the sample are computed again.
-            low: (expected - half).max(sample.iter().map(Sampled::least).sum()),
+            low: (expected - half).max(sample.iter().map(PointTime::least).sum()),
             expected,
             high: expected + half,
         }
     }
 
     /// Standard deviation of the computing time from the errors of points that were tried out \[s\].
-    fn spread(&self, sample: &[Sampled]) -> f64 {
+    fn spread(&self, sample: &[PointTime]) -> f64 {
         let scale = self.work / totals(sample).1;
         let each: f64 = sample.iter().map(|point| point.spread.powi(2)).sum();
         let alike: f64 = sample.iter().map(|point| point.spread).sum();
@@ -127,7 +127,7 @@ impl Load {
 
     /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest chain starts last. If
     /// the number of chains is not a multiple of the threads, some threads idle at the end.
-    pub fn wall_time(&self, sample: &[Sampled]) -> Interval {
+    pub fn wall_time(&self, sample: &[PointTime]) -> Interval {
         let computing = self.computing(sample);
         let threads = self.threads as f64;
         if self.shared {
@@ -135,7 +135,7 @@ impl Load {
         }
         if self.length == 1 && sample.len() == self.points {
             let longest = sample.iter().map(|point| point.time).fold(0.0, f64::max);
-            let least = sample.iter().map(Sampled::least).fold(0.0, f64::max);
+            let least = sample.iter().map(PointTime::least).fold(0.0, f64::max);
             return Interval {
                 low: (computing.low / threads).max(least),
                 expected: schedule(sample, self.threads),
@@ -145,7 +145,7 @@ impl Load {
         }
         let chains = self.chains.max(1) as f64;
         let uneven = (chains / threads).ceil() * threads / chains;
-        let longest = sample.iter().map(Sampled::ratio).fold(0.0, f64::max) * self.work;
+        let longest = sample.iter().map(PointTime::ratio).fold(0.0, f64::max) * self.work;
         // A long chain has long points and short ones.
         let beyond = (longest - computing.expected).max(0.0) / chains / (self.length as f64).sqrt();
         let tail = beyond * (1.0 - 1.0 / threads);
@@ -158,7 +158,7 @@ impl Load {
 }
 
 /// Time and work of a sample.
-fn totals(sample: &[Sampled]) -> (f64, f64) {
+fn totals(sample: &[PointTime]) -> (f64, f64) {
     sample.iter().fold((0.0, 0.0), |(time, work), point| {
         (time + point.time, work + point.work)
     })
@@ -166,7 +166,7 @@ fn totals(sample: &[Sampled]) -> (f64, f64) {
 
 /// End of the last thread \[s\]. Points with more work start first, and points of equal work in order, as in a queue
 /// without known times.
-fn schedule(points: &[Sampled], threads: usize) -> f64 {
+fn schedule(points: &[PointTime], threads: usize) -> f64 {
     let mut order = points.to_vec();
     order.sort_by(|a, b| b.work.total_cmp(&a.work));
     let mut free = vec![0.0; threads.max(1)];
@@ -201,8 +201,8 @@ impl Interval {
 mod tests {
     use super::*;
 
-    fn load(points: usize, length: usize, work: f64, threads: usize) -> Load {
-        Load {
+    fn workload(points: usize, length: usize, work: f64, threads: usize) -> Workload {
+        Workload {
             points,
             chains: points / length,
             length,
@@ -235,8 +235,8 @@ mod tests {
     }
 
     /// Points of work 1 with these times.
-    fn took(times: &[f64]) -> Vec<Sampled> {
-        let of = |&time: &f64| Sampled {
+    fn took(times: &[f64]) -> Vec<PointTime> {
+        let of = |&time: &f64| PointTime {
             time,
             spread: 0.0,
             work: 1.0,
@@ -248,57 +248,62 @@ mod tests {
     fn a_whole_sample_leaves_nothing_open() {
         // The times of the two points are not proportional to their work.
         let sample = [
-            Sampled {
+            PointTime {
                 time: 1.0,
                 spread: 0.0,
                 work: 1.0,
             },
-            Sampled {
+            PointTime {
                 time: 7.0,
                 spread: 0.0,
                 work: 3.0,
             },
         ];
-        assert_eq!(ends(load(2, 1, 4.0, 1).computing(&sample)), [8.0; 3]);
+        assert_eq!(ends(workload(2, 1, 4.0, 1).computing(&sample)), [8.0; 3]);
         // The longer point starts first, or after the other one at worst.
-        let found = load(2, 1, 4.0, 2).wall_time(&sample);
+        let found = workload(2, 1, 4.0, 2).wall_time(&sample);
         assert_eq!(ends(found), [7.0, 7.0, 7.5]);
         assert_eq!(ends(found.after(0.5)), [7.5, 7.5, 8.0]);
         // The queue does not know that the last of three is long, so it waits for the first two.
-        let found = load(3, 1, 3.0, 2).wall_time(&took(&[1.0, 1.0, 4.0]));
+        let found = workload(3, 1, 3.0, 2).wall_time(&took(&[1.0, 1.0, 4.0]));
         assert_eq!(ends(found), [4.0, 5.0, 5.0]);
         // Three chains on two threads take as long as four would.
-        assert_eq!(load(3, 1, 3.0, 2).wall_time(&took(&[1.0; 3])).expected, 2.0);
         assert_eq!(
-            load(12, 6, 12.0, 2).wall_time(&took(&[1.0; 12])).expected,
+            workload(3, 1, 3.0, 2).wall_time(&took(&[1.0; 3])).expected,
+            2.0
+        );
+        assert_eq!(
+            workload(12, 6, 12.0, 2)
+                .wall_time(&took(&[1.0; 12]))
+                .expected,
             6.0
         );
         // A resumed run has half of two chains of eighty points left, and as many chains as threads.
-        let resumed = Load {
+        let resumed = Workload {
             chains: 2,
-            ..load(42, 80, 42.0, 2)
+            ..workload(42, 80, 42.0, 2)
         };
         assert_eq!(resumed.wall_time(&took(&[1.0; 10])).expected, 21.0);
         // Threads that share a point never wait.
-        let shared = Load {
+        let shared = Workload {
             shared: true,
-            ..load(3, 1, 3.0, 2)
+            ..workload(3, 1, 3.0, 2)
         };
         assert_eq!(shared.wall_time(&took(&[1.0; 3])).expected, 1.5);
-        assert_eq!(ends(load(9, 1, 1.0, 2).wall_time(&[])), [0.0; 3]);
+        assert_eq!(ends(workload(9, 1, 1.0, 2).wall_time(&[])), [0.0; 3]);
     }
 
     /// If time is proportional to work, any sample predicts the total exactly.
     #[test]
     fn time_that_goes_with_work_is_known_from_any_points() {
-        let sample: Vec<Sampled> = (1..=4)
-            .map(|k| Sampled {
+        let sample: Vec<PointTime> = (1..=4)
+            .map(|k| PointTime {
                 time: 0.5 * f64::from(k),
                 spread: 0.0,
                 work: f64::from(k),
             })
             .collect();
-        let found = load(40, 1, 1000.0, 1).computing(&sample);
+        let found = workload(40, 1, 1000.0, 1).computing(&sample);
         assert_eq!(ends(found), [500.0; 3]);
     }
 
@@ -313,7 +318,7 @@ mod tests {
         for first in 0..200 {
             // The stride and 400 are coprime, so the sample has no repetition.
             let sample: Vec<f64> = (0..12).map(|k| costs[(first * 7 + k * 33) % 400]).collect();
-            let found = load(400, 1, 400.0, 1).computing(&took(&sample));
+            let found = workload(400, 1, 400.0, 1).computing(&took(&sample));
             covered += usize::from(found.low <= truth && truth <= found.high);
         }
         assert!((180..=200).contains(&covered), "{covered} of 200");
@@ -327,10 +332,10 @@ mod tests {
         sample[3].spread = 1.0;
         // A variance of 0.75 * 2 + 0.25 * 2^2.
         let half = 2.0 * 2.5f64.sqrt();
-        let found = load(4, 1, 4.0, 1).computing(&sample);
+        let found = workload(4, 1, 4.0, 1).computing(&sample);
         assert_eq!(ends(found), [10.0 - half, 10.0, 10.0 + half]);
         // Twice as many points: 0.75 * 2 * 2 + 0.25 * 4^2, and additionally the error of the sample.
-        let found = load(8, 1, 8.0, 1).computing(&sample);
+        let found = workload(8, 1, 8.0, 1).computing(&sample);
         assert!(found.high - found.expected > 2.0 * 7f64.sqrt());
         assert!(found.low >= 1.0 + 1.0 + 2.0 + 2.0);
     }

@@ -6,14 +6,14 @@
 //! settled motion, as in a sweep. Refinement adds time for every change between neighbours of the sample: most points
 //! have no change, so a few points would be a poor estimate of the number.
 
-use super::estimate::{Interval, Load, Sampled, drawn};
+use super::estimate::{Interval, PointTime, Workload, drawn};
 use super::layout::layout;
 use super::parts::{Prepared, tables_wanted};
 use super::point::Worker;
 use super::queue::work;
 use super::run::{Sweep, SweepError, Workers, pieces, start_workers};
 use super::trial::{Tried, try_out};
-use super::turns::Share;
+use super::turns::ChainSelection;
 use crate::manifest::Job;
 use crate::numerics::statistics::mean;
 use crate::store::{GROUP_BYTES, PointRow, ResultWriter, StoreError, journal_bytes};
@@ -102,14 +102,14 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         called_off,
     } = *sweep;
     let length = job.chain_length();
-    let share = Share::of_shard(job, options.shard);
-    let crew = start_workers(job, &share, options, topology)?;
+    let selection = ChainSelection::of_shard(job, options.shard);
+    let crew = start_workers(job, &selection, options, topology)?;
     let threads = crew.threads;
-    let all = share.points();
-    let ids = || share.clone().ids().map(|id| id as usize);
-    let load = Load {
+    let all = selection.points();
+    let ids = || selection.clone().ids().map(|id| id as usize);
+    let workload = Workload {
         points: all,
-        chains: share.chains(),
+        chains: selection.chains(),
         length,
         work: ids().map(|id| work(job.points.variant_near(id))).sum(),
         threads,
@@ -123,14 +123,14 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     let calibration = Calibration {
         job,
         parts,
-        load,
+        workload,
         least,
         begun: ProcessorClock::Process.now(),
-        clock: if load.shared { ProcessorClock::Process } else { ProcessorClock::Thread },
+        clock: if workload.shared { ProcessorClock::Process } else { ProcessorClock::Thread },
         over: AtomicBool::new(false),
         tried: Mutex::default(),
     };
-    let points = places.iter().map(|&n| share.id(n)).collect::<Vec<_>>();
+    let points = places.iter().map(|&n| selection.id(n)).collect::<Vec<_>>();
     calibration.try_all(&points, &crew, topology, (budget, called_off))?;
     if called_off.load(Ordering::Relaxed) {
         return Ok(None);
@@ -142,7 +142,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     let (sampled, cut_short, rows) = calibration.found();
     let calibrated = rows.len() as u64 + cut_short;
 
-    let mut time = load.wall_time(&sampled);
+    let mut time = workload.wall_time(&sampled);
     time.expected += refining / threads as f64;
     // A change may appear and disappear between two neighbours.
     time.high += 2.0 * refining / threads as f64;
@@ -160,7 +160,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     Ok(Some(Forecast {
         points: all as u64,
         chain_length: length as u64,
-        pieces: pieces(job, &share, usize::MAX) as u64,
+        pieces: pieces(job, &selection, usize::MAX) as u64,
         tables: tables as u64,
         threads: threads as u64,
         placement: crew.places.to_string(),
@@ -178,7 +178,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
 struct Calibration<'a> {
     job: &'a Job,
     parts: &'a Prepared,
-    load: Load,
+    workload: Workload,
     /// Smallest sample.
     least: usize,
     /// Processor time of the process at the start of the calibration \[s\].
@@ -222,7 +222,7 @@ impl Calibration<'_> {
                     index: context.index() as u32,
                     topology,
                 };
-                if self.load.shared && worker.index > 0 {
+                if self.workload.shared && worker.index > 0 {
                     // The other workers help with the point.
                     return;
                 }
@@ -244,12 +244,12 @@ impl Calibration<'_> {
 
     /// Whether the time is known accurately enough, or the calibration has taken its share.
     fn is_enough(&self) -> bool {
-        let sampled: Vec<Sampled> = self.tried().iter().map(|tried| tried.sampled).collect();
+        let sampled: Vec<PointTime> = self.tried().iter().map(|tried| tried.sampled).collect();
         let Interval {
             low,
             expected,
             high,
-        } = self.load.computing(&sampled);
+        } = self.workload.computing(&sampled);
         let many = sampled.len() >= self.least;
         let spent = ProcessorClock::Process.now() - self.begun;
         let next = spent / sampled.len().max(1) as f64;
@@ -263,7 +263,7 @@ impl Calibration<'_> {
     fn most(&self) -> f64 {
         let tried = self.tried();
         let work: f64 = tried.iter().map(|tried| tried.sampled.work).sum();
-        self.load.work * tried.iter().map(|tried| tried.most).sum::<f64>() / work
+        self.workload.work * tried.iter().map(|tried| tried.most).sum::<f64>() / work
     }
 
     /// Processor time of all mesh tables and structures \[s\], estimated from the points that were tried out.
@@ -273,7 +273,7 @@ impl Calibration<'_> {
         let all = match (tables, self.job.points.variants().len()) {
             // One structure serves all points.
             (0, 1) => 1.0,
-            (0, _) => self.load.points as f64 / tried.len().max(1) as f64,
+            (0, _) => self.workload.points as f64 / tried.len().max(1) as f64,
             _ => tables as f64 / known.max(1) as f64,
         };
         all * tried.iter().map(|tried| tried.prepared).sum::<f64>()
@@ -299,7 +299,7 @@ impl Calibration<'_> {
                 .analyses
                 .poincare
                 .as_ref()
-                .map_or(0, |asked| asked.refine);
+                .map_or(0, |config| config.refine);
             let (Some(from), Some(to)) = (a.motion, b.motion) else {
                 return 0.0;
             };
@@ -314,7 +314,7 @@ impl Calibration<'_> {
 
     /// The times of the points in order, the number of abandoned ones, and rows of the others. An abandoned point that
     /// took less than the average of the others is dropped, because it has no information.
-    fn found(self) -> (Vec<Sampled>, u64, Vec<PointRow>) {
+    fn found(self) -> (Vec<PointTime>, u64, Vec<PointRow>) {
         let mut tried = self
             .tried
             .into_inner()

@@ -71,7 +71,7 @@ impl KernelTables {
         }
         let pays = self
             .room
-            .is_some_and(|room| room.takes(common.bytes() as u64));
+            .is_some_and(|room| room.should_copy(common.bytes() as u64));
         // Written by the calling thread, so that the pages belong to its node.
         let near = if pays { Arc::new(common.copied()) } else { common };
         at_hand.push_front((path, near.clone()));
@@ -89,14 +89,14 @@ impl KernelTables {
         Some(found)
     }
 
-    /// Calls `tell` for each copy of the node.
-    pub(super) fn each_copy(&self, mut tell: impl FnMut(&[f64])) {
+    /// Calls `visit` for each copy of the node.
+    pub(super) fn for_each_copy(&self, mut visit: impl FnMut(&[f64])) {
         for (_, table) in lock(&self.at_hand).iter() {
             let pays = self
                 .room
-                .is_some_and(|room| room.takes(table.bytes() as u64));
+                .is_some_and(|room| room.should_copy(table.bytes() as u64));
             if pays {
-                tell(table.longest());
+                visit(table.longest());
             }
         }
     }

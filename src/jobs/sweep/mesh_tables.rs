@@ -2,7 +2,7 @@
 
 use super::first_force::{first_force, friction};
 use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
-use super::near::Near;
+use super::node_copies::NodeCopies;
 use crate::gear::{
     Contact, CycleDivision, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable,
     MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec, MisalignmentEnding,
@@ -93,7 +93,7 @@ struct MeanLoad {
 pub struct MeshTables {
     common: Arc<Common>,
     /// Copies in the memory of one NUMA node, if its workers use copies.
-    near: Option<Near<String, MeshTableCycle>>,
+    node_copies: Option<NodeCopies<String, MeshTableCycle>>,
 }
 
 /// The state that all nodes share.
@@ -117,7 +117,7 @@ impl MeshTables {
                 springs: Mutex::default(),
                 warnings: Mutex::default(),
             }),
-            near: None,
+            node_copies: None,
         }
     }
 
@@ -125,14 +125,14 @@ impl MeshTables {
     pub(super) fn on_node(&self) -> Self {
         Self {
             common: self.common.clone(),
-            near: Some(Near::default()),
+            node_copies: Some(NodeCopies::default()),
         }
     }
 
-    /// Calls `tell` for each copy of a node.
-    pub(super) fn each_copy(&self, tell: impl FnMut(&MeshTableCycle)) {
-        if let Some(near) = &self.near {
-            near.each(tell);
+    /// Calls `visit` for each copy of a node.
+    pub(super) fn for_each_copy(&self, visit: impl FnMut(&MeshTableCycle)) {
+        if let Some(node_copies) = &self.node_copies {
+            node_copies.for_each(visit);
         }
     }
 
@@ -349,9 +349,9 @@ impl MeshTables {
             let inputs = inputs(spec, stiffness, misalignment, force);
             (self.common).cycle(&key, gears, &inputs)
         };
-        match &self.near {
+        match &self.node_copies {
             None => far(),
-            Some(near) => near.get(key.clone(), far),
+            Some(node_copies) => node_copies.get(key.clone(), far),
         }
     }
 }

@@ -28,7 +28,7 @@ mod loaded_mesh;
 mod mesh_divisions;
 mod mesh_tables;
 mod motion_scale;
-mod near;
+mod node_copies;
 mod panic_hook;
 mod parts;
 mod point;
@@ -44,7 +44,7 @@ mod trial;
 mod turns;
 
 pub use branch_tables::write_branches;
-pub use chain::{ChainState, compute, lead_up};
+pub use chain::{ChainState, chain_state_before, compute};
 pub use continuation::{Curves, FollowError, Followed, Line, follow_job};
 pub use cycle_map::{CycleMap, MapConfig, MapError, MapImage, MapTangents};
 pub use earlier::{Earlier, EarlierError, look as look_for_earlier};
@@ -57,7 +57,7 @@ pub use kernel_tables::KernelTables;
 pub use layout::{NO_FLANKS, sample_columns};
 pub use loaded_mesh::{LoadedMesh, loaded_further_meshes, loaded_mesh};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
-pub use panic_hook::{WORKER, hush_workers};
+pub use panic_hook::{WORKER, silence_reported_panics};
 pub use parts::{Prepared, structures};
 pub use point::Worker;
 pub use point_kernel::{KernelTally, PointKernel};
@@ -68,4 +68,4 @@ pub use sensitivity::{
     Differentiated, Sensitivities, Sensitivity, SensitivityError, sensitivities,
 };
 pub use trace::{PointTrace, PointTraceError};
-pub use turns::Share;
+pub use turns::ChainSelection;

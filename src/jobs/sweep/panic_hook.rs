@@ -7,7 +7,7 @@ pub const WORKER: &str = "atlas-";
 
 /// Silences panics that are reported in another way: a panic in a worker becomes a row with its message, and one while
 /// decoding becomes an error that names the file.
-pub fn hush_workers() {
+pub fn silence_reported_panics() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         let worker = std::thread::current()

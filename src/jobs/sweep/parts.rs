@@ -6,7 +6,7 @@
 use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
-use super::near::Near;
+use super::node_copies::NodeCopies;
 use crate::gear::MeshTableSpec;
 use crate::manifest::{Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant};
 use crate::model::Model;
@@ -117,7 +117,7 @@ pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
 #[derive(Debug)]
 pub struct Prepared {
     structures: Arc<Mutex<Structures>>,
-    near: Option<Near<Place, ModalStructure>>,
+    node_copies: Option<NodeCopies<Place, ModalStructure>>,
     meshes: MeshTables,
     kernels: KernelTables,
 }
@@ -127,7 +127,7 @@ impl Prepared {
     pub fn new(tables: TableStore) -> Self {
         Self {
             structures: Arc::default(),
-            near: None,
+            node_copies: None,
             meshes: MeshTables::new(tables.clone()),
             kernels: KernelTables::new(tables),
         }
@@ -148,7 +148,7 @@ impl Prepared {
     pub fn on_node(&self, room: Room) -> Self {
         Self {
             structures: self.structures.clone(),
-            near: Some(Near::default()),
+            node_copies: Some(NodeCopies::default()),
             meshes: self.meshes.on_node(),
             kernels: self.kernels.on_node(room),
         }
@@ -174,14 +174,14 @@ impl Prepared {
     /// NUMA nodes of the copies; empty if there are no copies or the system does not report it.
     pub fn nodes(&self, topology: &Topology) -> BTreeSet<u32> {
         let mut nodes = BTreeSet::new();
-        if let Some(near) = &self.near {
-            near.each(|copy| nodes.extend(topology.nodes_of_memory(&copy.mesh)));
+        if let Some(node_copies) = &self.node_copies {
+            node_copies.for_each(|copy| nodes.extend(topology.nodes_of_memory(&copy.mesh)));
         }
-        self.meshes.each_copy(|copy| {
+        self.meshes.for_each_copy(|copy| {
             nodes.extend(topology.nodes_of_memory(copy.stiffness.as_flattened()))
         });
         self.kernels
-            .each_copy(|values| nodes.extend(topology.nodes_of_memory(values)));
+            .for_each_copy(|values| nodes.extend(topology.nodes_of_memory(values)));
         nodes
     }
 
@@ -237,9 +237,9 @@ impl Prepared {
             let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
             known.get(spec)
         };
-        match &self.near {
+        match &self.node_copies {
             None => far(),
-            Some(near) => near.get(place(spec), far),
+            Some(node_copies) => node_copies.get(place(spec), far),
         }
     }
 }

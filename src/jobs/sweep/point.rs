@@ -1,6 +1,6 @@
-//! Computes one point, from specification to answer; every failure becomes part of the answer.
+//! Computes one point, from specification to result; every failure becomes part of the result.
 
-use super::build::{BuildError, questions};
+use super::build::{BuildError, point_config};
 use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
@@ -30,7 +30,7 @@ pub struct Worker<'a> {
 
 /// The results of a point.
 #[derive(Debug)]
-pub(super) struct Answer {
+pub(super) struct PointResult {
     pub outcome: PointOutcome,
     pub multistability: Option<MultistabilityOutcome>,
     pub orbits: Option<OrbitSurvey>,
@@ -77,8 +77,8 @@ impl Laps {
 
     /// Ends `step` and starts the next one. Reading the clock takes time, so it is omitted if the step was not
     /// requested.
-    fn end(&mut self, step: Step, asked: bool) {
-        if !asked {
+    fn end(&mut self, step: Step, requested: bool) {
+        if !requested {
             return;
         }
         let now = self.clock.now();
@@ -87,7 +87,7 @@ impl Laps {
     }
 }
 
-impl Answer {
+impl PointResult {
     fn failed(point: &PointSpec, reason: String) -> Self {
         Self {
             outcome: PointOutcome::unanswered(Status::Failed, reason),
@@ -105,16 +105,18 @@ impl Answer {
 
 /// Computes a point, from `run.initial` or from the end of another point. A model that cannot be built, or a panic,
 /// gives the status `failed` and the reason.
-pub(super) fn attempt(
+pub(super) fn compute_point(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
     called_off: &AtomicBool,
-) -> Result<Answer, CalledOff> {
-    let attempt = catch_unwind(AssertUnwindSafe(|| answer(point, start, parts, called_off)));
-    match attempt {
-        Ok(Ok(answered)) => answered,
-        Ok(Err(error)) => Ok(Answer::failed(point, error.to_string())),
+) -> Result<PointResult, CalledOff> {
+    let computed = catch_unwind(AssertUnwindSafe(|| {
+        build_and_compute(point, start, parts, called_off)
+    }));
+    match computed {
+        Ok(Ok(result)) => result,
+        Ok(Err(error)) => Ok(PointResult::failed(point, error.to_string())),
         Err(panic) => {
             let message = panic
                 .downcast_ref::<String>()
@@ -122,7 +124,7 @@ pub(super) fn attempt(
                 .or_else(|| panic.downcast_ref::<&str>().copied())
                 .unwrap_or("no message");
             let reason = format!("the program panicked: {message}");
-            Ok(Answer::failed(point, reason))
+            Ok(PointResult::failed(point, reason))
         }
     }
 }
@@ -130,21 +132,21 @@ pub(super) fn attempt(
 /// The row of a computed point that belongs to no chain.
 pub(super) fn row(
     point: &PointSpec,
-    answer: Answer,
+    result: PointResult,
     worker: Worker<'_>,
     clock: Instant,
 ) -> PointRow {
     PointRow {
         point_id: point.point_id,
         axis_values: point.axis_values.clone(),
-        outcome: answer.outcome,
-        multistability: answer.multistability,
-        orbits: answer.orbits,
+        outcome: result.outcome,
+        multistability: result.multistability,
+        orbits: result.orbits,
         chain: None,
-        horizon: answer.horizon,
-        covariant: answer.covariant,
-        mesh: answer.mesh,
-        kernel: answer.kernel.to_owned(),
+        horizon: result.horizon,
+        covariant: result.covariant,
+        mesh: result.mesh,
+        kernel: result.kernel.to_owned(),
         placement: Placement {
             worker: worker.index,
             numa_node: worker.topology.and_then(Topology::current_numa_node),
@@ -153,46 +155,46 @@ pub(super) fn row(
     }
 }
 
-fn answer(
+fn build_and_compute(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
     called_off: &AtomicBool,
-) -> Result<Result<Answer, CalledOff>, BuildError> {
+) -> Result<Result<PointResult, CalledOff>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;
     let kernel = PointKernel::of(point, &model, parts)?;
-    let own = model.start(&point.run.initial);
+    let initial = model.start(&point.run.initial);
     let seed = PointSeed {
         seed: point.seed,
         point_id: point.point_id,
     };
     let start = match start {
         Some(carried) => carried.start(&model, seed),
-        None => own.clone(),
+        None => initial.clone(),
     };
     let probes = (point.analyses.multistability)
-        .map(|asked| Probes::new(&model, asked, seed, point.run.settle))
+        .map(|config| Probes::new(&model, config, seed, point.run.settle))
         .transpose()?;
-    let ask = |kernel: &PointKernel| Ask {
+    let task = |kernel: &PointKernel| PointTask {
         model: &model,
         kernel: kernel.taken.name(),
         start: start.clone(),
-        own: own.clone(),
+        initial: initial.clone(),
         mesh,
-        questions: questions(point, seed),
+        config: point_config(point, seed),
         probes: probes.clone(),
         analyses: &point.analyses,
         seed,
         called_off,
     };
-    match (kernel.apply(&model, parts, ask(&kernel)), kernel.instead()) {
-        (Err(BuildError::Tables { .. }), Some(other)) => other.apply(&model, parts, ask(&other)),
+    match (kernel.apply(&model, parts, task(&kernel)), kernel.instead()) {
+        (Err(BuildError::Tables { .. }), Some(other)) => other.apply(&model, parts, task(&other)),
         (done, _) => done,
     }
 }
 
 /// All requests to a point.
-struct Ask<'a> {
+struct PointTask<'a> {
     model: &'a Model,
     /// Name of its kernel.
     kernel: &'static str,
@@ -201,16 +203,16 @@ struct Ask<'a> {
     /// Start of the point's trajectory.
     start: TrajectoryState,
     /// The start from `run.initial`, around which probes start.
-    own: TrajectoryState,
-    questions: PointConfig,
+    initial: TrajectoryState,
+    config: PointConfig,
     probes: Option<Probes>,
     analyses: &'a Analyses,
     seed: PointSeed,
     called_off: &'a AtomicBool,
 }
 
-impl KernelUse for Ask<'_> {
-    type Output = Result<Answer, CalledOff>;
+impl KernelUse for PointTask<'_> {
+    type Output = Result<PointResult, CalledOff>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let Self {
@@ -223,19 +225,19 @@ impl KernelUse for Ask<'_> {
         });
         let mut trajectory = self.start;
         let mut outcome =
-            investigate_onward(model, kernel, &mut trajectory, &self.questions, called_off)?;
+            investigate_onward(model, kernel, &mut trajectory, &self.config, called_off)?;
         laps.end(Step::Integration, true);
         let multistability = (self.probes.as_ref())
-            .map(|probes| probe_basins(model, kernel, &self.own, probes, called_off))
+            .map(|probes| probe_basins(model, kernel, &self.initial, probes, called_off))
             .transpose()?;
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
         laps.end(Step::Multistability, self.probes.is_some());
         let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
         // The integration of the survey is not part of the chain.
         let orbits = match &self.analyses.orbits {
-            Some(question) if whole => {
+            Some(config) if whole => {
                 let mut onward = trajectory.clone();
-                let found = survey_orbits(model, kernel, &mut onward, question, called_off)?;
+                let found = survey_orbits(model, kernel, &mut onward, config, called_off)?;
                 outcome.cycles += found.cycles;
                 Some(found)
             }
@@ -243,9 +245,9 @@ impl KernelUse for Ask<'_> {
         };
         laps.end(Step::Orbits, orbits.is_some());
         let chaotic = whole && outcome.class.is_some_and(|class| class.is_chaos());
-        let asked = self.analyses.horizon.filter(|_| chaotic);
-        let measured = asked.map(|question| {
-            predictability(model, kernel, &trajectory, &question, self.seed, called_off)
+        let horizon_config = self.analyses.horizon.filter(|_| chaotic);
+        let measured = horizon_config.map(|config| {
+            predictability(model, kernel, &trajectory, &config, self.seed, called_off)
         });
         let horizon = match measured {
             None => None,
@@ -259,9 +261,9 @@ impl KernelUse for Ask<'_> {
         outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
         laps.end(Step::Horizon, horizon.is_some());
         let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
-        let asked = self.analyses.covariant.filter(|_| aperiodic);
-        let found = asked.map(|question| {
-            covariant_vectors(model, kernel, &trajectory, &question, self.seed, called_off)
+        let covariant_config = self.analyses.covariant.filter(|_| aperiodic);
+        let found = covariant_config.map(|config| {
+            covariant_vectors(model, kernel, &trajectory, &config, self.seed, called_off)
         });
         let covariant = match found {
             None => None,
@@ -277,7 +279,7 @@ impl KernelUse for Ask<'_> {
         laps.end(Step::Covariant, covariant.is_some());
         // An interrupted integration may look like one without results.
         CalledOff::check(called_off)?;
-        Ok(Answer {
+        Ok(PointResult {
             outcome,
             multistability,
             orbits,

@@ -1,6 +1,6 @@
 //! Which kernel integrates a point, with which tables? Which kernels has a run used?
 
-use super::build::{BuildError, affordable};
+use super::build::{BuildError, check_windows};
 use super::parts::Prepared;
 use crate::manifest::{Job, PointSpec};
 use crate::model::Model;
@@ -18,7 +18,7 @@ pub struct PointKernel {
     /// Reason for the choice, if the program chose it.
     pub why: Option<Why>,
     /// Setting in the manifest.
-    asked: KernelSetting,
+    setting: KernelSetting,
     /// The tables by which closed modes were chosen.
     systems: Option<Arc<KernelArrays>>,
     event_limit: u32,
@@ -43,11 +43,11 @@ impl PointKernel {
                 (taken, Some(why), systems)
             }
         };
-        affordable(model, &taken)?;
+        check_windows(model, &taken)?;
         Ok(Self {
             taken,
             why,
-            asked: run.kernel,
+            setting: run.kernel,
             systems,
             event_limit: run.event_limit,
         })
@@ -55,7 +55,7 @@ impl PointKernel {
 
     /// Another kernel for a point that reaches a set of closed contacts without a table, if the program may choose.
     pub fn instead(&self) -> Option<Self> {
-        let (Some(Why::Met { .. }), KernelSetting::Auto) = (self.why, self.asked) else {
+        let (Some(Why::Met { .. }), KernelSetting::Auto) = (self.why, self.setting) else {
             return None;
         };
         Some(Self {

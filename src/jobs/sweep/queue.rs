@@ -12,9 +12,9 @@
 //! Only a window of chains is in memory, for any number of chains.
 
 use super::parts::table_number;
-use super::turns::{ChainTask, Share, TakenOver};
+use super::turns::{ChainSelection, ChainTask, FinishedChains};
 use crate::manifest::{Job, Variant};
-use crate::topology::{Nearness, Shelves};
+use crate::topology::{NodeTables, TableDistance};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,19 +48,19 @@ fn ahead(workers: usize, length: usize) -> usize {
 /// Distributes chains to workers.
 pub(super) struct Queue<'a> {
     job: &'a Job,
-    share: Share,
+    selection: ChainSelection,
     /// Points of a chain.
     length: usize,
     /// Distance between neighbours along the second fastest axis, in chains; 0 if it is irregular or large.
     row: usize,
     look: usize,
     ahead: u64,
-    known: Mutex<Known>,
+    state: Mutex<QueueState>,
 }
 
 /// The state that changes as chains are distributed.
-struct Known {
-    taken_over: TakenOver,
+struct QueueState {
+    finished: FinishedChains,
     /// The first place that has not entered the window.
     next: usize,
     /// Number of chains that have entered the window.
@@ -72,7 +72,7 @@ struct Known {
     /// Mean time per work of all finished chains.
     all: Mean,
     /// The tables of each node; without nodes if all workers read the same tables.
-    shelves: Shelves,
+    node_tables: NodeTables,
 }
 
 /// A chain that may be next.
@@ -119,12 +119,12 @@ enum Next {
 }
 
 impl<'a> Queue<'a> {
-    /// A queue of the chains that an earlier run has left of a share. The job has `shards` shards; workers run on nodes
+    /// A queue of the chains that an earlier run has left of a selection. The job has `shards` shards; workers run on nodes
     /// with separate tables.
     pub(super) fn new(
         job: &'a Job,
-        share: Share,
-        taken_over: TakenOver,
+        selection: ChainSelection,
+        finished: FinishedChains,
         shards: usize,
         workers: usize,
         nodes: usize,
@@ -134,101 +134,101 @@ impl<'a> Queue<'a> {
         // The numbers of a refined grid's points do not show which points are neighbours.
         let regular =
             job.refine.is_none() && row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
-        let known = Known {
-            taken_over,
+        let state = QueueState {
+            finished,
             next: 0,
             entered: 0,
             window: VecDeque::new(),
             near: BTreeMap::new(),
             all: Mean::default(),
-            shelves: Shelves::new(nodes),
+            node_tables: NodeTables::new(nodes),
         };
         Self {
             job,
-            share,
+            selection,
             length,
             row: if regular { row / shards } else { 0 },
             look: look(workers),
             ahead: ahead(workers, length) as u64,
-            known: Mutex::new(known),
+            state: Mutex::new(state),
         }
     }
 
-    fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, QueueState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Remaining work of the chain at a place.
-    fn work(&self, known: &Known, place: usize) -> f64 {
+    fn work(&self, state: &QueueState, place: usize) -> f64 {
         let end = (place + 1) * self.length;
-        let left = known.taken_over.left(&self.share, place);
+        let left = state.finished.left(&self.selection, place);
         (end - left..end)
-            .map(|n| work(self.job.points.variant_near(self.share.id(n))))
+            .map(|n| work(self.job.points.variant_near(self.selection.id(n))))
             .sum()
     }
 
     /// The table that the chain at a place reads first, if nodes have separate tables.
-    fn table(&self, known: &Known, place: usize) -> Option<u64> {
-        let first = || self.job.points.at(self.share.id(place * self.length));
-        (known.shelves.nodes() > 0).then(|| table_number(&first()))?
+    fn table(&self, state: &QueueState, place: usize) -> Option<u64> {
+        let first = || self.job.points.at(self.selection.id(place * self.length));
+        (state.node_tables.nodes() > 0).then(|| table_number(&first()))?
     }
 
     /// Adds chains to the window until it has its full length.
-    fn fill(&self, known: &mut Known) {
-        while known.next < self.share.chains() {
-            let oldest = known.window.front().map_or(known.entered, |c| c.number);
-            if known.entered >= oldest + self.look {
+    fn fill(&self, state: &mut QueueState) {
+        while state.next < self.selection.chains() {
+            let oldest = state.window.front().map_or(state.entered, |c| c.number);
+            if state.entered >= oldest + self.look {
                 return;
             }
-            let place = known.next;
-            known.next += 1;
-            let near = known.near.remove(&place).unwrap_or_default();
-            if known.taken_over.has(&self.share, place) {
+            let place = state.next;
+            state.next += 1;
+            let near = state.near.remove(&place).unwrap_or_default();
+            if state.finished.has(&self.selection, place) {
                 continue;
             }
             let candidate = Candidate {
                 place,
-                number: known.entered,
-                work: self.work(known, place),
-                table: self.table(known, place),
+                number: state.entered,
+                work: self.work(state, place),
+                table: self.table(state, place),
                 near,
             };
-            known.entered += 1;
-            known.window.push_back(candidate);
+            state.entered += 1;
+            state.window.push_back(candidate);
         }
     }
 
     /// The next chain for a worker of a node with separate tables, when `written` points have left the writer's memory.
     /// The oldest chain can always be taken once all chains before it are written.
     fn next(&self, written: u64, node: Option<usize>) -> Next {
-        let mut known = self.known();
-        self.fill(&mut known);
-        if known.window.is_empty() {
+        let mut state = self.state();
+        self.fill(&mut state);
+        if state.window.is_empty() {
             return Next::End;
         }
-        let typical = known.all.value().unwrap_or(1.0);
-        let mut best: Option<(Reverse<Nearness>, f64, usize)> = None;
-        for (at, candidate) in known.window.iter().enumerate() {
+        let typical = state.all.value().unwrap_or(1.0);
+        let mut best: Option<(Reverse<TableDistance>, f64, usize)> = None;
+        for (at, candidate) in state.window.iter().enumerate() {
             if (candidate.place * self.length) as u64 >= written + self.ahead {
                 break;
             }
             let expected = candidate.work * candidate.near.value().unwrap_or(typical);
-            let nearness = node.map_or(Nearness::AtHand, |node| {
-                known.shelves.nearness(candidate.table, node)
+            let distance = node.map_or(TableDistance::AtHand, |node| {
+                state.node_tables.distance(candidate.table, node)
             });
-            let nearness = Reverse(nearness);
-            if best.is_none_or(|(nearest, most, _)| (nearness, expected) > (nearest, most)) {
-                best = Some((nearness, expected, at));
+            let distance = Reverse(distance);
+            if best.is_none_or(|(nearest, most, _)| (distance, expected) > (nearest, most)) {
+                best = Some((distance, expected, at));
             }
         }
-        let Some(candidate) = best.and_then(|(.., at)| known.window.remove(at)) else {
+        let Some(candidate) = best.and_then(|(.., at)| state.window.remove(at)) else {
             return Next::Wait;
         };
         if let Some(node) = node {
-            known.shelves.take(candidate.table, node);
+            state.node_tables.take(candidate.table, node);
         }
         Next::Chain {
-            turn: known.taken_over.turn(&self.share, candidate.place),
+            turn: state.finished.turn(&self.selection, candidate.place),
             work: candidate.work,
         }
     }
@@ -261,18 +261,18 @@ impl<'a> Queue<'a> {
     /// Records the time of the chain at a place as an estimate for its neighbours.
     fn finished(&self, place: usize, work: f64, time: Duration) {
         let ratio = time.as_secs_f64() / work;
-        let mut known = self.known();
-        known.all.add(ratio);
+        let mut state = self.state();
+        state.all.add(ratio);
         for step in [1, self.row] {
             let beside = [place.checked_sub(step), place.checked_add(step)];
             for place in beside.into_iter().flatten().filter(|_| step > 0) {
-                if place >= self.share.chains() {
+                if place >= self.selection.chains() {
                     continue;
                 }
-                if place >= known.next {
-                    known.near.entry(place).or_default().add(ratio);
-                } else if let Ok(at) = known.window.binary_search_by_key(&place, |c| c.place) {
-                    known.window[at].near.add(ratio);
+                if place >= state.next {
+                    state.near.entry(place).or_default().add(ratio);
+                } else if let Ok(at) = state.window.binary_search_by_key(&place, |c| c.place) {
+                    state.window[at].near.add(ratio);
                 }
             }
         }
@@ -292,10 +292,10 @@ fn row(job: &Job) -> usize {
 pub(super) fn work(point: &Variant) -> f64 {
     let run = &point.run;
     let mut cycles = (run.transient + run.cycles) as f64;
-    if let Some(asked) = &point.analyses.multistability {
-        let side = asked.slice.map_or(0.0, |slice| f64::from(slice.count));
-        let trajectories = f64::from(asked.initial_conditions) + side * side;
-        cycles += trajectories * (asked.transient + asked.cycles) as f64;
+    if let Some(config) = &point.analyses.multistability {
+        let side = config.slice.map_or(0.0, |slice| f64::from(slice.count));
+        let trajectories = f64::from(config.initial_conditions) + side * side;
+        cycles += trajectories * (config.transient + config.cycles) as f64;
     }
     cycles.max(1.0) * (FIXED_WORK + point.model.retained as f64)
 }

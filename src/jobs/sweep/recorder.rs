@@ -141,7 +141,7 @@ impl Recorder<'_> {
         self.watcher.writing();
         self.journal.sync()?;
         if let Some(refinement) = self.refinement {
-            self.writer.expect(lock(refinement).take_asked());
+            self.writer.expect(lock(refinement).take_requested());
             let writer = &mut self.writer;
             self.journal.in_order(|row| writer.push(row))?;
         }

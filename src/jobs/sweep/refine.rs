@@ -38,7 +38,7 @@ pub(super) struct Refinement {
     longest_period: u32,
     /// Known points, including those not requested yet.
     marks: HashMap<u64, Mark>,
-    asked: BTreeSet<u64>,
+    requested: BTreeSet<u64>,
     /// The largest differences that are ignored, one per number; known after the first round.
     allowed: Vec<f64>,
 }
@@ -52,7 +52,7 @@ impl Refinement {
             tolerance: refine.tolerance,
             longest_period: refine.longest_period,
             marks: HashMap::new(),
-            asked: BTreeSet::new(),
+            requested: BTreeSet::new(),
             allowed: Vec::new(),
         }
     }
@@ -72,19 +72,19 @@ impl Refinement {
 
     /// Number of requested points.
     pub fn points(&self) -> u64 {
-        self.asked.len() as u64
+        self.requested.len() as u64
     }
 
     /// Takes all requested points, ascending.
-    pub fn take_asked(&mut self) -> BTreeSet<u64> {
-        std::mem::take(&mut self.asked)
+    pub fn take_requested(&mut self) -> BTreeSet<u64> {
+        std::mem::take(&mut self.requested)
     }
 
     /// Requests the points of the next round and returns the unknown ones, ascending. Returns nothing if the plane is
     /// complete, or if a requested point is not known yet.
     pub fn next_round(&mut self) -> Vec<usize> {
         loop {
-            if self.asked.iter().any(|id| !self.marks.contains_key(id)) {
+            if self.requested.iter().any(|id| !self.marks.contains_key(id)) {
                 return Vec::new();
             }
             let round = self.round();
@@ -93,7 +93,7 @@ impl Refinement {
             }
             let unknown = round.iter().filter(|id| !self.marks.contains_key(id));
             let unknown: Vec<usize> = unknown.map(|&id| id as usize).collect();
-            self.asked.extend(round);
+            self.requested.extend(round);
             if !unknown.is_empty() {
                 return unknown;
             }
@@ -103,18 +103,18 @@ impl Refinement {
     /// The new points of the next round.
     fn round(&mut self) -> BTreeSet<u64> {
         let coarse = self.nested.places(0) as u64;
-        if self.asked.is_empty() {
+        if self.requested.is_empty() {
             return (0..coarse).collect();
         }
         if self.allowed.is_empty() {
             self.allowed = self.spans(coarse);
         }
-        let there = |place| self.asked.contains(&self.id(place));
+        let there = |place| self.requested.contains(&self.id(place));
         let leaves = self.nested.leaves(there);
         let divided = leaves.iter().filter(|cell| self.divides(cell));
         let places = divided.flat_map(|cell| cell.middles().into_iter().chain([cell.centre()]));
         let ids = places.map(|place| self.id(place));
-        ids.filter(|id| !self.asked.contains(id)).collect()
+        ids.filter(|id| !self.requested.contains(id)).collect()
     }
 
     fn id(&self, place: [usize; 2]) -> u64 {
@@ -140,7 +140,7 @@ impl Refinement {
         if cell.side == 1 {
             return false;
         }
-        let there = |place: &[usize; 2]| self.asked.contains(&self.id(*place));
+        let there = |place: &[usize; 2]| self.requested.contains(&self.id(*place));
         if cell.side >= 4 && cell.quarters_of_edges().iter().any(there) {
             return true;
         }

@@ -9,7 +9,7 @@ use super::point_kernel::KernelTally;
 use super::queue::Queue;
 use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::refine::{Refinement, lock};
-use super::turns::{ChainTask, Share, TakenOver};
+use super::turns::{ChainSelection, ChainTask, FinishedChains};
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
@@ -110,14 +110,14 @@ pub struct Sweep<'a> {
 }
 
 /// The state of a sweep after its journal was read.
-struct TakenUp {
+struct ResumedSweep {
     writer: ResultWriter,
     progress: Progress,
     kernels: KernelTally,
     refinement: Option<Refinement>,
     /// Points of this run.
-    share: Share,
-    taken_over: TakenOver,
+    selection: ChainSelection,
+    finished: FinishedChains,
 }
 
 impl Sweep<'_> {
@@ -139,36 +139,36 @@ impl Sweep<'_> {
             called_off,
             ..
         } = *self;
-        let mut own = self.take_up(journal)?;
-        let crew = start_workers(job, &own.share, options, topology)?;
+        let mut resumed = self.resume(journal)?;
+        let crew = start_workers(job, &resumed.selection, options, topology)?;
         let threads = crew.threads;
-        if let Some(refinement) = &mut own.refinement {
-            own.share = Share::of_points(refinement.next_round());
-            own.taken_over = TakenOver::default();
+        if let Some(refinement) = &mut resumed.refinement {
+            resumed.selection = ChainSelection::of_points(refinement.next_round());
+            resumed.finished = FinishedChains::default();
         }
-        own.progress.points = match &own.refinement {
+        resumed.progress.points = match &resumed.refinement {
             Some(refinement) => refinement.points(),
-            None => own.share.points() as u64,
+            None => resumed.selection.points() as u64,
         };
         let asked = crew.places.to_string();
         watcher.begun(&Begun {
-            progress: own.progress,
+            progress: resumed.progress,
             threads,
             asked: &asked,
             obtained: &crew.obtained,
         });
-        self.prepare(&own, &crew, watcher);
+        self.prepare(&resumed, &crew, watcher);
 
         let copies = copies(&crew.places);
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
         let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
-        let written = AtomicU64::new(match &own.refinement {
+        let written = AtomicU64::new(match &resumed.refinement {
             // Its points do not wait in memory for others.
             Some(_) => u64::MAX / 2,
-            None => own.progress.done - own.writer.waiting() as u64,
+            None => resumed.progress.done - resumed.writer.waiting() as u64,
         });
-        let points = AtomicU64::new(own.progress.points);
-        let refinement = own.refinement.map(Mutex::new);
+        let points = AtomicU64::new(resumed.progress.points);
+        let refinement = resumed.refinement.map(Mutex::new);
         let shared = Shared {
             sweep: self,
             crew: &crew,
@@ -181,10 +181,10 @@ impl Sweep<'_> {
         let (sender, receiver) = bounded(CHANNEL);
         let ended = std::thread::scope(|scope| {
             let recorder = Recorder {
-                writer: own.writer,
+                writer: resumed.writer,
                 journal,
-                progress: own.progress,
-                kernels: own.kernels,
+                progress: resumed.progress,
+                kernels: resumed.kernels,
                 watcher: &mut *watcher,
                 begun: Instant::now(),
                 written: &written,
@@ -204,7 +204,7 @@ impl Sweep<'_> {
             let writing = std::thread::Builder::new()
                 .spawn_scoped(scope, record)
                 .map_err(|error| SweepError::threads(threads + 1, &error))?;
-            shared.compute(own.share, own.taken_over, &sender);
+            shared.compute(resumed.selection, resumed.finished, &sender);
             drop(sender);
             let recorded = writing
                 .join()
@@ -236,11 +236,11 @@ impl Sweep<'_> {
     }
 
     /// Reads the points in the journal.
-    fn take_up(&self, journal: &mut Journal) -> Result<TakenUp, SweepError> {
+    fn resume(&self, journal: &mut Journal) -> Result<ResumedSweep, SweepError> {
         let (job, options) = (self.job, self.options);
-        let mut share = Share::of_shard(job, options.shard);
+        let mut selection = ChainSelection::of_shard(job, options.shard);
         if let Some(only) = options.only {
-            share = share.with(only);
+            selection = selection.with(only);
         }
         let mut writer = ResultWriter::create(self.folder, &layout(job, self.shard()), [])?;
         let mut progress = Progress {
@@ -249,10 +249,10 @@ impl Sweep<'_> {
         };
         let mut refinement = job.refine.as_ref().map(Refinement::new);
         if refinement.is_none() {
-            writer.expect(share.clone().ids());
+            writer.expect(selection.clone().ids());
         }
         let mut kernels = KernelTally::default();
-        let taken_over = TakenOver::replay(job, journal, |row| {
+        let finished = FinishedChains::replay(job, journal, |row| {
             progress.count(&row);
             kernels.count(&row);
             match &mut refinement {
@@ -264,25 +264,27 @@ impl Sweep<'_> {
             }
         })?;
         progress.resumed = progress.done;
-        Ok(TakenUp {
+        Ok(ResumedSweep {
             writer,
             progress,
             kernels,
             refinement,
-            share,
-            taken_over,
+            selection,
+            finished,
         })
     }
 
     /// Prepares structures and mesh tables of the remaining points.
-    fn prepare(&self, own: &TakenUp, crew: &Workers, watcher: &mut dyn Watcher) {
+    fn prepare(&self, resumed: &ResumedSweep, crew: &Workers, watcher: &mut dyn Watcher) {
         let length = self.job.chain_length();
         // The writer cannot be shared with the workers.
-        let TakenUp {
-            share, taken_over, ..
-        } = own;
-        let left = (0..share.chains()).filter(|&place| !taken_over.has(share, place));
-        let firsts = left.map(|place| share.id(place * length));
+        let ResumedSweep {
+            selection,
+            finished,
+            ..
+        } = resumed;
+        let left = (0..selection.chains()).filter(|&place| !finished.has(selection, place));
+        let firsts = left.map(|place| selection.id(place * length));
         let mut tables = 0;
         let mut prepared = || {
             tables += 1;
@@ -309,8 +311,13 @@ struct Shared<'a> {
 }
 
 impl Shared<'_> {
-    /// Computes all points of a share; for a refined grid those of all rounds.
-    fn compute(&self, share: Share, taken_over: TakenOver, sender: &Sender<PointRow>) {
+    /// Computes all points of a selection; for a refined grid those of all rounds.
+    fn compute(
+        &self,
+        selection: ChainSelection,
+        finished: FinishedChains,
+        sender: &Sender<PointRow>,
+    ) {
         let Sweep {
             job,
             parts,
@@ -318,11 +325,11 @@ impl Shared<'_> {
             ..
         } = *self.sweep;
         let shards = (self.sweep.shard()).map_or(1, |shard| shard.count as usize);
-        let queue = |share, taken_over| {
+        let queue = |selection, finished| {
             let (threads, nodes) = (self.crew.threads, self.of_nodes.len());
-            Queue::new(job, share, taken_over, shards, threads, nodes)
+            Queue::new(job, selection, finished, shards, threads, nodes)
         };
-        let mut present = queue(share, taken_over);
+        let mut present = queue(selection, finished);
         loop {
             (self.crew.pool).broadcast(|context| self.work(&present, context.index(), sender));
             let Some(refinement) = self.refinement else {
@@ -339,7 +346,7 @@ impl Shared<'_> {
             }
             let firsts = next.iter().copied();
             (self.crew.pool).install(|| parts.prepare(job, firsts, called_off, &mut || ()));
-            present = queue(Share::of_points(next), TakenOver::default());
+            present = queue(ChainSelection::of_points(next), FinishedChains::default());
         }
     }
 
@@ -404,7 +411,7 @@ fn most_workers(hardware_threads: usize) -> usize {
 /// the upper limit.
 pub(super) fn start_workers(
     job: &Job,
-    share: &Share,
+    selection: &ChainSelection,
     options: Options<'_>,
     topology: Option<&Topology>,
 ) -> Result<Workers, SweepError> {
@@ -415,7 +422,7 @@ pub(super) fn start_workers(
         .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
     let most = most_workers(parallelism.map_or(1, usize::from));
     let threads = threads.min(most);
-    let threads = threads.clamp(1, pieces(job, share, threads).max(1));
+    let threads = threads.clamp(1, pieces(job, selection, threads).max(1));
     let places = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -474,18 +481,18 @@ fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Top
 
 /// Number of pieces of work that can run at the same time: chains, and probes if there are any. Counting stops at
 /// `enough`.
-pub(super) fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
+pub(super) fn pieces(job: &Job, selection: &ChainSelection, enough: usize) -> usize {
     // Later rounds may have more points than the first.
     if job.refine.is_some() {
         return enough;
     }
-    let chains = share.chains().min(enough);
+    let chains = selection.chains().min(enough);
     let pieces = (0..chains).map(|place| {
         let first = job
             .points
-            .variant_near(share.id(place * job.chain_length()));
+            .variant_near(selection.id(place * job.chain_length()));
         let probes = first.analyses.multistability;
-        probes.map_or(1, |asked| asked.initial_conditions as usize)
+        probes.map_or(1, |config| config.initial_conditions as usize)
     });
     pieces.sum()
 }

@@ -1,6 +1,6 @@
 //! How do the results of a point change with keys of its manifest?
 
-use super::build::{BuildError, questions};
+use super::build::{BuildError, point_config};
 use super::family::PointFamily;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
@@ -124,7 +124,7 @@ pub fn sensitivities(
     job: &Job,
     Differentiated { point, held }: Differentiated<'_>,
     keys: &[Parameter],
-    asked: &Ensemble,
+    settings: &Ensemble,
     step: f64,
     parts: &Prepared,
     called_off: &AtomicBool,
@@ -158,7 +158,7 @@ pub fn sensitivities(
                 of_orbit(&family, &model, &state, period, parts)
             }
             Class::Chaotic | Class::TransientChaos => {
-                of_ensemble(&family, &model, &state, asked, step, parts, called_off)
+                of_ensemble(&family, &model, &state, settings, step, parts, called_off)
             }
             _ => Err(unsettled()),
         }
@@ -194,9 +194,14 @@ impl KernelUse for Settle<'_> {
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let mut trajectory = self.start;
-        let asked = questions(self.point, self.seed);
-        let outcome =
-            investigate_onward(self.model, kernel, &mut trajectory, &asked, self.called_off)?;
+        let config = point_config(self.point, self.seed);
+        let outcome = investigate_onward(
+            self.model,
+            kernel,
+            &mut trajectory,
+            &config,
+            self.called_off,
+        )?;
         Ok((outcome, trajectory))
     }
 }
@@ -328,7 +333,7 @@ fn of_orbit(
 struct Members<'a> {
     model: &'a Model,
     starts: &'a [TrajectoryState],
-    asked: &'a Ensemble,
+    settings: &'a Ensemble,
     called_off: &'a AtomicBool,
 }
 
@@ -336,7 +341,13 @@ impl KernelUse for Members<'_> {
     type Output = Result<Vec<[f64; 4]>, MemberError>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
-        averages(self.model, kernel, self.starts, self.asked, self.called_off)
+        averages(
+            self.model,
+            kernel,
+            self.starts,
+            self.settings,
+            self.called_off,
+        )
     }
 }
 
@@ -371,7 +382,7 @@ fn of_ensemble(
     family: &PointFamily<'_>,
     model: &Model,
     state: &TrajectoryState,
-    asked: &Ensemble,
+    settings: &Ensemble,
     step: f64,
     parts: &Prepared,
     called_off: &AtomicBool,
@@ -384,7 +395,7 @@ fn of_ensemble(
         parts,
         Starts {
             start: state,
-            members: asked.members,
+            members: settings.members,
         },
     )??;
     let h = step * family.size(at, 0);
@@ -400,7 +411,7 @@ fn of_ensemble(
             Members {
                 model: &model,
                 starts: &starts,
-                asked,
+                settings,
                 called_off,
             },
         )??);

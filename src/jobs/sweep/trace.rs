@@ -1,7 +1,7 @@
 //! Records the trajectory of one operating point.
 
 use super::build::BuildError;
-use super::chain::lead_up;
+use super::chain::chain_state_before;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{CalledOff, TraceConfig, TraceOutcome, TraceSink, trace};
@@ -20,7 +20,7 @@ pub struct PointTrace<'a> {
     /// Whether it starts from the sweep that the manifest requests instead of `run.initial`.
     pub swept: bool,
     /// The trajectory and its samples.
-    pub question: TraceConfig,
+    pub config: TraceConfig,
     /// Structures and tables at hand.
     pub parts: &'a Prepared,
 }
@@ -63,7 +63,7 @@ impl PointTrace<'_> {
     ) -> Result<(TraceOutcome, S), PointTraceError<S::Error>> {
         let run = &self.point.run;
         let swept = if self.swept {
-            lead_up(self.job, self.point, self.parts, called_off)?
+            chain_state_before(self.job, self.point, self.parts, called_off)?
                 .start(self.job, self.point, model)
         } else {
             // There is no sweep before the point.
@@ -72,7 +72,7 @@ impl PointTrace<'_> {
         let recording = Recording {
             model,
             start: swept.unwrap_or_else(|| model.start(&run.initial)),
-            question: &self.question,
+            config: &self.config,
             called_off,
             open,
         };
@@ -86,7 +86,7 @@ impl PointTrace<'_> {
 struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,
-    question: &'a TraceConfig,
+    config: &'a TraceConfig,
     called_off: &'a AtomicBool,
     open: F,
 }
@@ -97,7 +97,7 @@ impl<S: TraceSink, F: FnOnce() -> Result<S, S::Error>> KernelUse for Recording<'
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let kernel = &Interruptible::new(kernel, self.called_off);
         let mut sink = (self.open)()?;
-        let outcome = trace(self.model, kernel, self.start, self.question, &mut sink)?;
+        let outcome = trace(self.model, kernel, self.start, self.config, &mut sink)?;
         Ok((outcome, sink))
     }
 }

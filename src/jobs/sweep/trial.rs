@@ -5,12 +5,12 @@
 //! with all observers and nothing else, give the time of one cycle. Other analyses have fewer probes, guesses and
 //! cycles.
 
-use super::build::questions;
+use super::build::point_config;
 use super::carried::CarriedState;
-use super::chain::{asked, verdict};
-use super::estimate::Sampled;
+use super::chain::{verdict, with_level_if_refined};
+use super::estimate::PointTime;
 use super::parts::Prepared;
-use super::point::{Answer, Step, Worker, attempt, row};
+use super::point::{PointResult, Step, Worker, compute_point, row};
 use super::queue::work;
 use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
 use crate::analysis::{MultistabilityConfig, Outlook};
@@ -42,7 +42,7 @@ pub(super) struct Tried {
     pub id: usize,
     /// Processor time of mesh tables and structures that were not at hand \[s\].
     pub prepared: f64,
-    pub sampled: Sampled,
+    pub sampled: PointTime,
     /// Its time if it did not settle \[s\].
     pub most: f64,
     /// Its motion, if there is a verdict; motion that did not settle counts as chaos.
@@ -73,7 +73,7 @@ pub(super) fn try_out(
     let before = if id.is_multiple_of(job.chain_length()) {
         None
     } else {
-        attempt(&led_to(job.points.at(id - 1)), None, parts, over)?.end
+        compute_point(&motion_only(job.points.at(id - 1)), None, parts, over)?.end
     };
     let carried = |end| CarriedState {
         end,
@@ -82,16 +82,16 @@ pub(super) fn try_out(
             .as_ref()
             .map_or(0.0, |carried| carried.displacement),
     };
-    let short = shortened(&asked(&point));
+    let short = shortened(&with_level_if_refined(&point));
     let (begun, wall) = (clock.now(), Instant::now());
-    let tried = attempt(&short, before.as_ref().map(carried), parts, over);
+    let tried = compute_point(&short, before.as_ref().map(carried), parts, over);
     let took = clock.now() - begun;
-    let mut sampled = Sampled {
+    let mut sampled = PointTime {
         time: took,
         spread: 0.0,
         work: work(job.points.variant_near(id)),
     };
-    let Ok(mut answer) = tried else {
+    let Ok(mut result) = tried else {
         return Ok(Tried {
             id,
             prepared,
@@ -101,29 +101,29 @@ pub(super) fn try_out(
             row: None,
         });
     };
-    let mut motion = verdict(&answer.outcome);
+    let mut motion = verdict(&result.outcome);
     let seed = PointSeed {
         seed: point.seed,
         point_id: point.point_id,
     };
-    let outlook = Outlook::of(&questions(&point, seed), &answer.outcome);
-    let measured = answer.outcome.measured_cycles;
-    let cycle = answer.times[Step::Integration as usize] / answer.outcome.cycles.max(1) as f64;
+    let outlook = Outlook::of(&point_config(&point, seed), &result.outcome);
+    let measured = result.outcome.measured_cycles;
+    let cycle = result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64;
     let most = cycle * outlook.expected;
     if measured < point.run.cycles && measured >= short.run.cycles {
         motion = Some(Class::Chaotic);
-        let cycle = cycle_time(&short, answer.end.as_ref(), parts, over)?;
+        let cycle = cycle_time(&short, result.end.as_ref(), parts, over)?;
         sampled.time += cycle * (outlook.expected - measured as f64).max(0.0);
         sampled.spread = cycle * outlook.spread;
     }
-    let more = beside(&point.analyses, &short.analyses, &answer);
+    let more = other_analyses_time(&point.analyses, &short.analyses, &result);
     sampled.time += more;
     sampled.spread = sampled.spread.hypot(UNEVEN * more);
-    if let (Some(found), Some(asked)) = (&mut answer.multistability, point.analyses.multistability)
+    if let (Some(found), Some(config)) = (&mut result.multistability, point.analyses.multistability)
     {
-        enlarge(found, &asked);
+        enlarge(found, &config);
     }
-    let end = answer.end.take();
+    let end = result.end.take();
     let chain = point.direction.map(|direction| {
         Box::new(ChainPart {
             upwards: direction == Direction::Up,
@@ -134,7 +134,7 @@ pub(super) fn try_out(
     });
     let row = PointRow {
         chain,
-        ..row(&point, answer, worker, wall)
+        ..row(&point, result, worker, wall)
     };
     Ok(Tried {
         id,
@@ -167,29 +167,29 @@ fn cycle_time(
         end,
         displacement: 0.0,
     };
-    let answer = attempt(&onward, Some(start), parts, over)?;
-    Ok(answer.times[Step::Integration as usize] / answer.outcome.cycles.max(1) as f64)
+    let result = compute_point(&onward, Some(start), parts, over)?;
+    Ok(result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64)
 }
 
 /// The point without other analyses. It has no twin and no audit either, because their cycles do not grow with those of
 /// the point.
 fn integrated_only(mut point: PointSpec) -> PointSpec {
     Arc::make_mut(&mut point.run).audit_cycles = 0;
-    let asked = &point.analyses;
+    let analyses = &point.analyses;
     point.analyses = Arc::new(Analyses {
-        lyapunov: asked.lyapunov.map(|asked| LyapunovConfig {
+        lyapunov: analyses.lyapunov.map(|config| LyapunovConfig {
             twin: false,
-            ..asked
+            ..config
         }),
-        poincare: asked.poincare.clone(),
-        nvh: asked.nvh,
+        poincare: analyses.poincare.clone(),
+        nvh: analyses.nvh,
         ..Analyses::default()
     });
     point
 }
 
 /// A point of which only the motion is needed.
-fn led_to(point: PointSpec) -> PointSpec {
+fn motion_only(point: PointSpec) -> PointSpec {
     let mut before = integrated_only(shortened(&point));
     let analyses = Arc::make_mut(&mut before.analyses);
     (analyses.poincare, analyses.nvh) = (None, None);
@@ -203,68 +203,68 @@ fn shortened(point: &PointSpec) -> PointSpec {
     if run.cycles > 2 * MEASURED {
         run.cycles = MEASURED;
     }
-    let asked = Arc::make_mut(&mut short.analyses);
+    let analyses = Arc::make_mut(&mut short.analyses);
     let part = |count: u32, least: u32| (count / PART).max(least).min(count);
-    if let Some(asked) = &mut asked.multistability {
-        asked.initial_conditions = part(asked.initial_conditions, 2);
-        if let Some(slice) = &mut asked.slice {
+    if let Some(config) = &mut analyses.multistability {
+        config.initial_conditions = part(config.initial_conditions, 2);
+        if let Some(slice) = &mut config.slice {
             slice.count = slice.count.min(CELLS);
         }
     }
-    if let Some(asked) = &mut asked.orbits {
-        asked.guesses = part(asked.guesses, 1);
+    if let Some(config) = &mut analyses.orbits {
+        config.guesses = part(config.guesses, 1);
     }
-    if let Some(asked) = &mut asked.horizon {
-        asked.twins = part(asked.twins, 2);
-        asked.averages = (asked.averages / u64::from(PART)).max(1);
+    if let Some(config) = &mut analyses.horizon {
+        config.twins = part(config.twins, 2);
+        config.averages = (config.averages / u64::from(PART)).max(1);
     }
-    if let Some(asked) = &mut asked.covariant {
-        asked.cycles = (asked.cycles / u64::from(PART)).max(1);
+    if let Some(config) = &mut analyses.covariant {
+        config.cycles = (config.cycles / u64::from(PART)).max(1);
     }
     short
 }
 
 /// Processor time of the other analyses, minus that of their reduced form \[s\].
-fn beside(asked: &Analyses, short: &Analyses, answer: &Answer) -> f64 {
+fn other_analyses_time(requested: &Analyses, short: &Analyses, result: &PointResult) -> f64 {
     let more = |step: Step, whole: f64, part: f64| {
-        answer.times[step as usize] * (whole / part.max(1.0) - 1.0).max(0.0)
+        result.times[step as usize] * (whole / part.max(1.0) - 1.0).max(0.0)
     };
     let mut time = 0.0;
-    if let (Some(found), Some(asked)) = (&answer.multistability, &asked.multistability) {
-        let whole = probed(found, asked);
+    if let (Some(found), Some(requested)) = (&result.multistability, &requested.multistability) {
+        let whole = probed(found, requested);
         time += more(Step::Multistability, whole, found.cycles() as f64);
     }
-    if let (Some(asked), Some(short)) = (&asked.orbits, &short.orbits) {
-        time += more(Step::Orbits, asked.guesses.into(), short.guesses.into());
+    if let (Some(requested), Some(short)) = (&requested.orbits, &short.orbits) {
+        time += more(Step::Orbits, requested.guesses.into(), short.guesses.into());
     }
-    if let (Some(asked), Some(short)) = (&asked.horizon, &short.horizon) {
-        time += more(Step::Horizon, asked.twins.into(), short.twins.into());
+    if let (Some(requested), Some(short)) = (&requested.horizon, &short.horizon) {
+        time += more(Step::Horizon, requested.twins.into(), short.twins.into());
     }
-    if let (Some(asked), Some(short)) = (&asked.covariant, &short.covariant) {
-        let [asked, short] = [asked, short].map(|own| (own.cycles + own.align) as f64);
-        time += more(Step::Covariant, asked, short);
+    if let (Some(requested), Some(short)) = (&requested.covariant, &short.covariant) {
+        let [requested, short] = [requested, short].map(|own| (own.cycles + own.align) as f64);
+        time += more(Step::Covariant, requested, short);
     }
     time
 }
 
 /// Cycles of all requested probes and cells, extrapolated from some.
-fn probed(found: &MultistabilityOutcome, asked: &MultistabilityConfig) -> f64 {
+fn probed(found: &MultistabilityOutcome, config: &MultistabilityConfig) -> f64 {
     let all = |cycles: Vec<u64>, count: f64| {
         cycles.iter().sum::<u64>() as f64 * count / cycles.len().max(1) as f64
     };
     let probes = found.probes.iter().map(|probe| probe.cycles).collect();
     let cells = found.cells.iter().map(|cell| cell.cycles).collect();
-    let side = asked.slice.map_or(0.0, |slice| f64::from(slice.count));
-    all(probes, asked.initial_conditions.into()) + all(cells, side * side)
+    let side = config.slice.map_or(0.0, |slice| f64::from(slice.count));
+    all(probes, config.initial_conditions.into()) + all(cells, side * side)
 }
 
 /// Repeats probes and cells up to the requested number, for rows of the final size.
-fn enlarge(found: &mut MultistabilityOutcome, asked: &MultistabilityConfig) {
+fn enlarge(found: &mut MultistabilityOutcome, config: &MultistabilityConfig) {
     fn repeat<T: Clone>(list: &mut Vec<T>, count: usize) {
         *list = list.iter().cloned().cycle().take(count).collect();
     }
-    let side = asked.slice.map_or(0, |slice| slice.count as usize);
-    repeat(&mut found.probes, asked.initial_conditions as usize);
+    let side = config.slice.map_or(0, |slice| slice.count as usize);
+    repeat(&mut found.probes, config.initial_conditions as usize);
     repeat(&mut found.cells, side * side);
 }
 
@@ -293,7 +293,7 @@ mod tests {
         let over = AtomicBool::new(false);
         let (mut few, mut all, mut open) = (0, 0, 0);
         for id in 0..job.points.len() {
-            let whole = attempt(&job.points.at(id), None, &parts, &over).unwrap();
+            let whole = compute_point(&job.points.at(id), None, &parts, &over).unwrap();
             let tried = try_out(&job, id, &parts, worker, ProcessorClock::Thread, &over).unwrap();
             let row = tried.row.unwrap();
             few += row.outcome.cycles;
@@ -323,14 +323,17 @@ mod tests {
         let job = manifest::parse(&text, "m.toml", &data).unwrap();
         let point = job.points.at(0);
         let short = shortened(&point);
-        let asked = short.analyses.horizon.unwrap();
-        assert_eq!((asked.twins, asked.averages), (2, 10));
+        let horizon = short.analyses.horizon.unwrap();
+        assert_eq!((horizon.twins, horizon.averages), (2, 10));
         let folder = tempfile::tempdir().unwrap();
         let parts = Prepared::new(TableStore::open(folder.path()));
         let over = AtomicBool::new(false);
-        let mut answer = attempt(&short, None, &parts, &over).unwrap();
-        answer.times[Step::Horizon as usize] = 0.5;
+        let mut result = compute_point(&short, None, &parts, &over).unwrap();
+        result.times[Step::Horizon as usize] = 0.5;
         // 64 twins take 32 times as long as two.
-        assert_eq!(beside(&point.analyses, &short.analyses, &answer), 15.5);
+        assert_eq!(
+            other_analyses_time(&point.analyses, &short.analyses, &result),
+            15.5
+        );
     }
 }

@@ -7,7 +7,7 @@ use std::collections::{BTreeSet, HashMap};
 
 /// Chains of a job that belong to a run, in order; `place` is an index among them.
 #[derive(Debug, Clone)]
-pub struct Share {
+pub struct ChainSelection {
     /// Points of a chain, 1 if points are independent.
     length: usize,
     chains: Chains,
@@ -25,7 +25,7 @@ enum Chains {
     Listed(Vec<usize>),
 }
 
-impl Share {
+impl ChainSelection {
     /// Every n-th chain of a job for its n-th shard, so that neighbours, which take similar time, are evenly
     /// distributed; all chains without a shard. For a refined grid, the points that are computed in any case, which
     /// have the first numbers.
@@ -111,13 +111,13 @@ pub(super) struct ChainTask {
 
 /// Chains that an earlier run has finished, completely or partly.
 #[derive(Debug, Default)]
-pub(super) struct TakenOver {
+pub(super) struct FinishedChains {
     /// By chain; chains beyond the end are not finished.
     done: Vec<bool>,
     links: HashMap<usize, ChainState>,
 }
 
-impl TakenOver {
+impl FinishedChains {
     /// Reads the journal and passes every point in it to `take` once.
     ///
     /// # Errors
@@ -173,25 +173,25 @@ impl TakenOver {
     }
 
     /// Whether the chain at a place is finished.
-    pub(super) fn has(&self, share: &Share, place: usize) -> bool {
-        self.is_done(share.chain(place))
+    pub(super) fn has(&self, selection: &ChainSelection, place: usize) -> bool {
+        self.is_done(selection.chain(place))
     }
 
     /// Number of remaining points of a chain.
-    pub(super) fn left(&self, share: &Share, place: usize) -> usize {
+    pub(super) fn left(&self, selection: &ChainSelection, place: usize) -> usize {
         let passed = self
             .links
-            .get(&share.chain(place))
+            .get(&selection.chain(place))
             .map_or(0, ChainState::passed);
-        share.length - passed
+        selection.length - passed
     }
 
     /// The chain at a place, to be computed; call this once per chain.
-    pub(super) fn turn(&mut self, share: &Share, place: usize) -> ChainTask {
-        let chain = share.chain(place);
+    pub(super) fn turn(&mut self, selection: &ChainSelection, place: usize) -> ChainTask {
+        let chain = selection.chain(place);
         ChainTask {
             place,
-            first: chain * share.length,
+            first: chain * selection.length,
             link: self.links.remove(&chain).unwrap_or_default(),
         }
     }
@@ -213,7 +213,7 @@ mod tests {
         ] {
             let mut seen = vec![0; points];
             for index in 1..=count {
-                let own = Share::every(points, chain, Some(Shard { index, count }));
+                let own = ChainSelection::every(points, chain, Some(Shard { index, count }));
                 let ids: Vec<u64> = own.clone().ids().collect();
                 assert_eq!(ids.len(), own.points());
                 assert!(ids.is_sorted());
@@ -226,14 +226,15 @@ mod tests {
                 }
             }
             assert!(seen.iter().all(|n| *n == 1));
-            assert_eq!(Share::every(points, chain, None).points(), points);
+            assert_eq!(ChainSelection::every(points, chain, None).points(), points);
         }
     }
 
     #[test]
     fn chains_are_taken_whole() {
         let of = |points: &[u64], chain, shard| {
-            let own = Share::every(24, chain, shard).with(&points.iter().copied().collect());
+            let own =
+                ChainSelection::every(24, chain, shard).with(&points.iter().copied().collect());
             own.ids().collect::<Vec<u64>>()
         };
         assert_eq!(of(&[3, 7], 1, None), [3, 7]);

@@ -8,9 +8,9 @@ use std::collections::VecDeque;
 /// Most tables that a node keeps at hand; the least recently used one is dropped.
 pub const TABLES_AT_HAND: usize = 4;
 
-/// Nearness of a table to a worker, nearest first.
+/// Distance of a table to a worker, nearest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Nearness {
+pub enum TableDistance {
     /// The node has the table at hand, or the work reads no table.
     AtHand,
     /// The node is the table's home.
@@ -21,14 +21,14 @@ pub enum Nearness {
 
 /// Which tables lie on which node.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Shelves {
+pub struct NodeTables {
     /// Tables at hand of every node, most recently used first.
     at_hand: Vec<VecDeque<u64>>,
     steals: u64,
 }
 
-impl Shelves {
-    /// Empty shelves of `nodes` nodes.
+impl NodeTables {
+    /// Empty tables of `nodes` nodes.
     pub fn new(nodes: usize) -> Self {
         Self {
             at_hand: vec![VecDeque::new(); nodes],
@@ -41,18 +41,18 @@ impl Shelves {
         self.at_hand.len()
     }
 
-    /// Nearness of a table to the workers of a node. The table's number determines its home, so that tables need no
+    /// Distance of a table to the workers of a node. The table's number determines its home, so that tables need no
     /// record while they are not at hand.
-    pub fn nearness(&self, table: Option<u64>, node: usize) -> Nearness {
+    pub fn distance(&self, table: Option<u64>, node: usize) -> TableDistance {
         let Some(table) = table else {
-            return Nearness::AtHand;
+            return TableDistance::AtHand;
         };
         if self.at_hand[node].contains(&table) {
-            Nearness::AtHand
+            TableDistance::AtHand
         } else if table % self.at_hand.len() as u64 == node as u64 {
-            Nearness::Home
+            TableDistance::Home
         } else {
-            Nearness::Elsewhere
+            TableDistance::Elsewhere
         }
     }
 
@@ -61,13 +61,13 @@ impl Shelves {
         let Some(table) = table else {
             return;
         };
-        if self.nearness(Some(table), node) == Nearness::Elsewhere {
+        if self.distance(Some(table), node) == TableDistance::Elsewhere {
             self.steals += 1;
         }
-        let shelf = &mut self.at_hand[node];
-        shelf.retain(|known| *known != table);
-        shelf.push_front(table);
-        shelf.truncate(TABLES_AT_HAND);
+        let tables = &mut self.at_hand[node];
+        tables.retain(|known| *known != table);
+        tables.push_front(table);
+        tables.truncate(TABLES_AT_HAND);
     }
 
     /// Number of tables that another node than their home took.
@@ -82,29 +82,32 @@ mod tests {
 
     #[test]
     fn own_tables_are_nearer_than_those_of_others() {
-        let mut shelves = Shelves::new(2);
-        assert_eq!(shelves.nearness(None, 1), Nearness::AtHand);
-        assert_eq!(shelves.nearness(Some(4), 0), Nearness::Home);
-        assert_eq!(shelves.nearness(Some(4), 1), Nearness::Elsewhere);
-        shelves.take(Some(4), 1);
-        assert_eq!(shelves.nearness(Some(4), 1), Nearness::AtHand);
-        assert_eq!((shelves.steals(), shelves.nodes()), (1, 2));
-        shelves.take(Some(4), 1);
-        shelves.take(None, 0);
-        shelves.take(Some(2), 0);
-        assert_eq!(shelves.steals(), 1, "at hand, none, at home");
-        assert!(Nearness::AtHand < Nearness::Home && Nearness::Home < Nearness::Elsewhere);
+        let mut node_tables = NodeTables::new(2);
+        assert_eq!(node_tables.distance(None, 1), TableDistance::AtHand);
+        assert_eq!(node_tables.distance(Some(4), 0), TableDistance::Home);
+        assert_eq!(node_tables.distance(Some(4), 1), TableDistance::Elsewhere);
+        node_tables.take(Some(4), 1);
+        assert_eq!(node_tables.distance(Some(4), 1), TableDistance::AtHand);
+        assert_eq!((node_tables.steals(), node_tables.nodes()), (1, 2));
+        node_tables.take(Some(4), 1);
+        node_tables.take(None, 0);
+        node_tables.take(Some(2), 0);
+        assert_eq!(node_tables.steals(), 1, "at hand, none, at home");
+        assert!(
+            TableDistance::AtHand < TableDistance::Home
+                && TableDistance::Home < TableDistance::Elsewhere
+        );
     }
 
     #[test]
     fn what_was_not_used_for_longest_is_let_go() {
-        let mut shelves = Shelves::new(1);
+        let mut node_tables = NodeTables::new(1);
         for table in 0..TABLES_AT_HAND as u64 {
-            shelves.take(Some(table), 0);
+            node_tables.take(Some(table), 0);
         }
-        shelves.take(Some(0), 0);
-        shelves.take(Some(99), 0);
-        assert_eq!(shelves.nearness(Some(0), 0), Nearness::AtHand);
-        assert_eq!(shelves.nearness(Some(1), 0), Nearness::Home);
+        node_tables.take(Some(0), 0);
+        node_tables.take(Some(99), 0);
+        assert_eq!(node_tables.distance(Some(0), 0), TableDistance::AtHand);
+        assert_eq!(node_tables.distance(Some(1), 0), TableDistance::Home);
     }
 }

@@ -50,7 +50,7 @@ impl Room {
 
     /// Whether a copy of a table of `bytes` on this node pays. A table that fits in a core's private cache is read from
     /// afar only once. All tables at hand must leave most of the free memory to others.
-    pub fn takes(&self, bytes: u64) -> bool {
+    pub fn should_copy(&self, bytes: u64) -> bool {
         let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
         let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);
         bytes > self.own_cache && fits
@@ -141,32 +141,39 @@ mod tests {
     #[test]
     fn tables_are_copied_where_there_is_room_and_a_use() {
         const TABLE: u64 = 7 << 20;
-        let takes = |description: &str, free: &[Option<u64>], bytes: u64| -> Vec<bool> {
+        let should_copy = |description: &str, free: &[Option<u64>], bytes: u64| -> Vec<bool> {
             let topology = Topology::synthetic(description).unwrap();
             let plan = plan(&topology.cores, topology.cores.len(), Pinning::Full);
             let mut rooms = topology.rooms(&copies(&plan));
             for (room, free) in rooms.iter_mut().zip(free) {
                 room.free = *free;
             }
-            rooms.iter().map(|room| room.takes(bytes)).collect()
+            rooms.iter().map(|room| room.should_copy(bytes)).collect()
         };
         let plenty = Some(64 << 30);
         let one = "package:1 l2(size=1MB):4 core:1 pu:2";
-        assert!(takes(one, &[plenty], TABLE).is_empty(), "one node, no copy");
+        assert!(
+            should_copy(one, &[plenty], TABLE).is_empty(),
+            "one node, no copy"
+        );
         let two = "package:2 [numa] l2(size=1MB):4 core:1 pu:2";
-        assert_eq!(takes(two, &[plenty; 2], TABLE), [true, true]);
-        assert_eq!(takes(two, &[None; 2], TABLE), [true, true], "nobody tells");
+        assert_eq!(should_copy(two, &[plenty; 2], TABLE), [true, true]);
         assert_eq!(
-            takes(two, &[plenty; 2], 1 << 19),
+            should_copy(two, &[None; 2], TABLE),
+            [true, true],
+            "nobody tells"
+        );
+        assert_eq!(
+            should_copy(two, &[plenty; 2], 1 << 19),
             [false, false],
             "in cache"
         );
         let four = "package:4 [numa] l2(size=1MB):2 core:1 pu:1";
         let free = [plenty, Some(200 << 20), Some(224 << 20), None];
-        assert_eq!(takes(four, &free, TABLE), [true, false, true, true]);
+        assert_eq!(should_copy(four, &free, TABLE), [true, false, true, true]);
         let clusters = "package:2 numa:4 l2(size=2MB):2 core:1 pu:2";
-        assert_eq!(takes(clusters, &[plenty; 8], TABLE), [true; 8]);
-        assert_eq!(takes(clusters, &[plenty; 8], u64::MAX), [false; 8]);
+        assert_eq!(should_copy(clusters, &[plenty; 8], TABLE), [true; 8]);
+        assert_eq!(should_copy(clusters, &[plenty; 8], u64::MAX), [false; 8]);
     }
 
     #[test]

@@ -134,15 +134,15 @@ impl System for Hwloc {
             };
             for memory in nodes.iter().copied() {
                 // Attributes that this machine does not have give an error: their values are unknown.
-                let told = |attributes: &[MemoryAttribute<'_>; 2]| {
+                let first_known = |attributes: &[MemoryAttribute<'_>; 2]| {
                     let value = |a: &MemoryAttribute<'_>| a.value(Some((&*cpuset).into()), memory);
                     attributes.iter().find_map(|a| value(a).ok().flatten())
                 };
                 let path = MemoryPath {
                     cpu_node: os_index(cores),
                     memory_node: os_index(memory),
-                    bandwidth: told(&bandwidths),
-                    latency: told(&latencies),
+                    bandwidth: first_known(&bandwidths),
+                    latency: first_known(&latencies),
                 };
                 if path.bandwidth.or(path.latency).is_some() {
                     paths.push(path);

@@ -15,7 +15,7 @@ mod placement;
 mod sysfs;
 mod system;
 
-pub use affinity::{Nearness, Shelves, TABLES_AT_HAND};
+pub use affinity::{NodeTables, TABLES_AT_HAND, TableDistance};
 pub use copies::{Copies, Room, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, ProcessorClock, peak_memory};

@@ -37,12 +37,15 @@ pub struct Plan {
 impl Plan {
     /// The requested parts of it; all if none is named.
     pub fn only(self, parts: &[Part]) -> (Vec<Item>, Vec<String>) {
-        let asked = |part: &Part| parts.is_empty() || parts.contains(part);
-        let items = self.items.into_iter().filter(|item| asked(&item.part()));
+        let is_requested = |part: &Part| parts.is_empty() || parts.contains(part);
+        let items = self
+            .items
+            .into_iter()
+            .filter(|item| is_requested(&item.part()));
         let missing = self
             .missing
             .into_iter()
-            .filter(|missing| missing.of.iter().any(asked));
+            .filter(|missing| missing.of.iter().any(is_requested));
         (
             items.collect(),
             missing.map(|missing| missing.said).collect(),

@@ -8,7 +8,7 @@ use gearatlas_core::propagate::{Counters, Kernel, Stepping};
 use gearatlas_jobs::manifest::{Job, ManifestText};
 use gearatlas_jobs::store::TableStore;
 use gearatlas_jobs::sweep::Prepared;
-use gearatlas_jobs::sweep::build::questions;
+use gearatlas_jobs::sweep::build::point_config;
 use gearatlas_paper::kernels::{Fused, Spectral};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -113,7 +113,7 @@ pub fn friction() -> Value {
         seed: point.seed,
         point_id: point.point_id,
     };
-    let asked = questions(&point, seed);
+    let asked = point_config(&point, seed);
     let fused = Fused::new(&model, CELLS, LIMIT).expect("tables");
     let steps = (model.period() / 1e-7).round() as u32;
     let stepping = Stepping::new(&model, steps, LIMIT);

@@ -81,7 +81,7 @@ pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
         for slices in [1, 7, 64] {
             let face = Face { width, slices };
             let pairs = pairs_at(&law, 0.5, face)?;
-            let load = LoadSharing::new(&pairs, face, misalignment)?.bear(force);
+            let load = LoadSharing::new(&pairs, face, misalignment)?.distribute(force);
             let centre = -misalignment.signum() * (0.5 * width - length / 3.0);
             worst[0] = worse(
                 worst[0],
@@ -135,7 +135,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             for place in 0..places {
                 let phase = (f64::from(place) + 0.37) / f64::from(places);
                 let pairs = pairs_at(&IndependentSlices(&flanks), phase, face)?;
-                let load = LoadSharing::new(&pairs, face, misalignment)?.bear(cycle.force);
+                let load = LoadSharing::new(&pairs, face, misalignment)?.distribute(cycle.force);
                 let found = cycle.value(&cycle.stiffness, phase);
                 worst = worse(worst, (found / load.stiffness - 1.0).abs());
             }

@@ -60,22 +60,22 @@ impl Packed {
             ColumnKind::Truth | ColumnKind::Text => "text",
             ColumnKind::List => "list",
         };
-        let mut told = json!({
+        let mut description = json!({
             "name": self.head.name,
             "unit": self.head.unit,
             "description": self.head.description,
             "kind": kind,
         });
         if !self.head.elements.is_empty() {
-            told["elements"] = json!(self.head.elements);
+            description["elements"] = json!(self.head.elements);
         }
         if self.head.kind == ColumnKind::List {
-            told["longest"] = json!(self.longest);
+            description["longest"] = json!(self.longest);
         }
         for (name, text) in self.arrays {
-            told[name] = json!(blocks.push(text));
+            description[name] = json!(blocks.push(text));
         }
-        told
+        description
     }
 }
 

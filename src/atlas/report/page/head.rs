@@ -130,26 +130,26 @@ pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
 /// # Errors
 /// A table cannot be read.
 pub(super) fn complete(
-    told: &mut Value,
+    header: &mut Value,
     runs: &[RunRecord],
     folder: &Path,
     trace: bool,
 ) -> Result<(), StoreError> {
-    told["program"] = json!(ProgramRecord::current().to_string());
-    told["ramp"] = json!(ramp_colours().map(|colour| colour.to_string()));
-    told["palette"] = (0..7)
+    header["program"] = json!(ProgramRecord::current().to_string());
+    header["ramp"] = json!(ramp_colours().map(|colour| colour.to_string()));
+    header["palette"] = (0..7)
         .map(|number| category_colour(number).to_string())
         .collect();
-    told["prefixable"] = json!(PREFIXABLE);
-    told["kinds"] = (KINDS.iter())
+    header["prefixable"] = json!(PREFIXABLE);
+    header["kinds"] = (KINDS.iter())
         .map(|kind| {
             let look = json!({ "name": kind_name(kind), "colour": kind_colour(kind).to_string() });
             ((*kind).to_owned(), look)
         })
         .collect();
     let files: usize = runs.iter().map(|run| run.tables.len()).sum();
-    told["checked"] = json!(files);
-    told["runs"] = json!(runs);
+    header["checked"] = json!(files);
+    header["runs"] = json!(runs);
     if trace {
         let head = ResultTable::head(folder, TableKind::Trace)?;
         let own = [
@@ -163,7 +163,7 @@ pub(super) fn complete(
         let words = own
             .iter()
             .filter_map(|key| Some(((*key).to_owned(), json!(head.metadata(key)?))));
-        told["trace"] = words.collect();
+        header["trace"] = words.collect();
     }
     Ok(())
 }

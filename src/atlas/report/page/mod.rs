@@ -91,7 +91,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
     let present = present_tables(folder)?;
     let holds = |kind: TableKind| present.contains(&kind);
     let mut blocks = Blocks::default();
-    let mut told = if holds(TableKind::Points) || holds(TableKind::Branches) {
+    let mut header = if holds(TableKind::Points) || holds(TableKind::Branches) {
         let summary = Summary {
             folder: name(folder),
             ..Summary::with_points(folder)?
@@ -108,21 +108,21 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
     };
     // Axes and motions, with which the map begins.
     blocks.come_first(0);
-    head::complete(&mut told, &runs, folder, holds(TableKind::Trace))?;
+    head::complete(&mut header, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
         let table = ResultTable::head(folder, TableKind::Basins)?;
-        told["slice"] = json!(slice_axes(&table));
+        header["slice"] = json!(slice_axes(&table));
     }
-    told["folder"] = json!(name(folder).to_string_lossy());
+    header["folder"] = json!(name(folder).to_string_lossy());
     let (mut tables, mut left_out) = (Vec::new(), Vec::new());
     let mut take = |embedded: Embedded| {
-        tables.push(embedded.told);
+        tables.push(embedded.description);
         left_out.extend(embedded.left_out);
     };
     if holds(TableKind::Points) {
         // A quarter of the room is for the tables with details of single points.
         let most = request.most_bytes - request.most_bytes / 4;
-        take(embed_points(folder, &axes(&told), most, &mut blocks)?);
+        take(embed_points(folder, &axes(&header), most, &mut blocks)?);
     }
     let others = in_order(&present);
     for (place, kind) in others.iter().enumerate() {
@@ -130,10 +130,10 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         let share = room / (others.len() - place) as u64;
         take(embed(folder, *kind, share, &mut blocks)?);
     }
-    told["tables"] = json!(tables);
-    told["left_out"] = json!(left_out);
+    header["tables"] = json!(tables);
+    header["left_out"] = json!(left_out);
     Ok(ResultsPage {
-        html: written(&told, blocks),
+        html: written(&header, blocks),
         left_out,
     })
 }
@@ -156,8 +156,8 @@ fn in_order(present: &[TableKind]) -> Vec<TableKind> {
 }
 
 /// Names of the axes in the head of a page.
-fn axes(told: &Value) -> Vec<String> {
-    let axes = told["axes"].as_array().into_iter().flatten();
+fn axes(header: &Value) -> Vec<String> {
+    let axes = header["axes"].as_array().into_iter().flatten();
     axes.filter_map(|axis| Some(axis["name"].as_str()?.to_owned()))
         .collect()
 }
@@ -171,8 +171,8 @@ fn name(folder: &Path) -> PathBuf {
 }
 
 /// The skeleton with its parts inserted. Text from the folder is inserted last, so that it is not searched for marks.
-fn written(told: &Value, mut blocks: Blocks) -> String {
-    let title = told["job"].as_str().or(told["folder"].as_str());
+fn written(header: &Value, mut blocks: Blocks) -> String {
+    let title = header["job"].as_str().or(header["folder"].as_str());
     // Pages with many points are large: allocate the whole size at once, and copy no block.
     let mut html = String::with_capacity(blocks.bytes() as usize + PAGE.len());
     let mut rest = PAGE;
@@ -184,7 +184,7 @@ fn written(told: &Value, mut blocks: Blocks) -> String {
             "licence" => html += LICENCE,
             "styles" => html += &STYLES.join("\n"),
             "title" => html += &in_html(title.unwrap_or_default()),
-            "head" => html += &in_script(told),
+            "head" => html += &in_script(header),
             "first" => blocks.write(true, &mut html),
             "programs" => html += &PROGRAMS.join("\n"),
             "blocks" => blocks.write(false, &mut html),

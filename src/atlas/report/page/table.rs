@@ -28,7 +28,7 @@ const SHRINKS: u64 = 4;
 /// A table in the form for a page.
 pub(super) struct Embedded {
     /// For the page: name, rows, columns.
-    pub told: Value,
+    pub description: Value,
     /// Description of the parts that did not fit.
     pub left_out: Option<String>,
 }
@@ -144,7 +144,7 @@ pub(super) fn embed_points(
     blocks: &mut Blocks,
 ) -> Result<Embedded, StoreError> {
     let order = point_order(folder)?;
-    let (mut told, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut descriptions, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
     let mut room = most;
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
     let together = (TOGETHER / order.len().max(1)).max(1);
@@ -175,7 +175,7 @@ pub(super) fn embed_points(
                 Some(packed) => {
                     room = room.saturating_sub(packed.bytes());
                     let from = blocks.count();
-                    told.push(packed.embed(blocks));
+                    descriptions.push(packed.embed(blocks));
                     if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
                         blocks.come_first(from);
                     }
@@ -187,11 +187,11 @@ pub(super) fn embed_points(
     let count = order.len();
     let left_out = (!left.is_empty()).then(|| format!("points: columns {}", left.join(", ")));
     Ok(Embedded {
-        told: json!({
+        description: json!({
             "name": TableKind::Points.name(),
             "rows": count,
             "kept": count,
-            "columns": told,
+            "columns": descriptions,
             "empty": empty,
         }),
         left_out,
@@ -238,7 +238,7 @@ pub(super) fn embed(
             .map(|column| column.embed(blocks))
             .collect();
         return Ok(Embedded {
-            told: json!({
+            description: json!({
                 "name": kind.name(),
                 "rows": all,
                 "kept": count,

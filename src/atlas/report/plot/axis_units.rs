@@ -12,10 +12,14 @@ pub(super) struct AxisUnits(BTreeMap<String, Unit>);
 
 impl AxisUnits {
     /// The first requested unit that fits an axis, else that of the manifest.
-    pub fn new(axes: &[GridAxis], written: &BTreeMap<String, String>, asked: &[String]) -> Self {
+    pub fn new(
+        axes: &[GridAxis],
+        written: &BTreeMap<String, String>,
+        requested: &[String],
+    ) -> Self {
         let of = |axis: &GridAxis| {
             let written = || Unit::of(written.get(&axis.name)?, &axis.unit);
-            Unit::first(asked, &axis.unit).or_else(written)
+            Unit::first(requested, &axis.unit).or_else(written)
         };
         let shown = axes
             .iter()

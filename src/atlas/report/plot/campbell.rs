@@ -351,15 +351,15 @@ mod tests {
                 .map(|one| (one.excitation, one.contacts, one.mode))
                 .collect()
         };
-        let told = |ray: &str, contacts, mode| (ray.to_owned(), contacts, mode);
+        let resonance = |ray: &str, contacts, mode| (ray.to_owned(), contacts, mode);
         let mut diagram = diagram();
         let found = diagram.resonances();
         // 2 × mesh meets the first at 50, the second at 73.7 revolutions a second: only the latter is within a tenth of
         // 80.
         let near = [
-            told("2 × mesh", Closed, 2),
-            told("1 × mesh", Closed, 1),
-            told("1 × mesh", Closed, 2),
+            resonance("2 × mesh", Closed, 2),
+            resonance("1 × mesh", Closed, 1),
+            resonance("1 × mesh", Closed, 2),
         ];
         assert_eq!(met(&diagram), near);
         assert!((found[1].speed / TAU - 100.0).abs() < 1e-9);
@@ -368,7 +368,7 @@ mod tests {
         assert!((found[2].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
         // The open mode has 500 Hz, which is met at 25 and 12.5, below.
         diagram.grid = [TAU * 27.0, TAU * 30.0];
-        assert_eq!(met(&diagram), [told("1 × mesh", Open, 1)]);
+        assert_eq!(met(&diagram), [resonance("1 × mesh", Open, 1)]);
         diagram.grid = [TAU * 28.0, TAU * 30.0];
         assert_eq!(met(&diagram), []);
     }

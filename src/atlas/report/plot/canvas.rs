@@ -58,7 +58,7 @@ const MANY: usize = 50_000;
 fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
     let mut hash = DefaultHasher::new();
     let whole = |place: &mut Place, to: fn(f64) -> f64| *place = place.map(to);
-    let told = match &mut shape {
+    let record = match &mut shape {
         Shape::Rectangle { from, to, colour } => {
             let ends = [0, 1].map(|i| whole_ends([from[i].min(to[i]), from[i].max(to[i])]));
             (*from, *to) = (ends.map(|[low, _]| low), ends.map(|[_, high]| high));
@@ -97,7 +97,7 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
         }
         Shape::Line { .. } | Shape::Text { .. } => return (shape, None),
     };
-    let (kind, places, colour, size): (u8, Vec<Place>, Colour, f64) = told;
+    let (kind, places, colour, size): (u8, Vec<Place>, Colour, f64) = record;
     let places = places.as_flattened().iter().map(|at| *at as i32);
     (kind, places.collect::<Vec<i32>>(), colour, size.to_bits()).hash(&mut hash);
     (shape, Some(hash.finish()))

@@ -109,8 +109,8 @@ fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Moti
 
 /// An interval, widened to the smallest visible width.
 fn at_least_seen([left, right]: [f64; 2]) -> [f64; 2] {
-    let lack = (0.5 * (LEAST_WIDTH - (right - left))).max(0.0);
-    [left - lack, right + lack]
+    let widening = (0.5 * (LEAST_WIDTH - (right - left))).max(0.0);
+    [left - widening, right + widening]
 }
 
 #[cfg(test)]

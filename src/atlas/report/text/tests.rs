@@ -306,7 +306,7 @@ fn an_axis_with_one_value_is_told_once() {
 
 #[test]
 fn an_energy_balance_that_does_not_close_is_a_warning() {
-    let told = |residual: f64| {
+    let text_of = |residual: f64| {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), &[1, 3], &[], |point_id| PointOutcome {
             energy_residual: Some(residual / (1 + point_id) as f64),
@@ -314,10 +314,10 @@ fn an_energy_balance_that_does_not_close_is_a_warning() {
         });
         shown(folder.path())
     };
-    let text = told(2.5e-6);
+    let text = text_of(2.5e-6);
     let wanted = "energy_residual is above 1e-6 at 2 points, 2.5e-6 at point 0:";
     assert!(text.contains(wanted), "{text}");
-    let text = told(0.9e-6);
+    let text = text_of(0.9e-6);
     assert!(!text.contains("energy_residual"), "{text}");
     assert!(text.contains("worst energy residual 9.0e-7"), "{text}");
 }
@@ -335,7 +335,7 @@ fn once_chaotic(class: Class, cycles: u64, exits: u32, verified: bool) -> PointO
             exits,
             trajectories: 8,
             ended_on: (exits > 0).then(|| "periodic 3 (2), quasi_periodic (1)".into()),
-            left: None,
+            averages_before_exit: None,
         }),
         ..outcome(Status::Ok, Some(class), Some(0.4))
     }

@@ -110,20 +110,20 @@ pub fn covariant_vectors<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
-    question: &CovariantConfig,
+    config: &CovariantConfig,
     point: PointSeed,
     called_off: &AtomicBool,
 ) -> Result<CovariantOutcome, CovariantError> {
     let norm = EnergyNorm::new(model);
-    let vectors = question.vectors.min(norm.dimension());
+    let vectors = config.vectors.min(norm.dimension());
     let mut stream = point.stream(STREAM);
     let mut growth = TangentGrowth::new(&norm, model.modes(), vectors, &mut stream);
     let mut trajectory = start.clone();
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
-    let length = question.cycles + question.align;
+    let length = config.cycles + config.align;
     let mut record = Record::new(vectors, length as usize);
-    for cycle in 0..question.align + length {
+    for cycle in 0..config.align + length {
         CalledOff::check(called_off)?;
         kernel.advance_cycle(
             &mut trajectory,
@@ -132,14 +132,14 @@ pub fn covariant_vectors<K: Kernel>(
             &mut (),
             &mut counters,
         )?;
-        if cycle < question.align {
+        if cycle < config.align {
             growth.cycle(&norm);
         } else {
             record.push(&mut growth, &norm)
         }
     }
     let coefficients = Coefficients::random(vectors, &mut stream);
-    let found = record.back(coefficients, question.align as usize);
+    let found = record.back(coefficients, config.align as usize);
     found
         .map(|found| CovariantOutcome {
             cycles: counters.cycles,

@@ -194,10 +194,10 @@ fn a_direction_that_vanishes_is_told() {
 
 #[test]
 fn memory_is_a_triangle_a_cycle() {
-    let question = CovariantConfig {
+    let config = CovariantConfig {
         vectors: 4,
         cycles: 1000,
         align: 200,
     };
-    assert_eq!(question.memory(), 8 * 10 * 1200);
+    assert_eq!(config.memory(), 8 * 10 * 1200);
 }

@@ -133,23 +133,23 @@ pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
-    question: &HorizonConfig,
+    config: &HorizonConfig,
     point: PointSeed,
     called_off: &AtomicBool,
 ) -> Result<HorizonOutcome, HorizonError> {
-    let mut record = Record::new(model, kernel, start, (question, point), called_off);
+    let mut record = Record::new(model, kernel, start, (config, point), called_off);
     for _ in 0..ALIGN {
         record.cycle()?;
     }
     record.restart();
-    let followed = u64::from(question.twins) * question.cycles;
+    let followed = u64::from(config.twins) * config.cycles;
     let stride = followed.div_ceil(MOST_STATES);
-    let mut separations = Vec::with_capacity(question.twins as usize);
+    let mut separations = Vec::with_capacity(config.twins as usize);
     let mut states: Vec<(u64, Vec<f64>)> = Vec::new();
-    for id in 0..question.twins {
+    for id in 0..config.twins {
         let mut twin = record.twin(id);
-        let mut logarithms = vec![question.separation.ln()];
-        for _ in 0..question.cycles {
+        let mut logarithms = vec![config.separation.ln()];
+        for _ in 0..config.cycles {
             if record.means.len().is_multiple_of(stride as usize) {
                 let place = record.means.len() as u64;
                 states.push((place, record.trajectory.state.clone()));
@@ -160,20 +160,20 @@ pub fn predictability<K: Kernel>(
         }
         separations.push(logarithms);
     }
-    while (record.means.len() as u64) < LONGEST_AVERAGES * question.averages {
+    while (record.means.len() as u64) < LONGEST_AVERAGES * config.averages {
         record.cycle()?;
     }
-    let saturation = record.saturation(&states, question.cycles);
-    Ok(outcome(&record, &separations, saturation, question))
+    let saturation = record.saturation(&states, config.cycles);
+    Ok(outcome(&record, &separations, saturation, config))
 }
 
 fn outcome<K: Kernel>(
     record: &Record<'_, K>,
     separations: &[Vec<f64>],
     saturation: f64,
-    question: &HorizonConfig,
+    config: &HorizonConfig,
 ) -> HorizonOutcome {
-    let mut measures: Vec<HorizonMeasure> = (0..=question.cycles)
+    let mut measures: Vec<HorizonMeasure> = (0..=config.cycles)
         .map(|n| {
             let at: Vec<f64> = separations.iter().map(|s| s[n as usize]).collect();
             let (mean, deviation) = spread(&at, 1);
@@ -186,9 +186,9 @@ fn outcome<K: Kernel>(
             }
         })
         .collect();
-    let averages = question.averages;
+    let averages = config.averages;
     let series = [
-        (HorizonQuantity::Exponent, &record.growth, question.cycles),
+        (HorizonQuantity::Exponent, &record.growth, config.cycles),
         (HorizonQuantity::Force, &record.means_of(1), averages),
         (HorizonQuantity::ContactForce, &record.means_of(2), averages),
         (HorizonQuantity::Deflection, &record.means_of(0), averages),
@@ -224,7 +224,7 @@ fn outcome<K: Kernel>(
 struct Record<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
-    question: &'a HorizonConfig,
+    config: &'a HorizonConfig,
     point: PointSeed,
     called_off: &'a AtomicBool,
     norm: EnergyNorm,
@@ -243,7 +243,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         model: &'a Model,
         kernel: &'a K,
         start: &TrajectoryState,
-        (question, point): (&'a HorizonConfig, PointSeed),
+        (config, point): (&'a HorizonConfig, PointSeed),
         called_off: &'a AtomicBool,
     ) -> Self {
         let norm = EnergyNorm::new(model);
@@ -253,7 +253,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         Self {
             model,
             kernel,
-            question,
+            config,
             point,
             called_off,
             norm,
@@ -301,7 +301,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         let mut stream = self.point.stream(stream);
         let mut direction = vec![0.0; self.trajectory.state.len()];
         random_direction(&self.norm, &mut stream, &mut direction);
-        let scale = self.question.separation * self.norm.unit() / self.norm.length(&direction);
+        let scale = self.config.separation * self.norm.unit() / self.norm.length(&direction);
         let state = (self.trajectory.state.iter().zip(&direction))
             .map(|(x, d)| x + scale * d)
             .collect();

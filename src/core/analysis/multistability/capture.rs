@@ -60,13 +60,13 @@ impl KnownOrbits {
         field: &Field<'_, K>,
         mut trajectory: TrajectoryState,
         cycles: u64,
-        questions: &PointConfig,
+        config: &PointConfig,
     ) -> Result<(Watched, u64), CalledOff> {
         let mut counters = Counters::default();
         let ending = self.approach(field, &mut trajectory, cycles, &mut counters)?;
         let watched = match ending {
             Some(watched) => watched,
-            None => Watched::Open(Box::new(field.investigate(trajectory, questions)?)),
+            None => Watched::Open(Box::new(field.investigate(trajectory, config)?)),
         };
         Ok((watched, counters.cycles))
     }

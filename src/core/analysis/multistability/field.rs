@@ -34,13 +34,13 @@ impl<K: Kernel> Field<'_, K> {
     pub fn investigate(
         &self,
         mut trajectory: TrajectoryState,
-        questions: &PointConfig,
+        config: &PointConfig,
     ) -> Result<Integrated, CalledOff> {
         let mut found = investigate_onward(
             self.model,
             self.kernel,
             &mut trajectory,
-            questions,
+            config,
             self.called_off,
         )?;
         let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);

@@ -85,7 +85,7 @@ pub struct Probes {
     /// Whether Newton's method searches for periodic orbits, instead of waiting for them.
     pub settle: bool,
     /// Settings of the probes.
-    pub asked: MultistabilityConfig,
+    pub config: MultistabilityConfig,
     /// The requested slice.
     plane: Option<Plane>,
 }
@@ -97,25 +97,25 @@ impl Probes {
     /// The requested slice is impossible for the model.
     pub fn new(
         model: &Model,
-        asked: MultistabilityConfig,
+        config: MultistabilityConfig,
         point: PointSeed,
         settle: bool,
     ) -> Result<Self, SliceError> {
-        let plane = asked.slice.map(|slice| Plane::new(model, &slice));
+        let plane = config.slice.map(|slice| Plane::new(model, &slice));
         Ok(Self {
             point,
             settle,
-            asked,
+            config,
             plane: plane.transpose()?,
         })
     }
 
     /// Settings of one probe.
-    fn questions(&self) -> PointConfig {
+    fn point_config(&self) -> PointConfig {
         PointConfig {
             point: self.point,
-            transient: self.asked.transient,
-            cycles: self.asked.cycles,
+            transient: self.config.transient,
+            cycles: self.config.cycles,
             settle: self.settle,
             audit_cycles: 0,
             lyapunov: Some(LyapunovConfig {
@@ -124,7 +124,7 @@ impl Probes {
                 effort: Effort::Survey,
                 ..LyapunovConfig::default()
             }),
-            poincare_samples: self.asked.cycles.min(MOST_SAMPLES) as usize,
+            poincare_samples: self.config.cycles.min(MOST_SAMPLES) as usize,
             section: Section::default(),
             nvh: Some(NvhConfig {
                 harmonics: 0,
@@ -157,18 +157,18 @@ pub fn probe_basins<K: Kernel + Sync>(
         norm: &norm,
         called_off,
     };
-    let questions = probes.questions();
+    let point_config = probes.point_config();
     let mut attractors = Attractors::new(&field);
     let mut found = MultistabilityOutcome::default();
     let mut chaos = ChaosOutcome::default();
-    let ids: Vec<u32> = (0..probes.asked.initial_conditions).collect();
+    let ids: Vec<u32> = (0..probes.config.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
         let integrated: Vec<(f64, Integrated)> = round
             .par_iter()
             .map(|&probe_id| {
                 let (amplitude, trajectory) =
                     initial_condition(model, &norm, start, probes, probe_id);
-                Ok((amplitude, field.investigate(trajectory, &questions)?))
+                Ok((amplitude, field.investigate(trajectory, &point_config)?))
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
@@ -206,9 +206,9 @@ fn slice<K: Kernel + Sync>(
     plane: &Plane,
     attractors: &mut Attractors,
 ) -> Result<Vec<CellOutcome>, CalledOff> {
-    let questions = PointConfig {
+    let point_config = PointConfig {
         transient: 0,
-        ..probes.questions()
+        ..probes.point_config()
     };
     let rounds = plane.cells().div_ceil(ROUND).max(FEWEST_ROUNDS);
     let mut cells = Vec::with_capacity(plane.cells());
@@ -220,7 +220,7 @@ fn slice<K: Kernel + Sync>(
             .par_iter()
             .map(|&cell| {
                 let trajectory = plane.state(field.model, start, cell);
-                orbits.watch(field, trajectory, probes.asked.transient, &questions)
+                orbits.watch(field, trajectory, probes.config.transient, &point_config)
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&cell, (watched, cycles)) in round.iter().zip(integrated) {
@@ -277,10 +277,10 @@ fn initial_condition(
     }
     let stream = FIRST_STREAM + u64::from(probe_id);
     let mut stream = probes.point.stream(stream);
-    let strata = f64::from(probes.asked.initial_conditions - 1);
+    let strata = f64::from(probes.config.initial_conditions - 1);
     let position = (f64::from(probe_id - 1) + stream.uniform()) / strata;
     // The energy is 10 to the power decades · (position − 1/2).
-    let amplitude = 10f64.powf(0.5 * probes.asked.decades * (position - 0.5));
+    let amplitude = 10f64.powf(0.5 * probes.config.decades * (position - 0.5));
     let displaced = displaced(model, norm, start, amplitude, &mut stream);
     (amplitude, displaced)
 }

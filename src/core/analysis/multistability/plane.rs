@@ -108,24 +108,24 @@ impl Plane {
     ///
     /// # Errors
     /// The modes are equal, or one does not exist or does not move the mesh.
-    pub fn new(model: &Model, question: &SliceConfig) -> Result<Self, SliceError> {
+    pub fn new(model: &Model, config: &SliceConfig) -> Result<Self, SliceError> {
         let n = model.modes();
-        if let Some(mode) = question.modes.into_iter().find(|&mode| mode >= n) {
+        if let Some(mode) = config.modes.into_iter().find(|&mode| mode >= n) {
             return Err(SliceError::NoSuchMode {
                 mode: mode + 1,
                 retained: n,
             });
         }
-        if question.of != SliceOf::PhasePlane && question.modes[0] == question.modes[1] {
+        if config.of != SliceOf::PhasePlane && config.modes[0] == config.modes[1] {
             return Err(SliceError::OneMode {
-                mode: question.modes[0] + 1,
+                mode: config.modes[0] + 1,
             });
         }
         let [participations, _] = model.participations(model.first_cycle().segments[0].direction);
         let participation = |mode: usize| participations[mode];
         let whole = (0..n).map(|mode| participation(mode).powi(2)).sum::<f64>();
         let felt = |mode: usize| participation(mode).abs() > UNFELT * whole.sqrt();
-        if let Some(mode) = question.modes.into_iter().find(|&mode| !felt(mode)) {
+        if let Some(mode) = config.modes.into_iter().find(|&mode| !felt(mode)) {
             return Err(SliceError::Unfelt {
                 mode: mode + 1,
                 felt: ranges((0..n).filter(|&mode| felt(mode)).map(|mode| mode + 1)),
@@ -139,13 +139,13 @@ impl Plane {
             let (component, scale) = moving(mode);
             (component, scales[mode] * scale)
         };
-        let extent = question.extent;
-        let [mode, _] = question.modes;
-        let ([first, second], extent) = match question.of {
-            SliceOf::Displacement => (question.modes.map(displaced), [extent; 2]),
-            SliceOf::Velocity => (question.modes.map(as_energetic), [extent; 2]),
+        let extent = config.extent;
+        let [mode, _] = config.modes;
+        let ([first, second], extent) = match config.of {
+            SliceOf::Displacement => (config.modes.map(displaced), [extent; 2]),
+            SliceOf::Velocity => (config.modes.map(as_energetic), [extent; 2]),
             SliceOf::PhasePlane => {
-                let speed = question.speed.unwrap_or(scales[mode] * extent);
+                let speed = config.speed.unwrap_or(scales[mode] * extent);
                 ([displaced(mode), moving(mode)], [extent, speed])
             }
         };
@@ -159,7 +159,7 @@ impl Plane {
             scale: [first.1, second.1],
             along,
             extent,
-            count: question.count,
+            count: config.count,
         })
     }
 
@@ -230,7 +230,7 @@ mod tests {
     use crate::analysis::norm::tests::dragged;
     use crate::model::InitialState;
 
-    fn question(modes: [usize; 2], of: SliceOf) -> SliceConfig {
+    fn slice_config(modes: [usize; 2], of: SliceOf) -> SliceConfig {
         SliceConfig {
             modes,
             of,
@@ -244,7 +244,7 @@ mod tests {
     fn a_displacement_is_the_deflection_it_causes() {
         let model = model();
         let start = model.start(&InitialState::Static);
-        let plane = Plane::new(&model, &question([1, 3], SliceOf::Displacement)).unwrap();
+        let plane = Plane::new(&model, &slice_config([1, 3], SliceOf::Displacement)).unwrap();
         let deflection = |state: &TrajectoryState| model.deflection(&state.state, 0.0);
         let [centre, rate] = [deflection(&start).0, deflection(&start).1];
         assert_eq!(plane.cells(), 25);
@@ -269,7 +269,7 @@ mod tests {
         let norm = EnergyNorm::new(&model);
         let start = model.start(&InitialState::Static);
         let away = |of| {
-            let plane = Plane::new(&model, &question([2, 3], of)).unwrap();
+            let plane = Plane::new(&model, &slice_config([2, 3], of)).unwrap();
             let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
             [far(10), far(2), far(24)]
         };
@@ -284,11 +284,11 @@ mod tests {
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
         let start = model.start(&InitialState::Static);
-        let asked = SliceConfig {
+        let config = SliceConfig {
             speed: Some(0.2),
-            ..question([2, 2], SliceOf::PhasePlane)
+            ..slice_config([2, 2], SliceOf::PhasePlane)
         };
-        let plane = Plane::new(&model, &asked).unwrap();
+        let plane = Plane::new(&model, &config).unwrap();
         let before = model.deflection(&start.state, 0.0);
         for cell in 0..25 {
             let [x, y] = plane.centre(cell);
@@ -301,7 +301,7 @@ mod tests {
         }
         assert!((plane.centre(24)[1] - 0.16).abs() < 1e-15);
         // By default the top has the energy of the right border.
-        let plane = Plane::new(&model, &question([2, 2], SliceOf::PhasePlane)).unwrap();
+        let plane = Plane::new(&model, &slice_config([2, 2], SliceOf::PhasePlane)).unwrap();
         let norm = EnergyNorm::new(&model);
         let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
         assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
@@ -312,12 +312,12 @@ mod tests {
     fn a_slice_runs_along_modes_whatever_couples_them() {
         let (plain, dragged) = (model(), dragged(1e-9));
         let starts = [&plain, &dragged].map(|model| TrajectoryState::new(model, vec![0.0; 8], 0));
-        for asked in [
-            question([1, 2], SliceOf::Displacement),
-            question([1, 3], SliceOf::Velocity),
-            question([1, 1], SliceOf::PhasePlane),
+        for config in [
+            slice_config([1, 2], SliceOf::Displacement),
+            slice_config([1, 3], SliceOf::Velocity),
+            slice_config([1, 1], SliceOf::PhasePlane),
         ] {
-            let [one, other] = [&plain, &dragged].map(|model| Plane::new(model, &asked).unwrap());
+            let [one, other] = [&plain, &dragged].map(|model| Plane::new(model, &config).unwrap());
             for cell in 0..25 {
                 let state = one.state(&plain, &starts[0], cell).state;
                 let coupled = other.state(&dragged, &starts[1], cell).state;
@@ -330,26 +330,27 @@ mod tests {
                 assert!((back - x).abs() < 1e-7 && (up - y).abs() < 1e-7);
             }
         }
-        let unfelt = question([0, 2], SliceOf::Displacement);
-        assert!(Plane::new(&dragged, &unfelt).is_err());
+        let weightless = slice_config([0, 2], SliceOf::Displacement);
+        assert!(Plane::new(&dragged, &weightless).is_err());
     }
 
     #[test]
     fn a_slice_needs_two_modes_that_the_mesh_feels() {
         let model = model();
         let refused = |modes| {
-            let question = question(modes, SliceOf::Displacement);
-            Plane::new(&model, &question).unwrap_err().to_string()
+            let config = slice_config(modes, SliceOf::Displacement);
+            Plane::new(&model, &config).unwrap_err().to_string()
         };
         assert_eq!(
             refused([2, 2]),
             "a slice needs two different modes, but both are mode 3"
         );
         assert!(refused([1, 4]).starts_with("a slice along mode 5 is not possible: 4 modes"));
-        let unfelt = refused([0, 2]);
+        let weightless = refused([0, 2]);
         assert!(
-            unfelt.contains("mode 1 is not possible, because this mode does not deflect the mesh")
+            weightless
+                .contains("mode 1 is not possible, because this mode does not deflect the mesh")
         );
-        assert!(unfelt.ends_with("modes 2 … 4"), "{unfelt}");
+        assert!(weightless.ends_with("modes 2 … 4"), "{weightless}");
     }
 }

@@ -7,7 +7,7 @@ use crate::model::{InitialState, OperatingPoint};
 use crate::structure::ModalStructure;
 
 fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
-    let asked = MultistabilityConfig {
+    let config = MultistabilityConfig {
         initial_conditions,
         decades,
         transient: 0,
@@ -15,7 +15,7 @@ fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
         slice: None,
     };
     let point = PointSeed { seed, point_id: 3 };
-    Probes::new(&model(), asked, point, true).unwrap()
+    Probes::new(&model(), config, point, true).unwrap()
 }
 
 pub(super) fn model() -> Model {

@@ -6,10 +6,10 @@
 //! If there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
 
 use super::lanes::{self, Complex, Eight, Integrals, Stretch};
-use super::rule::Seen;
+use super::rule::NodeValues;
 use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
-use crate::analysis::window_cache::Recurring;
+use crate::analysis::window_cache::WindowCache;
 use crate::propagate::vectors::{LANES, Lanes};
 use crate::propagate::{InstructionSet, Window};
 use num_complex::{Complex64, c64};
@@ -46,7 +46,7 @@ pub(super) struct Fourier {
     /// Sub-orders, then whole orders, filled up to an even number of eights.
     frequencies: Vec<Eight>,
     /// Integrals of the Legendre polynomials on windows of the kernel's regular lengths.
-    known: Recurring<Table>,
+    known: WindowCache<Table>,
     /// Sums over the present mesh cycle.
     sums: Vec<Complex>,
     pub(super) suborders: Suborders,
@@ -72,7 +72,7 @@ impl Fourier {
             period,
             harmonics,
             frequencies: (0..eights).map(|i| eight(i * LANES)).collect(),
-            known: Recurring::new(),
+            known: WindowCache::new(),
             sums: vec![[Lanes::ZERO; 2]; eights],
             suborders: Suborders::new(),
         }
@@ -90,8 +90,8 @@ impl Fourier {
     }
 
     /// Adds a window, with its deflection at nodes.
-    pub(super) fn add(&mut self, window: &Window<'_>, seen: &Seen<'_>) {
-        let Seen { rule, series, .. } = seen;
+    pub(super) fn add(&mut self, window: &Window<'_>, at_nodes: &NodeValues<'_>) {
+        let NodeValues { rule, series, .. } = at_nodes;
         let tau = window.duration;
         let stretch = Stretch {
             duration: tau,
@@ -105,7 +105,7 @@ impl Fourier {
         let known = if many {
             None
         } else {
-            self.known.find(tau, || {
+            self.known.get_or_insert_recurring(tau, || {
                 let mut own = vec![[Lanes::ZERO; TERMS]; frequencies.len()];
                 lanes::integrate(set, frequencies, &stretch, &mut own);
                 own.into()
@@ -121,7 +121,7 @@ impl Fourier {
                 lanes::add_by_terms(set, own, &integrals, series, &stretch, sums);
             }
         } else {
-            let (places, weights, parts) = (&rule.places, &rule.weights, seen.parts());
+            let (places, weights, parts) = (&rule.places, &rule.weights, at_nodes.parts());
             lanes::add_by_nodes(set, frequencies, places, weights, parts, &stretch, sums);
         }
     }
@@ -191,7 +191,7 @@ impl Suborders {
         }
         let time = SUBORDER_WINDOW as f64 * period;
         let power = self.present.map(|sum| (2.0 * sum.norm() / time).powi(2));
-        self.powers.open().add(&power);
+        self.powers.current().add(&power);
         self.powers.advance();
         self.close();
     }
@@ -228,7 +228,7 @@ impl Suborders {
     /// Root mean square of the amplitude over windows, and its standard errors from `error` (Gauss:
     /// `σ(A²)/2A`); empty before one complete window.
     pub(super) fn of_windows(&self, error: impl Fn(&[f64]) -> f64) -> [Vec<f64>; 2] {
-        let windows = self.powers.closed();
+        let windows = self.powers.complete();
         if windows.is_empty() {
             return [Vec::new(), Vec::new()];
         }
@@ -289,10 +289,10 @@ mod tests {
                     };
                     assert_eq!(smooth, rules.sizes(set, series).falls_off(0.0));
                     let turn = fourier.half_turn(window.duration);
-                    let seen_series = rules.look(set, series, series[0], turn);
+                    let node_values = rules.evaluate_at_nodes(set, series, series[0], turn);
                     let mut seen = vec![Complex64::ZERO; SUBORDERS + harmonics];
                     for round in 0..3 {
-                        fourier.add(&window, &seen_series);
+                        fourier.add(&window, &node_values);
                         let suborders = std::mem::take(&mut fourier.suborders.present);
                         let mut whole = vec![Complex64::ZERO; harmonics];
                         fourier.advance(&mut whole);

@@ -4,7 +4,7 @@
 //! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an integral
 //! of |F| over windows. It is exact, even if F changes its sign.
 
-use super::rule::Seen;
+use super::rule::NodeValues;
 use crate::analysis::modal_series::{Series, TERMS, padded};
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
 use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, Rolling};
@@ -46,7 +46,7 @@ impl Losses {
         &self,
         set: InstructionSet,
         window: &Window<'_>,
-        force: Option<&Seen<'_>>,
+        force: Option<&NodeValues<'_>>,
         mut lost: impl FnMut(usize, f64),
     ) {
         let is_of_first = |contact: usize| contact < self.flank_springs;
@@ -58,7 +58,7 @@ impl Losses {
                 continue;
             }
             let force = match only.filter(|_| is_of_first(closed.contact)) {
-                Some(force) => modulus_seen(set, force),
+                Some(force) => modulus_at_nodes(set, force),
                 None => modulus(&padded(closed.force)),
             };
             lost(closed.contact, window.duration * speed * force);
@@ -66,7 +66,7 @@ impl Losses {
     }
 
     /// Writes the statistics from the mean losses \[W\] of all contacts; `found` has the mean force.
-    pub fn tell(&self, losses: Vec<f64>, found: &mut NvhOutcome) {
+    pub fn write_statistics(&self, losses: Vec<f64>, found: &mut NvhOutcome) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
         let through = self.rolling.base_speed * found.force_mean;
         found.friction_coefficient = Some(self.rolling.friction);
@@ -77,7 +77,7 @@ impl Losses {
     }
 
     /// Writes the standard errors, from those of the mean force, of the mean loss and of their quotient.
-    pub fn tell_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
+    pub fn write_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
         errors.power_transmitted = self.rolling.base_speed * errors.force_mean;
         errors.power_loss = loss;
         errors.efficiency = quotient;
@@ -90,28 +90,28 @@ impl Losses {
 }
 
 /// Mean of the modulus of a series at nodes.
-fn modulus_seen(set: InstructionSet, seen: &Seen<'_>) -> f64 {
-    if seen.range.has_one_sign() {
-        return seen.series[0].abs();
+fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
+    if at_nodes.range.has_one_sign() {
+        return at_nodes.series[0].abs();
     }
-    let slope = derivative(seen.series);
-    let slope = seen.beside(set, &slope);
-    modulus_of_one_change(seen, &slope).unwrap_or_else(|| modulus(seen.series))
+    let slope = derivative(at_nodes.series);
+    let slope = at_nodes.beside(set, &slope);
+    modulus_of_one_change(at_nodes, &slope).unwrap_or_else(|| modulus(at_nodes.series))
 }
 
 /// Mean of the modulus of a series, if the values and slopes at nodes and ends prove that its sign changes
 /// once. Between any two of them, the series or its slope must stay too close to its chord to reach zero.
-fn modulus_of_one_change(seen: &Seen<'_>, slope: &Seen<'_>) -> Option<f64> {
+fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> Option<f64> {
     /// Step below which the parabola is exact to round-off.
     const SMALL: f64 = 1e-5;
-    let mut all = seen.values().zip(slope.values());
+    let mut all = at_nodes.values().zip(slope.values());
     let mut before = all.next()?;
     let mut change = None;
     for here in all {
         let ((_, a), (_, b)) = (before.0, here.0);
         let ((_, p), (_, q)) = (before.1, here.1);
         let stays = |a: f64, b: f64, rise: f64| a * b > 0.0 && a.abs().min(b.abs()) > rise;
-        if !stays(a, b, seen.range.rise) && !stays(p, q, slope.range.rise) {
+        if !stays(a, b, at_nodes.range.rise) && !stays(p, q, slope.range.rise) {
             return None;
         }
         if (a > 0.0) != (b > 0.0) && change.replace((before, here)).is_some() {
@@ -120,7 +120,7 @@ fn modulus_of_one_change(seen: &Seen<'_>, slope: &Seen<'_>) -> Option<f64> {
         before = here;
     }
     let ((start, a), (end, b)) = change.map(|(before, here)| (before.0, here.0))?;
-    let integral = integral(seen.series);
+    let integral = integral(at_nodes.series);
     // The integral has its extreme at the sign change.
     let mut x = (start * b - end * a) / (b - a);
     for _ in 0..4 {
@@ -235,13 +235,13 @@ mod tests {
                 let (series, several) = (series_of(1.9, phase), series_of(5.0, phase));
                 for series in [series, several] {
                     let slope = derivative(&series);
-                    let seen = rules.look(set, &series, 0.0, 0.0);
-                    let slope = seen.beside(set, &slope);
+                    let at_nodes = rules.evaluate_at_nodes(set, &series, 0.0, 0.0);
+                    let slope = at_nodes.beside(set, &slope);
                     let exact = modulus(&series);
-                    let once = modulus_of_one_change(&seen, &slope);
+                    let once = modulus_of_one_change(&at_nodes, &slope);
                     proved += usize::from(once.is_some());
-                    changes += usize::from(!seen.range.has_one_sign());
-                    let found = [once, Some(modulus_seen(set, &seen))];
+                    changes += usize::from(!at_nodes.range.has_one_sign());
+                    let found = [once, Some(modulus_at_nodes(set, &at_nodes))];
                     for found in found.into_iter().flatten() {
                         assert!((found - exact).abs() < 1e-14, "{phase}: {found} {exact}");
                     }

@@ -180,7 +180,7 @@ impl Nvh {
         let Self {
             stretches, origin, ..
         } = &*self.finished();
-        sums::watched(stretches.closed(), &stretches.total(), *origin)
+        sums::watched(stretches.complete(), &stretches.total(), *origin)
     }
 
     /// Mesh cycles per complete stretch, and per value of [`Self::watched`].
@@ -214,7 +214,7 @@ impl Nvh {
         (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
             let of_contacts = total.contacts.iter().map(|own| own.loss / total.time);
-            losses.tell(of_contacts.collect(), &mut found);
+            losses.write_statistics(of_contacts.collect(), &mut found);
         }
         found.impact_velocity_max = closed.contacts.fastest();
 
@@ -242,7 +242,7 @@ impl Nvh {
                 }
             };
         }
-        let stretches = closed.stretches.closed();
+        let stretches = closed.stretches.complete();
         if self.repeats.is_none() && stretches.len() >= FEWEST_VALUES {
             let error = |known: Option<(f64, f64)>| known.map_or(f64::INFINITY, |(_, e)| e);
             found.stderr = Some(NvhErrors {
@@ -282,7 +282,7 @@ impl Nvh {
     fn advance(&mut self) {
         self.over += 1;
         if let Some(fourier) = &mut self.fourier {
-            fourier.advance(&mut self.stretches.open().harmonics);
+            fourier.advance(&mut self.stretches.current().harmonics);
         }
         self.stretches.advance();
         self.peaks.advance();
@@ -326,11 +326,11 @@ impl Observer for Nvh {
             centre, half_gap, ..
         } = self.origin;
         let turn = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
-        let seen = rules.look(set, deflection, centre[0], turn);
+        let seen = rules.evaluate_at_nodes(set, deflection, centre[0], turn);
         let of_force = (force.iter().any(|f| *f != 0.0)).then(|| seen.beside(set, force));
         self.peaks.window(&seen, of_force.as_ref());
 
-        let sums = self.stretches.open();
+        let sums = self.stretches.current();
         sums.time += tau;
         let flanks = window.contact.flanks();
         sums.times[flanks.index()] += tau;
@@ -370,6 +370,6 @@ impl Observer for Nvh {
 
     fn event(&mut self, event: &Event) {
         let place = self.places[event.contact];
-        self.contacts.event(event, place, self.stretches.open());
+        self.contacts.event(event, place, self.stretches.current());
     }
 }

@@ -6,7 +6,7 @@
 //! bound the extremes of a window. At the end of a cycle, only the window with its extreme is
 //! searched.
 
-use super::rule::{Seen, peaks};
+use super::rule::{NodeValues, peaks};
 use super::sample::Sample;
 use crate::analysis::modal_series::{Series, TERMS};
 use crate::numerics::statistics::quantile;
@@ -83,8 +83,8 @@ impl Highest {
     }
 
     /// Adds a window.
-    fn offer(&mut self, seen: &Seen<'_>, upwards: bool) {
-        let range = seen.range;
+    fn offer(&mut self, at_nodes: &NodeValues<'_>, upwards: bool) {
+        let range = at_nodes.range;
         let high = if upwards { range.high } else { -range.low };
         let most = high + range.rise;
         if most <= self.least {
@@ -98,8 +98,8 @@ impl Highest {
         self.most = most;
         if self.waits() {
             let sign = if upwards { 1.0 } else { -1.0 };
-            self.series = seen.series.map(|a| sign * a);
-            self.place = seen.start(sign * high);
+            self.series = at_nodes.series.map(|a| sign * a);
+            self.place = at_nodes.start(sign * high);
         }
     }
 }
@@ -136,7 +136,7 @@ impl Peaks {
     }
 
     /// Adds a window, with the force of the mesh, if there is any.
-    pub(super) fn window(&mut self, deflection: &Seen<'_>, force: Option<&Seen<'_>>) {
+    pub(super) fn window(&mut self, deflection: &NodeValues<'_>, force: Option<&NodeValues<'_>>) {
         let [lowest, highest, strongest] = &mut self.present;
         lowest.offer(deflection, false);
         highest.offer(deflection, true);
@@ -208,8 +208,8 @@ impl Peaks {
             let [first, second] = PEAK_SHARES.map(|share| {
                 let (value, error) = quantile(&values, share)?;
                 // Before a cycle beyond the quantile is expected, the value is only the largest.
-                let seen = (1.0 - share) * values.len() as f64 >= 1.0 - ROUND_OFF;
-                Some((value, if seen { error } else { f64::INFINITY }))
+                let is_observed = (1.0 - share) * values.len() as f64 >= 1.0 - ROUND_OFF;
+                Some((value, if is_observed { error } else { f64::INFINITY }))
             });
             return Some([first?, second?]);
         };

@@ -77,7 +77,7 @@ impl Range {
 
 /// A series on a window, with its values at the nodes of a rule.
 #[derive(Debug)]
-pub(super) struct Seen<'a> {
+pub(super) struct NodeValues<'a> {
     pub(super) rule: &'a Rule,
     pub(super) series: &'a [f64; TERMS],
     sizes: Sizes,
@@ -125,17 +125,17 @@ impl Rules {
 
     /// Evaluates a series at the nodes of a rule. This rule integrates to round-off the fourth power of its
     /// distance from `centre`, and its product with an exponential that makes a half `turn` \[rad\].
-    pub(super) fn look<'a>(
+    pub(super) fn evaluate_at_nodes<'a>(
         &'a self,
         set: InstructionSet,
         series: &'a [f64; TERMS],
         centre: f64,
         turn: f64,
-    ) -> Seen<'a> {
+    ) -> NodeValues<'a> {
         let sizes = self.sizes(set, series);
         let short = turn <= self.short.widest_turn && sizes.falls_off(series[0] - centre);
         let rule = if short { &self.short } else { &self.long };
-        rule.look(set, series, sizes)
+        rule.evaluate_at_nodes(set, series, sizes)
     }
 
     /// Sums over a series.
@@ -199,12 +199,12 @@ impl Rule {
     }
 
     /// Evaluates a series with known sizes at the nodes.
-    pub(super) fn look<'a>(
+    pub(super) fn evaluate_at_nodes<'a>(
         &'a self,
         set: InstructionSet,
         series: &'a [f64; TERMS],
         sizes: Sizes,
-    ) -> Seen<'a> {
+    ) -> NodeValues<'a> {
         let mut parts = [Lanes::ZERO; 2 * LONG];
         let own = &mut parts[..2 * self.groups];
         let [low, high] = lanes::parts(set, &self.polynomials, series, own);
@@ -214,7 +214,7 @@ impl Rule {
             high: high.max(start.max(end)),
             rise: sizes.rise,
         };
-        Seen {
+        NodeValues {
             rule: self,
             series,
             sizes,
@@ -224,16 +224,20 @@ impl Rule {
     }
 }
 
-impl Seen<'_> {
+impl NodeValues<'_> {
     /// Even part, then odd part at the positive nodes.
     pub(super) fn parts(&self) -> &[Lanes] {
         &self.parts[..2 * self.rule.groups]
     }
 
     /// Another series at the same nodes.
-    pub(super) fn beside<'b>(&'b self, set: InstructionSet, series: &'b [f64; TERMS]) -> Seen<'b> {
+    pub(super) fn beside<'b>(
+        &'b self,
+        set: InstructionSet,
+        series: &'b [f64; TERMS],
+    ) -> NodeValues<'b> {
         let sizes = Rules::shared().sizes(set, series);
-        self.rule.look(set, series, sizes)
+        self.rule.evaluate_at_nodes(set, series, sizes)
     }
 
     /// Places and values at both ends and all nodes, in order.
@@ -424,7 +428,9 @@ mod tests {
                 let own = [short.then_some(&rules.short), Some(&rules.long)];
                 for rule in own.into_iter().flatten() {
                     let sizes = rules.sizes(set, &series);
-                    let found = rule.look(set, &series, sizes).powers(set, centre, 0.5);
+                    let found = rule
+                        .evaluate_at_nodes(set, &series, sizes)
+                        .powers(set, centre, 0.5);
                     for (power, (found, exact)) in [3, 4].into_iter().zip(found.iter().zip(&exact))
                     {
                         let error = found * 0.5_f64.powi(power) - exact;
@@ -460,7 +466,9 @@ mod tests {
                 assert!((found - exact).abs() < 1e-15);
             }
             for rule in [&rules.short, &rules.long] {
-                let [_, found] = rule.look(set, &series, sizes).powers(set, 0.0, 1.0);
+                let [_, found] = rule
+                    .evaluate_at_nodes(set, &series, sizes)
+                    .powers(set, 0.0, 1.0);
                 assert!((found - fourth).abs() < 1e-15, "{found} {fourth}");
             }
         }
@@ -489,7 +497,7 @@ mod tests {
         for rule in [&rules.short, &rules.long] {
             for series in some_series() {
                 let sizes = rules.sizes(set, &series);
-                let Range { low, high, rise } = rule.look(set, &series, sizes).range;
+                let Range { low, high, rise } = rule.evaluate_at_nodes(set, &series, sizes).range;
                 let highest = by_search(&series);
                 let lowest = -by_search(&series.map(|a| -a));
                 assert!(highest <= high + rise, "{highest} {high} {rise}");
@@ -509,8 +517,8 @@ mod tests {
         let (rules, set) = (Rules::shared(), InstructionSet::best());
         let rule = &rules.short;
         let start = |series: &[f64; TERMS]| {
-            let seen = rule.look(set, series, rules.sizes(set, series));
-            (seen.range.high, seen.start(seen.range.high))
+            let values = rule.evaluate_at_nodes(set, series, rules.sizes(set, series));
+            (values.range.high, values.start(values.range.high))
         };
         let mut count = 0;
         for series in some_series().filter(|series| rules.sizes(set, series).falls_off(0.0)) {
@@ -537,7 +545,10 @@ mod tests {
         series[TERMS - 1] = 1.0;
         assert!(!rules.sizes(set, &series).falls_off(0.0));
         let sizes = rules.sizes(set, &series);
-        let fourth = |rule: &Rule| rule.look(set, &series, sizes).powers(set, 0.0, 1.0)[1];
+        let fourth = |rule: &Rule| {
+            rule.evaluate_at_nodes(set, &series, sizes)
+                .powers(set, 0.0, 1.0)[1]
+        };
         let (short, long) = (fourth(&rules.short), fourth(&rules.long));
         assert!((short - long).abs() > 1e-6 * long, "{short} {long}");
     }

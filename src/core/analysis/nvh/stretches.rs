@@ -29,8 +29,8 @@ impl<const N: usize> Summable for [f64; N] {
 /// stretches double.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Stretches<T> {
-    closed: Vec<T>,
-    open: T,
+    complete: Vec<T>,
+    current: T,
     filled: u64,
     first_length: u64,
     length: u64,
@@ -40,8 +40,8 @@ impl<T: Summable> Stretches<T> {
     /// No stretches yet; `empty` is an empty sum.
     pub(in crate::analysis) fn new(empty: T, length: u64) -> Self {
         Self {
-            closed: Vec::new(),
-            open: empty,
+            complete: Vec::new(),
+            current: empty,
             filled: 0,
             first_length: length,
             length,
@@ -50,15 +50,15 @@ impl<T: Summable> Stretches<T> {
 
     /// Forgets everything.
     pub(in crate::analysis) fn restart(&mut self) {
-        self.closed.clear();
-        self.open.clear();
+        self.complete.clear();
+        self.current.clear();
         self.filled = 0;
         self.length = self.first_length;
     }
 
     /// The sum of the present stretch.
-    pub(in crate::analysis) fn open(&mut self) -> &mut T {
-        &mut self.open
+    pub(in crate::analysis) fn current(&mut self) -> &mut T {
+        &mut self.current
     }
 
     /// Ends a unit.
@@ -67,10 +67,10 @@ impl<T: Summable> Stretches<T> {
         if self.filled < self.length {
             return;
         }
-        self.closed.push(self.open.clone());
-        self.open.clear();
+        self.complete.push(self.current.clone());
+        self.current.clear();
         self.filled = 0;
-        if self.closed.len() >= MOST {
+        if self.complete.len() >= MOST {
             self.join();
         }
     }
@@ -78,11 +78,11 @@ impl<T: Summable> Stretches<T> {
     /// Joins neighbours to stretches of twice the length. A last stretch without a neighbour counts only in
     /// the total, like the open one.
     fn join(&mut self) {
-        let pairs = self.closed.chunks_exact(2);
+        let pairs = self.complete.chunks_exact(2);
         if let [single] = pairs.remainder() {
-            self.open.add(single);
+            self.current.add(single);
         }
-        self.closed = pairs
+        self.complete = pairs
             .map(|pair| {
                 let mut sum = pair[0].clone();
                 sum.add(&pair[1]);
@@ -103,21 +103,21 @@ impl<T: Summable> Stretches<T> {
         while other.length < self.length {
             other.to_mut().join();
         }
-        self.closed.extend_from_slice(&other.closed);
-        self.open.add(&other.open);
+        self.complete.extend_from_slice(&other.complete);
+        self.current.add(&other.current);
     }
 
     /// Keeps only the complete stretches within the first `units`.
     pub(in crate::analysis) fn cut(&mut self, units: u64) {
-        self.closed.truncate((units / self.length) as usize);
-        self.open.clear();
+        self.complete.truncate((units / self.length) as usize);
+        self.current.clear();
         self.filled = 0;
     }
 
     /// Changes every sum, including that of the present stretch.
     pub(in crate::analysis) fn each(&mut self, change: impl Fn(&mut T)) {
-        self.closed.iter_mut().for_each(&change);
-        change(&mut self.open);
+        self.complete.iter_mut().for_each(&change);
+        change(&mut self.current);
     }
 
     /// Units per complete stretch.
@@ -126,14 +126,14 @@ impl<T: Summable> Stretches<T> {
     }
 
     /// The complete stretches, in time.
-    pub(in crate::analysis) fn closed(&self) -> &[T] {
-        &self.closed
+    pub(in crate::analysis) fn complete(&self) -> &[T] {
+        &self.complete
     }
 
     /// The sum over everything, including the present stretch.
     pub(in crate::analysis) fn total(&self) -> T {
-        let mut sum = self.open.clone();
-        for stretch in &self.closed {
+        let mut sum = self.current.clone();
+        for stretch in &self.complete {
             sum.add(stretch);
         }
         sum
@@ -149,27 +149,27 @@ mod tests {
         let mut stretches = Stretches::new([0.0; 2], 3);
         let units = 3 * 5000 + 2;
         for unit in 0..units {
-            stretches.open().add(&[1.0, f64::from(unit)]);
+            stretches.current().add(&[1.0, f64::from(unit)]);
             stretches.advance();
         }
         let n = f64::from(units);
         assert_eq!(stretches.total(), [n, 0.5 * n * (n - 1.0)]);
         // 5000 stretches of three, joined twice.
-        assert_eq!(stretches.closed().len(), 1250);
-        assert!(stretches.closed().iter().all(|s| s[0] == 12.0));
+        assert_eq!(stretches.complete().len(), 1250);
+        assert!(stretches.complete().iter().all(|s| s[0] == 12.0));
         stretches.restart();
-        stretches.open().add(&[1.0, 1.0]);
+        stretches.current().add(&[1.0, 1.0]);
         for _ in 0..3 {
             stretches.advance();
         }
-        assert_eq!(stretches.closed(), [[1.0, 1.0]]);
+        assert_eq!(stretches.complete(), [[1.0, 1.0]]);
     }
 
     /// Sums of 1, 2, 3 … over stretches of three units or more.
     fn counted(units: u32) -> Stretches<[f64; 2]> {
         let mut stretches = Stretches::new([0.0; 2], 3);
         for unit in 0..units {
-            stretches.open().add(&[1.0, f64::from(unit)]);
+            stretches.current().add(&[1.0, f64::from(unit)]);
             stretches.advance();
         }
         stretches
@@ -189,17 +189,17 @@ mod tests {
             });
             assert_eq!(all.total(), total);
             assert_eq!(all.length(), 12);
-            assert!(all.closed().iter().all(|s| s[0] == 12.0));
-            assert_eq!(all.closed().len(), 1250 + 8 + 625);
+            assert!(all.complete().iter().all(|s| s[0] == 12.0));
+            assert_eq!(all.complete().len(), 1250 + 8 + 625);
         }
     }
 
     #[test]
     fn records_of_one_length_lose_no_stretch() {
         let (mut all, second) = (counted(31), counted(62));
-        let stretches = [all.closed(), second.closed()].concat();
+        let stretches = [all.complete(), second.complete()].concat();
         all.append(&second);
-        assert_eq!(all.closed(), stretches);
+        assert_eq!(all.complete(), stretches);
         assert_eq!(all.total()[0], 93.0);
     }
 }

@@ -331,7 +331,7 @@ pub(super) fn errors(
         let sense = through(total).signum();
         let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);
         found.contact_loss = each(|own| own.loss);
-        losses.tell_errors(quotient, error(&|s| s.loss_of_first()), &mut found);
+        losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut found);
     }
     found
 }

@@ -10,7 +10,7 @@ use crate::analysis::classify::{Evidence, Verdict, classify};
 use crate::analysis::config::Effort;
 use crate::analysis::course::course;
 use crate::analysis::dimension::kaplan_yorke;
-use crate::analysis::evidence::{ChainRecord, ChaosOutcome, EvidenceOutcome, LeftChaos};
+use crate::analysis::evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
 use crate::analysis::outcome::{
     Class, LyapunovMethod, LyapunovOutcome, NvhErrors, NvhOutcome, PointOutcome, Status,
 };
@@ -32,7 +32,7 @@ impl<K: Kernel> PointRun<'_, K> {
         &mut self,
         searches: Option<Searches>,
     ) -> Result<PointOutcome, Interruption> {
-        let plan = Plan::of(self.questions);
+        let plan = Plan::of(self.config);
         let instruments = self.align()?;
         let pilot = Member::pilot(self.trajectory.clone(), instruments, searches, &plan);
         let mut members = vec![pilot];
@@ -56,7 +56,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 0 => Look::default(),
                 _ => self.look_at(&members),
             };
-            if over || look.enough || look.futile {
+            if over || look.can_stop || look.futile {
                 return self.conclude(members, &look);
             }
             if look.statistics_enough {
@@ -91,7 +91,7 @@ impl<K: Kernel> PointRun<'_, K> {
     /// The trajectories still on the motion. Without exponents the time of an exit is unknown: if any
     /// trajectory left, none counts.
     fn staying<'m>(&self, members: &'m [Member]) -> impl Iterator<Item = &'m Member> + use<'m, K> {
-        let blind = self.questions.lyapunov.is_none();
+        let blind = self.config.lyapunov.is_none();
         let left = blind && members.iter().any(|member| member.ending.is_some());
         (members.iter()).filter(move |member| !left && member.ending.is_none())
     }
@@ -114,9 +114,9 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut all = joined(&parts);
         let chaotic = (all.averages())
             .is_some_and(|averages| is_chaotic(averages.values(), averages.stretch()));
-        let parted = Plan::of(self.questions).part * (members.len() as u64 - 1);
+        let parted = Plan::of(self.config).part * (members.len() as u64 - 1);
         let chaos = chaotic.then(|| chaos(&members, parted));
-        let chains = self.questions.lyapunov.filter(|asked| asked.chains);
+        let chains = self.config.lyapunov.filter(|config| config.chains);
         let evidence = EvidenceOutcome {
             trajectories: members.len() as u32,
             verified: look.unverified.is_none(),
@@ -160,7 +160,7 @@ impl<K: Kernel> PointRun<'_, K> {
         outcome.grazing_count = self.counters.grazings;
         if let Some(mut chaos) = chaos {
             outcome.reason += &format!("; {}", before(&chaos));
-            chaos.left = left(&all);
+            chaos.averages_before_exit = chaos_averages(&all);
             outcome.chaos = Some(chaos);
         }
         Ok(outcome)
@@ -178,7 +178,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut verdict = classify(&Evidence {
             averages: growth.map_or(&[], |averages| averages.values()),
             stretch: growth.map_or(1, |averages| averages.stretch()),
-            aligned: self.questions.lyapunov.map_or(0, |l| l.align),
+            aligned: self.config.lyapunov.map_or(0, |l| l.align),
             closest_return: last.recurrence.closest_return(&self.norm),
             longest_period: last.recurrence.longest(),
             excitation_repeats: last.recurrence.excitation_repeats(),
@@ -199,7 +199,7 @@ impl<K: Kernel> PointRun<'_, K> {
             }
         }
         let missed = if verdict.class.is_some_and(|class| class.is_chaos()) {
-            let survey = self.questions.effort() == Effort::Survey;
+            let survey = self.config.effort() == Effort::Survey;
             let unverified = look.unverified.as_ref().filter(|_| !survey);
             look.missed.as_ref().or(unverified)
         } else if verdict.class == Some(Class::NotConverged) {
@@ -265,12 +265,12 @@ impl<K: Kernel> PointRun<'_, K> {
         let dimension = kaplan_yorke(&series, &exponents, zero, self.growth_norm.dimension());
         // Exponents of −∞ are the smallest, and are omitted.
         let lost = |exponent: &f64| *exponent == f64::NEG_INFINITY;
-        let told = exponents
+        let kept_count = exponents
             .iter()
             .position(lost)
             .map_or(series.len(), |own| own.max(1));
-        exponents.truncate(told);
-        errors.truncate(told);
+        exponents.truncate(kept_count);
+        errors.truncate(kept_count);
         let twin = all.twin.as_ref().map(Twin::excess);
         Some(LyapunovOutcome {
             dimension,
@@ -281,8 +281,12 @@ impl<K: Kernel> PointRun<'_, K> {
                 Some(_) => LyapunovMethod::Birkhoff,
                 None => LyapunovMethod::Tangent,
             },
-            course: (self.questions.lyapunov).and_then(|asked| {
-                course(&series[..told], growth.averages().stretch(), asked.course)
+            course: (self.config.lyapunov).and_then(|config| {
+                course(
+                    &series[..kept_count],
+                    growth.averages().stretch(),
+                    config.course,
+                )
             }),
             exponents,
             errors,
@@ -368,7 +372,7 @@ fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
         exits: endings.iter().map(|(_, count)| count).sum(),
         trajectories: members.len() as u32,
         ended_on: (!text.is_empty()).then(|| text.join(", ")),
-        left: None,
+        averages_before_exit: None,
     }
 }
 
@@ -429,14 +433,14 @@ fn before(chaos: &ChaosOutcome) -> String {
 }
 
 /// Averages over chaos that every trajectory left.
-fn left(all: &Record) -> Option<LeftChaos> {
+fn chaos_averages(all: &Record) -> Option<ChaosAverages> {
     let averages = all.averages()?.values();
     let nvh = all.watch.statistics();
     let pair = |value: fn(&NvhOutcome) -> f64, error: fn(&NvhErrors) -> f64| {
         let found = nvh.as_ref()?;
         Some([value(found), error(found.stderr.as_ref()?)])
     };
-    Some(LeftChaos {
+    Some(ChaosAverages {
         lambda: [mean(averages), standard_error(averages)],
         deflection_rms: pair(|n| n.deflection_rms, |e| e.deflection_rms),
         force_std: pair(|n| n.force_std, |e| e.force_std),

@@ -94,19 +94,19 @@ impl Instruments {
     pub(super) fn new(
         model: &Model,
         norm: &EnergyNorm,
-        questions: &PointConfig,
+        config: &PointConfig,
         trajectory: &TrajectoryState,
     ) -> Self {
-        let growth = questions.lyapunov.map(|l| {
+        let growth = config.lyapunov.map(|l| {
             let count = l.exponents.min(norm.dimension());
-            let mut stream = questions.point.stream(0);
+            let mut stream = config.point.stream(0);
             TangentGrowth::new(norm, model.modes(), count, &mut stream)
         });
-        let wanted = questions.lyapunov.filter(|l| l.twin);
-        let twin = (growth.as_ref().zip(wanted)).map(|(growth, asked)| {
-            Twin::new(model, norm, trajectory, growth.leading(), asked.separation)
+        let wanted = config.lyapunov.filter(|l| l.twin);
+        let twin = (growth.as_ref().zip(wanted)).map(|(growth, config)| {
+            Twin::new(model, norm, trajectory, growth.leading(), config.separation)
         });
-        Self::of(model, growth, twin, Recorders::asked(model, questions))
+        Self::of(model, growth, twin, Recorders::requested(model, config))
     }
 
     /// Instruments of a trajectory that branched off another, with the tangents from there.

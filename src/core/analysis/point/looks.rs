@@ -42,7 +42,7 @@ pub(super) struct Look {
     /// Whether the budget is too small for the requested errors.
     pub(super) futile: bool,
     /// Whether there is a stop rule, and nothing is missing.
-    pub(super) enough: bool,
+    pub(super) can_stop: bool,
     /// Effective sample size and R-hat of the growth of neighbours.
     pub(super) ess: Option<f64>,
     pub(super) rhat: Option<f64>,
@@ -99,34 +99,39 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         look.unverified = self.unverified(all, growth.as_ref());
         let statistics = self.statistics(all);
-        look.statistics_missed = statistics.as_ref().and_then(|aim| aim.missed.clone());
-        let verified = look.unverified.is_none() || self.questions.effort() == Effort::Survey;
+        look.statistics_missed = statistics
+            .as_ref()
+            .and_then(|criterion| criterion.missed.clone());
+        let verified = look.unverified.is_none() || self.config.effort() == Effort::Survey;
         look.statistics_enough =
             statistics.is_some() && look.statistics_missed.is_none() && verified;
-        let aims = [
+        let criteria = [
             growth
                 .as_ref()
                 .and_then(|growth| self.exponent(all, growth)),
             self.life(all, exits),
             statistics,
         ];
-        look.futile = aims.iter().flatten().any(|aim| aim.futile);
-        look.missed = aims.iter().flatten().find_map(|aim| aim.missed.clone());
-        let lyapunov = self.questions.lyapunov;
-        let exponent_has_rule = lyapunov.is_none_or(|asked| asked.stop_at_stderr.is_some());
-        let has_rule = aims.iter().flatten().count() > 0 && exponent_has_rule;
-        look.enough = has_rule && verified && look.missed.is_none() && look.apart().is_none();
+        look.futile = criteria.iter().flatten().any(|criterion| criterion.futile);
+        look.missed = criteria
+            .iter()
+            .flatten()
+            .find_map(|criterion| criterion.missed.clone());
+        let lyapunov = self.config.lyapunov;
+        let exponent_has_rule = lyapunov.is_none_or(|config| config.stop_at_stderr.is_some());
+        let has_rule = criteria.iter().flatten().count() > 0 && exponent_has_rule;
+        look.can_stop = has_rule && verified && look.missed.is_none() && look.apart().is_none();
         look
     }
 
     /// Why the errors of a record are not verified, if they are not.
     fn unverified(&self, all: &Record, growth: Option<&Averaged>) -> Option<String> {
-        if self.questions.effort() == Effort::Survey {
+        if self.config.effort() == Effort::Survey {
             return Some("errors of a survey are not verified".to_owned());
         }
         let first = Effort::Verified.first_look();
         // Cycles of trajectories after they left the motion count against the budget.
-        if self.questions.cycles < first || 10 * all.measured < 9 * first {
+        if self.config.cycles < first || 10 * all.measured < 9 * first {
             return Some(format!(
                 "{} of the {first} measured cycles that verified errors need; raise run.cycles, or set \
                  analyses.lyapunov.effort = \"survey\"",
@@ -157,42 +162,43 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Precision of the largest exponent, if it has a stop rule.
-    fn exponent(&self, all: &Record, growth: &Averaged) -> Option<Aim> {
-        let target = self.questions.lyapunov?.stop_at_stderr?;
+    fn exponent(&self, all: &Record, growth: &Averaged) -> Option<StopCriterion> {
+        let target = self.config.lyapunov?.stop_at_stderr?;
         let (lambda, error) = (mean(&growth.values), standard_error(&growth.values));
         if !error.is_finite() {
-            return Some(Aim {
+            return Some(StopCriterion {
                 missed: Some("lambda_max has no standard error yet; raise run.cycles".to_owned()),
                 futile: false,
             });
         }
-        let mut aim = self.aim(all, error / target, || {
+        let mut criterion = self.criterion(all, error / target, || {
             format!("the standard error of lambda_max is {error:.2e}, but analyses.lyapunov.stop_at_stderr is {target}")
         });
-        if aim.missed.is_none() && lambda <= SIGMAS * error {
-            aim = self.aim(all, SIGMAS * error / lambda.max(0.0), || {
+        if criterion.missed.is_none() && lambda <= SIGMAS * error {
+            criterion = self.criterion(all, SIGMAS * error / lambda.max(0.0), || {
                 format!("λ = {lambda:.2e} ± {error:.1e} is within {SIGMAS} standard errors of zero")
             });
         }
-        if aim.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32) {
-            aim.missed = Some(
+        if criterion.missed.is_none() && !parts_exponentially(&growth.values, growth.stretch as u32)
+        {
+            criterion.missed = Some(
                 "the separation of neighbouring trajectories does not grow exponentially"
                     .to_owned(),
             );
         }
-        Some(aim)
+        Some(criterion)
     }
 
     /// Evidence for the requested life of chaos.
-    fn life(&self, all: &Record, exits: usize) -> Option<Aim> {
-        let asked = self.questions.lyapunov?.lifetime?;
-        let short = exits == 0 && all.measured < 3 * asked;
-        Some(Aim {
+    fn life(&self, all: &Record, exits: usize) -> Option<StopCriterion> {
+        let lifetime = self.config.lyapunov?.lifetime?;
+        let short = exits == 0 && all.measured < 3 * lifetime;
+        Some(StopCriterion {
             missed: short.then(|| {
                 format!(
-                    "no trajectory left chaos in {} cycles, but evidence for a mean life of {asked} cycles needs {}",
+                    "no trajectory left chaos in {} cycles, but evidence for a mean life of {lifetime} cycles needs {}",
                     all.measured,
-                    3 * asked
+                    3 * lifetime
                 )
             }),
             futile: false,
@@ -200,30 +206,35 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Precision of NVH statistics, if they have a stop rule.
-    fn statistics(&self, all: &Record) -> Option<Aim> {
-        let target = self.questions.nvh?.stop_at_stderr?;
+    fn statistics(&self, all: &Record) -> Option<StopCriterion> {
+        let target = self.config.nvh?.stop_at_stderr?;
         if all.watch.enough {
-            return Some(Aim::default());
+            return Some(StopCriterion::default());
         }
         let loosest = all.watch.loosest()?;
-        Some(self.aim(all, loosest.error / target, || {
+        Some(self.criterion(all, loosest.error / target, || {
             format!("{loosest}, but analyses.nvh.stop_at_stderr is {target}")
         }))
     }
 
     /// The aim of an error that is `ratio` times the requested one.
-    fn aim(&self, all: &Record, ratio: f64, message: impl FnOnce() -> String) -> Aim {
+    fn criterion(
+        &self,
+        all: &Record,
+        ratio: f64,
+        message: impl FnOnce() -> String,
+    ) -> StopCriterion {
         if ratio <= 1.0 {
-            return Aim::default();
+            return StopCriterion::default();
         }
         let needed = all.measured as f64 * ratio * ratio;
-        let futile = needed.is_finite() && needed > self.questions.cycles as f64;
+        let futile = needed.is_finite() && needed > self.config.cycles as f64;
         let how = if needed.is_finite() {
             format!("; this would take about {} cycles", rounded(needed))
         } else {
             String::new()
         };
-        Aim {
+        StopCriterion {
             missed: Some(message() + &how),
             futile,
         }
@@ -232,7 +243,7 @@ impl<K: Kernel> PointRun<'_, K> {
 
 /// A requested error or bound.
 #[derive(Debug, Default)]
-struct Aim {
+struct StopCriterion {
     /// Why it is not met, if it is not.
     missed: Option<String>,
     /// Whether the budget is too small for it.

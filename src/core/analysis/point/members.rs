@@ -41,7 +41,7 @@ pub(super) enum Ending {
 }
 
 /// State of a trajectory since the growth of neighbours faded.
-struct Faded {
+struct FadedGrowth {
     /// The record before, without the last cycles, in which the motion changed.
     record: Record,
     /// Measured cycles of this record.
@@ -63,9 +63,9 @@ pub(super) struct Member {
     pub(super) trajectory: TrajectoryState,
     pub(super) instruments: Instruments,
     pub(super) ending: Option<Ending>,
-    faded: Option<Faded>,
+    faded: Option<FadedGrowth>,
     /// Measured cycles and events at the last two ends of chunks.
-    passed: [[u64; 2]; 2],
+    chunk_ends: [[u64; 2]; 2],
     /// Only for the pilot.
     searches: Option<Searches>,
     next_torus: u64,
@@ -81,7 +81,7 @@ impl Member {
             instruments,
             ending: None,
             faded: None,
-            passed: [[0; 2]; 2],
+            chunk_ends: [[0; 2]; 2],
             searches: None,
             next_torus: torus::SHORTEST,
             branches: Vec::new(),
@@ -146,16 +146,16 @@ impl Member {
         if mean(&values[values.len() - count..]) > FADED {
             self.faded = None;
         } else if self.faded.is_none() {
-            let [cycles, events] = self.passed[0];
+            let [cycles, events] = self.chunk_ends[0];
             let mut unsettled = record.clone();
             unsettled.cut(cycles, events);
-            self.faded = Some(Faded {
+            self.faded = Some(FadedGrowth {
                 record: unsettled,
                 cycles,
                 next_search: record.measured - CHUNK + FADED_SEARCH,
             });
         }
-        self.passed = [self.passed[1], [record.measured, record.events]];
+        self.chunk_ends = [self.chunk_ends[1], [record.measured, record.events]];
     }
 
     /// Keeps the latest states from which others may branch off.
@@ -221,7 +221,7 @@ impl<K: Kernel> PointRun<'_, K> {
             std::mem::swap(&mut self.trajectory, &mut member.trajectory);
             measured?;
             let states = member.instruments.recurrence.states();
-            if let Some(runaway) = self.bounds.left_by(self.model, states) {
+            if let Some(runaway) = self.bounds.runaway_in(self.model, states) {
                 return Err(Interruption::Runaway(runaway));
             }
             member.note_growth();
@@ -243,7 +243,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         let torus_is_due = member.torus_is_due();
         let search_is_due = member.search_is_due(self.counters.cycles);
-        if self.questions.settle && (search_is_due || torus_is_due) {
+        if self.config.settle && (search_is_due || torus_is_due) {
             let recurrence = &member.instruments.recurrence;
             let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
             self.settles(member, |run| run.seek_orbit(&candidates))?;
@@ -251,7 +251,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let series = &member.instruments.series;
         if torus_is_due
             && member.ending.is_none()
-            && self.questions.lyapunov.is_some()
+            && self.config.lyapunov.is_some()
             && series.is_whole(member.measured())
             && torus::is_possible(self.model, &self.norm)
         {
@@ -291,7 +291,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         for number in 1..plan.trajectories {
             let place = places[(number - 1) % places.len()];
-            let mut stream = self.questions.point.stream(number as u64);
+            let mut stream = self.config.point.stream(number as u64);
             let trajectory = displaced(
                 self.model,
                 &self.norm,
@@ -300,7 +300,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut stream,
             );
             let watch = match pilot.instruments.record.watch.nvh.as_ref() {
-                Some(nvh) => Recorders::beside(self.model, self.questions, nvh),
+                Some(nvh) => Recorders::beside(self.model, self.config, nvh),
                 None => Recorders::of_nothing(self.model),
             };
             let growth = place.growth.clone();

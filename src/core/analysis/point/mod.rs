@@ -48,11 +48,11 @@ pub fn investigate<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
-    questions: &PointConfig,
+    config: &PointConfig,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
     let mut trajectory = start;
-    investigate_onward(model, kernel, &mut trajectory, questions, called_off)
+    investigate_onward(model, kernel, &mut trajectory, config, called_off)
 }
 
 /// As [`investigate`]; leaves `trajectory` at the end of the integration, which is unspecified after
@@ -64,16 +64,16 @@ pub fn investigate_onward<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
-    questions: &PointConfig,
+    config: &PointConfig,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
     let mut run = PointRun {
         model,
         kernel,
-        questions,
+        config,
         called_off,
         norm: EnergyNorm::new(model),
-        growth_norm: match questions.lyapunov.map(|l| l.norm) {
+        growth_norm: match config.lyapunov.map(|l| l.norm) {
             Some(GrowthNorm::Raw) => EnergyNorm::raw(model),
             _ => EnergyNorm::new(model),
         },
@@ -98,13 +98,13 @@ pub fn investigate_onward<K: Kernel>(
 impl<K: Kernel> PointRun<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Interruption> {
         self.kernel.accepts(self.model, &self.trajectory)?;
-        let mut searches = Searches::new(self.questions.settle);
+        let mut searches = Searches::new(self.config.settle);
         if let Some(found) = self.transient(&mut searches)?
             && let Some(outcome) = self.settle(found)?
         {
             return Ok(outcome);
         }
-        self.audit(self.questions.audit_cycles)?;
+        self.audit(self.config.audit_cycles)?;
         self.unsettled(searches)
     }
 
@@ -130,7 +130,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 return Ok(orbit);
             }
         }
-        while self.counters.cycles < self.questions.transient {
+        while self.counters.cycles < self.config.transient {
             let events = self.counters.events;
             self.plain_cycle(&mut ())?;
             recurrence.push(&self.trajectory.state);

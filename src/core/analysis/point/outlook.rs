@@ -29,12 +29,12 @@ pub struct Outlook {
 
 impl Outlook {
     /// For analyses of a motion that was `seen` over some cycles without settling.
-    pub fn of(questions: &PointConfig, seen: &PointOutcome) -> Self {
-        let plan = Plan::of(questions);
+    pub fn of(config: &PointConfig, seen: &PointOutcome) -> Self {
+        let plan = Plan::of(config);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
-        let lyapunov = questions.lyapunov;
-        let statistics = questions.nvh.and_then(|asked| asked.stop_at_stderr);
-        let target = lyapunov.and_then(|asked| asked.stop_at_stderr);
+        let lyapunov = config.lyapunov;
+        let statistics = config.nvh.and_then(|config| config.stop_at_stderr);
+        let target = lyapunov.and_then(|config| config.stop_at_stderr);
         let ends_early = match lyapunov {
             Some(_) => target.is_some(),
             None => statistics.is_some(),
@@ -60,7 +60,7 @@ impl Outlook {
         // If this exceeds the budget, the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
         let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
-        let skew = match questions.effort() {
+        let skew = match config.effort() {
             Effort::Verified => enough.max(SKEWED as f64).min(budget),
             Effort::Survey => (2.0 * enough).min(budget),
         };
@@ -81,7 +81,7 @@ mod tests {
 
     /// Outlook for an exponent with a stop rule or without, after 400 cycles with λ = 0.2 and an error.
     fn outlook(effort: Effort, target: Option<f64>, error: f64, cycles: u64) -> [f64; 2] {
-        let questions = PointConfig {
+        let config = PointConfig {
             point: PointSeed {
                 seed: 1,
                 point_id: 0,
@@ -113,7 +113,7 @@ mod tests {
             measured_cycles: 400,
             ..PointOutcome::unanswered(Status::NotConverged, String::new())
         };
-        let found = Outlook::of(&questions, &seen);
+        let found = Outlook::of(&config, &seen);
         [found.expected, found.spread]
     }
 

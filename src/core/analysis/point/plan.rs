@@ -36,10 +36,10 @@ pub(super) struct Plan {
 impl Plan {
     /// For the requested analyses. There are several trajectories only if the first look is within the budget
     /// and something is averaged.
-    pub(super) fn of(questions: &PointConfig) -> Self {
-        let effort = questions.effort();
-        let (first, budget) = (effort.first_look(), questions.cycles);
-        let averages = questions.lyapunov.is_some() || questions.nvh.is_some();
+    pub(super) fn of(config: &PointConfig) -> Self {
+        let effort = config.effort();
+        let (first, budget) = (effort.first_look(), config.cycles);
+        let averages = config.lyapunov.is_some() || config.nvh.is_some();
         let several = effort == Effort::Verified && budget >= first && averages;
         let gap = first / GAPS;
         Self {

@@ -46,7 +46,7 @@ impl From<CalledOff> for Interruption {
 pub(super) struct PointRun<'a, K: Kernel> {
     pub(super) model: &'a Model,
     pub(super) kernel: &'a K,
-    pub(super) questions: &'a PointConfig,
+    pub(super) config: &'a PointConfig,
     pub(super) called_off: &'a AtomicBool,
     pub(super) norm: EnergyNorm,
     /// The norm for tangents and twin.
@@ -61,13 +61,9 @@ pub(super) struct PointRun<'a, K: Kernel> {
 impl<K: Kernel> PointRun<'_, K> {
     /// Instruments at the trajectory's present state, with aligned tangents and twin.
     pub(super) fn align(&mut self) -> Result<Instruments, Interruption> {
-        let mut instruments = Instruments::new(
-            self.model,
-            &self.growth_norm,
-            self.questions,
-            &self.trajectory,
-        );
-        if let Some(lyapunov) = &self.questions.lyapunov {
+        let mut instruments =
+            Instruments::new(self.model, &self.growth_norm, self.config, &self.trajectory);
+        if let Some(lyapunov) = &self.config.lyapunov {
             for _ in 0..lyapunov.align {
                 self.cycle(
                     &mut instruments.record.growth,
@@ -99,13 +95,13 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Advances the transient, in jumps if contact is certain to last.
     pub(super) fn pass_transient(&mut self) -> Result<(), Interruption> {
         let mut jumps = ContactJumps::new(self.model);
-        while self.counters.cycles < self.questions.transient {
-            let left = self.questions.transient - self.counters.cycles;
+        while self.counters.cycles < self.config.transient {
+            let left = self.config.transient - self.counters.cycles;
             let leap = jumps.jump(self.kernel, &mut self.trajectory, left, &mut self.workspace);
             self.counters.cycles += leap;
             if leap < left {
                 self.plain_cycle(&mut ())?;
-                jumps.marched();
+                jumps.count_integrated_cycle();
             }
         }
         Ok(())
@@ -114,7 +110,7 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Audits the energy balance over some cycles, if an audit is requested.
     pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Interruption> {
         let mut audit = EnergyAudit::new(self.model);
-        for _ in 0..cycles.min(self.questions.audit_cycles) {
+        for _ in 0..cycles.min(self.config.audit_cycles) {
             self.plain_cycle(&mut audit)?;
         }
         self.energy_residual = audit.residual(&self.trajectory);

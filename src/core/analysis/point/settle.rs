@@ -75,7 +75,7 @@ pub(super) struct PeriodMap {
 
 /// Round-off of the map of a period, relative to a multiplier, above which the maps of its cycles are
 /// evaluated one by one.
-const TOLD: f64 = 1e-9;
+const LARGEST_ROUND_OFF: f64 = 1e-9;
 
 impl<K: Kernel> PointRun<'_, K> {
     /// Searches for an attracting orbit next to the trajectory. If the trajectory approaches one, it is put
@@ -181,12 +181,15 @@ impl<K: Kernel> PointRun<'_, K> {
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
-        let lyapunov = match self.questions.lyapunov {
-            Some(asked) => {
+        let lyapunov = match self.config.lyapunov {
+            Some(config) => {
                 // A multiplier within round-off has no direction.
-                let told = round_off(first, leading.norm()) <= TOLD;
-                let direction =
-                    if asked.twin && told { eigenpair(first.as_ref(), leading) } else { None };
+                let is_resolved = round_off(first, leading.norm()) <= LARGEST_ROUND_OFF;
+                let direction = if config.twin && is_resolved {
+                    eigenpair(first.as_ref(), leading)
+                } else {
+                    None
+                };
                 Some(self.multiplier_outcome(&start, period, &exponents, direction)?)
             }
             None => None,
@@ -267,11 +270,11 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Measures one period of a periodic motion.
     fn measure_period(&mut self, period: u32) -> Result<Instruments, Interruption> {
         // Tangents and twin are no longer needed.
-        let asked = PointConfig {
+        let config = PointConfig {
             lyapunov: None,
-            ..self.questions.clone()
+            ..self.config.clone()
         };
-        let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
+        let mut instruments = Instruments::new(self.model, &self.norm, &config, &self.trajectory);
         let k = u64::from(period);
         if instruments.record.watch.poincare.watches() {
             // Extremes and crossings at the start of the period are detected from the cycles before it.
@@ -280,10 +283,10 @@ impl<K: Kernel> PointRun<'_, K> {
             }
         }
         instruments.restart();
-        if let Some(all) = self.questions.nvh
-            && let Some(asked) = all.spectrum
+        if let Some(all) = self.config.nvh
+            && let Some(config) = all.spectrum
         {
-            let lines = Lines::new(self.model, &asked, all.computed(), period);
+            let lines = Lines::new(self.model, &config, all.computed(), period);
             instruments.record.watch.spectra = Some(Spectra::Lines(lines));
         }
         self.measure(&mut instruments, k)?;
@@ -310,21 +313,21 @@ impl<K: Kernel> PointRun<'_, K> {
         period: u32,
     ) -> Result<Option<Vec<Logarithm>>, Interruption> {
         let (monodromy, multipliers) = (&turn.monodromy, &turn.multipliers);
-        let asked = self.questions.lyapunov.map_or(1, |l| l.exponents.max(1));
+        let count = self.config.lyapunov.map_or(1, |l| l.exponents.max(1));
         // A second, independent period along the orbit shows the error of the first. While contact lasts it
         // does not, because the map of a period has the same bits each time.
         let second = match turn.events {
             0 => monodromy.clone(),
             _ => self.monodromy(at, period, &mut Counters::default())?,
         };
-        let again = match (asked, multipliers.first()) {
+        let again = match (count, multipliers.first()) {
             (1, Some(leading)) => eigenpair(second.as_ref(), *leading).map(|pair| vec![pair.value]),
             _ => eigenvalues(second.as_ref()),
         };
-        let blurs: Vec<f64> = (multipliers.iter().take(asked))
+        let blurs: Vec<f64> = (multipliers.iter().take(count))
             .map(|own| round_off(monodromy, own.norm()))
             .collect();
-        let blurred = |blur: &f64| blur.is_nan() || *blur > TOLD;
+        let blurred = |blur: &f64| blur.is_nan() || *blur > LARGEST_ROUND_OFF;
         let Some(again) = again.or_else(|| blurs.first().is_some_and(blurred).then(Vec::new))
         else {
             return Ok(None);
@@ -349,7 +352,7 @@ impl<K: Kernel> PointRun<'_, K> {
             for _ in 0..period {
                 maps.push(self.monodromy(at, 1, &mut Counters::default())?);
             }
-            let apart = logarithms(&maps, asked, TOLD).unwrap_or_default();
+            let apart = logarithms(&maps, count, LARGEST_ROUND_OFF).unwrap_or_default();
             for ((own, blur), apart) in found.iter_mut().zip(&blurs).zip(apart) {
                 if blurred(blur) {
                     *own = Logarithm {

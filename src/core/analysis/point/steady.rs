@@ -117,7 +117,7 @@ impl<K: Kernel> PointRun<'_, K> {
             &mut counters,
         )?;
         let before = self.counters.cycles;
-        if approach.is_some() || counters.cycles < self.questions.transient {
+        if approach.is_some() || counters.cycles < self.config.transient {
             (self.trajectory, self.counters) = (ahead, counters);
         }
         if approach.is_none() {

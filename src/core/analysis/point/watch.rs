@@ -40,8 +40,8 @@ impl Recorders {
     }
 
     /// The observers for the requested analyses.
-    pub(super) fn asked(model: &Model, questions: &PointConfig) -> Self {
-        let q = questions;
+    pub(super) fn requested(model: &Model, config: &PointConfig) -> Self {
+        let q = config;
         Self {
             nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
             spectra: q.nvh.and_then(|all| {
@@ -58,11 +58,11 @@ impl Recorders {
 
     /// The observers of a trajectory that branched off another with the statistics `nvh`; without Poincaré
     /// samples.
-    pub(super) fn beside(model: &Model, questions: &PointConfig, nvh: &Nvh) -> Self {
+    pub(super) fn beside(model: &Model, config: &PointConfig, nvh: &Nvh) -> Self {
         Self {
             nvh: Some(nvh.beside()),
             poincare: Poincare::new(model, Section::default(), 0),
-            ..Self::asked(model, questions)
+            ..Self::requested(model, config)
         }
     }
 

@@ -66,14 +66,14 @@ pub struct RunUp {
 impl RunUpConfig {
     /// The requested signals that a model has: deflection and force of the first mesh, then outputs.
     pub fn signals_of(&self, model: &Model) -> Vec<MovingSignal> {
-        let asked = |signal: &MovingSignal| match signal.first_mesh() {
+        let is_requested = |signal: &MovingSignal| match signal.first_mesh() {
             Some(deflection) if deflection => self.signals.deflection,
             Some(_) => self.signals.force,
             None => self.signals.has(signal.quantity),
         };
         MovingSignal::of_model(model)
             .into_iter()
-            .filter(asked)
+            .filter(is_requested)
             .collect()
     }
 }

@@ -71,7 +71,7 @@ pub fn averages<K: Kernel>(
     model: &Model,
     kernel: &K,
     starts: &[TrajectoryState],
-    asked: &Ensemble,
+    settings: &Ensemble,
     called_off: &AtomicBool,
 ) -> Result<Vec<[f64; 4]>, MemberError> {
     let mut workspace = kernel.workspace();
@@ -80,7 +80,7 @@ pub fn averages<K: Kernel>(
             CalledOff::check(called_off)?;
             let mut state = TrajectoryState::new(model, start.state.clone(), start.cycle);
             kernel.advance(
-                asked.transient,
+                settings.transient,
                 &mut state,
                 &mut workspace,
                 &mut (),
@@ -88,7 +88,7 @@ pub fn averages<K: Kernel>(
             )?;
             let mut sums = Averages::default();
             kernel.advance(
-                asked.cycles,
+                settings.cycles,
                 &mut state,
                 &mut workspace,
                 &mut sums,

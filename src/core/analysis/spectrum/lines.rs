@@ -36,9 +36,9 @@ pub struct Lines {
 impl Lines {
     /// The requested lines of a model. The outputs in `computed` are available, and the motion repeats after
     /// `repeats` mesh cycles.
-    pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals, repeats: u32) -> Self {
-        let signals = Signal::asked(model, asked.signals, computed);
-        let count = (asked.highest_order as usize * repeats as usize).min(MOST_LINES);
+    pub fn new(model: &Model, config: &SpectrumConfig, computed: Signals, repeats: u32) -> Self {
+        let signals = Signal::requested(model, config.signals, computed);
+        let count = (config.highest_order as usize * repeats as usize).min(MOST_LINES);
         Self {
             mesh_period: model.period(),
             repeats,
@@ -109,7 +109,7 @@ mod tests {
     use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::structure::{BearingGain, ModalStructure, StaticShare};
 
-    fn asked() -> SpectrumConfig {
+    fn config() -> SpectrumConfig {
         SpectrumConfig {
             signals: Signals {
                 deflection: true,
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn every_sine_is_one_line() {
         let model = model();
-        let mut lines = Lines::new(&model, &asked(), asked().signals, 3);
+        let mut lines = Lines::new(&model, &config(), config().signals, 3);
         // Order, amplitude and phase of deflection, force and bearing force.
         let signals = [
             [(2.0 / 3.0, 0.3, 0.1), (1.0, 0.02, 2.0)],

@@ -104,20 +104,20 @@ fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec
 }
 
 /// Mesh cycles in a segment.
-fn segment(model: &Model, asked: usize) -> usize {
+fn segment(model: &Model, requested: usize) -> usize {
     match excitation_period(model) {
-        Some(period) if period <= LONGER * asked => asked.div_ceil(period) * period,
-        _ => asked,
+        Some(period) if period <= LONGER * requested => requested.div_ceil(period) * period,
+        _ => requested,
     }
 }
 
 impl Welch {
     /// The requested spectra of a model, if the outputs in `computed` are available.
-    pub fn new(model: &Model, asked: &SpectrumConfig, computed: Signals) -> Self {
-        let cycles = segment(model, asked.resolution as usize);
-        let highest_order = asked.highest_order as usize;
+    pub fn new(model: &Model, config: &SpectrumConfig, computed: Signals) -> Self {
+        let cycles = segment(model, config.resolution as usize);
+        let highest_order = config.highest_order as usize;
         let samples = (SAMPLES_PER_TURN * highest_order * cycles).next_power_of_two();
-        let signals = Signal::asked(model, asked.signals, computed).into_iter();
+        let signals = Signal::requested(model, config.signals, computed).into_iter();
         Self {
             period: model.period(),
             cycles,
@@ -265,7 +265,7 @@ mod tests {
     use crate::structure::ModalStructure;
     use std::f64::consts::TAU;
 
-    fn asked(resolution: u32) -> SpectrumConfig {
+    fn config(resolution: u32) -> SpectrumConfig {
         SpectrumConfig {
             signals: Signals {
                 deflection: true,
@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn a_sine_has_its_amplitude_at_its_order() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
-        let mut welch = Welch::new(&model, &asked(64), Signals::NONE);
+        let mut welch = Welch::new(&model, &config(64), Signals::NONE);
         show(&mut welch, 2.0, 0.3, 0.0, [3, 131]);
         let spectra = welch.spectra();
         assert_eq!(spectra[0].lines.len(), 5 * 64);
@@ -327,7 +327,7 @@ mod tests {
     fn a_restart_forgets_everything() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
         let [mut fresh, mut again] =
-            [(), ()].map(|()| Welch::new(&model, &asked(16), Signals::NONE));
+            [(), ()].map(|()| Welch::new(&model, &config(16), Signals::NONE));
         show(&mut again, 1.3, 5.0, 0.4, [3, 44]);
         again.restart();
         for welch in [&mut fresh, &mut again] {
@@ -366,7 +366,7 @@ mod tests {
         };
         let amplitude = |drive: &Drive, resolution: u32, order: f64| {
             let model = Model::new(&structure, drive, speed).unwrap();
-            let mut welch = Welch::new(&model, &asked(resolution), Signals::NONE);
+            let mut welch = Welch::new(&model, &config(resolution), Signals::NONE);
             show(&mut welch, order, 1.0, 0.7, [0, 300]);
             let lines = &welch.spectra()[0].lines;
             let largest = lines.iter().map(|line| line.amplitude);
@@ -388,7 +388,7 @@ mod tests {
     #[test]
     fn noise_has_its_density_and_its_error_bars() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
-        let mut welch = Welch::new(&model, &asked(16), Signals::NONE);
+        let mut welch = Welch::new(&model, &config(16), Signals::NONE);
         let mut stream = Stream::new(1, 2, 3);
         let steps = 16;
         for cycle in 0..2000 {
@@ -427,7 +427,7 @@ mod tests {
     fn segments_of_two_trajectories_are_averaged() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
         let record = |seed: u64, cycles: u64| {
-            let mut welch = Welch::new(&model, &asked(16), Signals::NONE);
+            let mut welch = Welch::new(&model, &config(16), Signals::NONE);
             let mut stream = Stream::new(seed, 2, 3);
             for cycle in 0..cycles {
                 for step in 0..16 {

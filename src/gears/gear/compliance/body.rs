@@ -21,9 +21,9 @@ use std::sync::OnceLock;
 
 /// The resolution in use; see the tests of its convergence.
 const RESOLUTION: Resolution = Resolution {
-    across: 12,
-    along: 14,
-    foot: 10,
+    degree_across: 12,
+    degree_along: 14,
+    foot_modes: 10,
     harmonics: 100.0,
 };
 
@@ -109,7 +109,7 @@ impl GearBody {
             .collect();
         let nu = plane_stress.poisson_ratio;
         let plate = Plate::new(tooth, nu, &rolls, resolution)?;
-        let foot = resolution.foot;
+        let foot = resolution.foot_modes;
         let waves = waves(
             teeth,
             tooth.root_half_angle,

@@ -60,14 +60,14 @@ fn the_resolution_is_enough() {
         (200, 0.0, 6.0, [1e-3, 5e-4]),
     ] {
         let gear = tooth(teeth, shift);
-        let resolved = |across: usize, foot: usize, harmonics: f64| {
+        let resolved = |degree_across: usize, foot_modes: usize, harmonics: f64| {
             let resolution = Resolution {
-                across,
-                along: across + 2,
-                foot,
+                degree_across,
+                degree_along: degree_across + 2,
+                foot_modes,
                 harmonics,
             };
-            let sizes = [64, TERMS + across / 8];
+            let sizes = [64, TERMS + degree_across / 8];
             GearBody::resolved(
                 &gear,
                 (teeth, ratio),
@@ -185,9 +185,9 @@ fn every_drawing_has_a_compliance() {
         found += 1;
         let ratio = 1.06 * (20.0f64 / 1.06).powf(between(0.0, 1.0));
         let fine = Resolution {
-            across: 16,
-            along: 18,
-            foot: 14,
+            degree_across: 16,
+            degree_along: 18,
+            foot_modes: 14,
             harmonics: 200.0,
         };
         let fine = GearBody::resolved(

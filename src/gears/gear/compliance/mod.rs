@@ -7,17 +7,17 @@
 //! Compliances are per unit face width: metres of approach along the line of action for a line
 //! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
 
-mod along_face;
 mod body;
+mod face_coupling;
 mod hertz;
 mod plate;
 mod ring;
 mod solid;
 
 use super::Flanks;
-pub use along_face::AlongFace;
 use body::GearBody;
 pub(super) use body::{GearBodies, LEAST_BODY_RATIO};
+pub use face_coupling::FaceCoupling;
 
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
@@ -44,7 +44,7 @@ impl PairCompliance {
 
     /// The compliance that the pair does not share with another in contact, from their
     /// [`Flanks::body_coupling`] \[m²/N\].
-    pub fn own(&self, coupling: [f64; 2]) -> f64 {
+    pub fn uncoupled(&self, coupling: [f64; 2]) -> f64 {
         self.total() - coupling[0] - coupling[1]
     }
 

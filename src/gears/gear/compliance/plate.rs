@@ -22,11 +22,11 @@ use faer::Mat;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Resolution {
     /// Degree of the plate's polynomials across the tooth.
-    pub across: usize,
+    pub degree_across: usize,
     /// The same along it.
-    pub along: usize,
+    pub degree_along: usize,
     /// Polynomials of the traction on the foot in either direction, even and at most 24.
-    pub foot: usize,
+    pub foot_modes: usize,
     /// Highest harmonic of the ring, times the half angle of the foot.
     pub harmonics: f64,
 }
@@ -84,7 +84,7 @@ impl Plate {
         let basis = Basis::new(tooth, resolution);
         let points = interior(tooth, resolution);
         let forces: Vec<Force> = rolls.iter().map(|&roll| Force::at(tooth, roll)).collect();
-        let modes = resolution.foot;
+        let modes = resolution.foot_modes;
         let mut plate = Self {
             stiffness: Mat::zeros(2 * modes, 2 * modes),
             forces: vec![vec![0.0; 2 * modes]; rolls.len()],
@@ -116,7 +116,7 @@ impl Plate {
         forces: &[Force],
         resolution: &Resolution,
     ) -> Option<()> {
-        let modes = part.modes(resolution.foot);
+        let modes = part.modes(resolution.foot_modes);
         let foot = part.foot(tooth, &modes, resolution);
         let mut stiffness = part.stiffness(poisson_ratio, points);
         stiffness += linalg::product(foot.transpose(), foot.as_ref());
@@ -218,8 +218,8 @@ impl Basis {
         let top = tooth.tip_radius.abs() / unit;
         let narrow = (tip.x / unit).max(LEAST_TAPER * foot);
         Self {
-            across: resolution.across,
-            along: resolution.along,
+            across: resolution.degree_across,
+            along: resolution.degree_along,
             height: [0.5 * (top + low), 0.5 * (top - low)],
             taper: [0.5 * (narrow + foot), 0.5 * (narrow - foot)],
             sense,
@@ -357,15 +357,15 @@ impl Part<'_> {
     /// Integrals of the foot's modes with the displacements on it.
     fn foot(&self, tooth: &Tooth, modes: &[usize], resolution: &Resolution) -> Mat<f64> {
         let half_angle = tooth.root_half_angle;
-        let rule = GaussLegendre::new(resolution.across + resolution.foot + 4);
+        let rule = GaussLegendre::new(resolution.degree_across + resolution.foot_modes + 4);
         let mut foot = Mat::zeros(modes.len(), self.freedoms());
         for (place, weight) in rule.nodes.iter().zip(&rule.weights) {
             let (sin, cos) = (place * half_angle).sin_cos();
-            let polynomials = legendre(*place, resolution.foot);
+            let polynomials = legendre(*place, resolution.foot_modes);
             let radial = self.work([sin, cos], [sin, cos]);
             let tangential = self.work([sin, cos], [cos, -sin]);
             for (row, &mode) in modes.iter().enumerate() {
-                let (degree, moved) = match mode.checked_sub(resolution.foot) {
+                let (degree, moved) = match mode.checked_sub(resolution.foot_modes) {
                     None => (mode, &radial),
                     Some(degree) => (degree, &tangential),
                 };
@@ -384,7 +384,7 @@ impl Part<'_> {
 /// the curve, and across in the angle about the gear's axis.
 pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius.abs();
-    let across = GaussLegendre::new(resolution.across + 1);
+    let across = GaussLegendre::new(resolution.degree_across + 1);
     let [joint, root] = tooth.fillet_range();
     let curves = [
         (root, joint, true),
@@ -393,9 +393,9 @@ pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> 
     let mut points = Vec::new();
     for (from, to, fillet) in curves {
         let rule = GaussLegendre::new(if fillet {
-            3 * resolution.along / 4
+            3 * resolution.degree_along / 4
         } else {
-            resolution.along + 6
+            resolution.degree_along + 6
         });
         for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
             let parameter = 0.5 * (from + to) + 0.5 * (to - from) * node;

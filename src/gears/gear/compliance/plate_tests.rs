@@ -3,9 +3,9 @@ use crate::gear::{BasicRack, GearPair, ToothForm, fixtures};
 use std::f64::consts::FRAC_PI_2;
 
 const RESOLUTION: Resolution = Resolution {
-    across: 12,
-    along: 14,
-    foot: 10,
+    degree_across: 12,
+    degree_along: 14,
+    foot_modes: 10,
     harmonics: 100.0,
 };
 
@@ -28,7 +28,7 @@ fn usual(teeth: u32) -> Tooth {
 /// A motion of the foot in its modes; `motion` gives its radial and tangential part from sine and
 /// cosine of the angle.
 fn modes_of(half_angle: f64, motion: impl Fn(f64, f64) -> [f64; 2]) -> Vec<f64> {
-    let count = RESOLUTION.foot;
+    let count = RESOLUTION.foot_modes;
     let rule = GaussLegendre::new(24);
     let mut modes = vec![0.0; 2 * count];
     for (place, weight) in rule.nodes.iter().zip(&rule.weights) {
@@ -114,7 +114,7 @@ fn a_slender_tooth_is_a_cantilever() {
         };
         let gear = tooth(4000, 4f64.to_radians(), rack);
         let resolution = Resolution {
-            along: 20,
+            degree_along: 20,
             ..RESOLUTION
         };
         let plate = Plate::new(&gear, 0.3, &[gear.tip_roll], &resolution).unwrap();

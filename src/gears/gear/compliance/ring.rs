@@ -15,7 +15,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 /// A bore is negligible for a harmonic if it changes the compliance by less than this part.
-const UNFELT: f64 = 1e-17;
+const NEGLIGIBLE: f64 = 1e-17;
 
 /// Phase of a mode of a foot in quarter turns, of `count` radial modes followed
 /// by as many tangential ones. With these phases the compliance of a wave is real.
@@ -117,7 +117,7 @@ pub(super) fn waves(
 /// inside and clamped at its outer diameter.
 pub(super) struct Ring {
     /// Radius at which it is clamped: below 1, or above.
-    held: f64,
+    clamped_radius: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
     lame: f64,
@@ -134,7 +134,7 @@ impl Ring {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);
         Self {
-            held: 1.0 / ratio,
+            clamped_radius: 1.0 / ratio,
             shear,
             lame: shear * (3.0 - kolosov) / (kolosov - 1.0),
             kolosov,
@@ -143,13 +143,13 @@ impl Ring {
 
     /// Tangential displacement by a uniform tangential stress: `v = C (r − r_i²/r)`.
     fn twist(&self) -> f64 {
-        let held = self.held * self.held;
+        let held = self.clamped_radius * self.clamped_radius;
         (1.0 - held).abs() / (2.0 * self.shear * held)
     }
 
     /// Radial displacement by a uniform radial stress: `u = C (r − r_i²/r)`.
     fn breathing(&self) -> f64 {
-        let held = self.held * self.held;
+        let held = self.clamped_radius * self.clamped_radius;
         (1.0 - held).abs() / (2.0 * self.lame + 2.0 * self.shear * (1.0 + held))
     }
 
@@ -157,15 +157,15 @@ impl Ring {
     /// cosines and tangential sines. Tractions on the inside are the stresses with the opposite sign.
     fn harmonic(&self, order: u64) -> [[f64; 2]; 2] {
         let n = order as f64;
-        let side = if self.held < 1.0 { 1.0 } else { -1.0 };
-        if side * 2.0 * n * self.held.ln() + 2.0 * n.ln() < UNFELT.ln() {
+        let side = if self.clamped_radius < 1.0 { 1.0 } else { -1.0 };
+        if side * 2.0 * n * self.clamped_radius.ln() + 2.0 * n.ln() < NEGLIGIBLE.ln() {
             // A disc without a bore, or a hole in an infinite plate, whose order counts as negative.
             let (first, second) = (1.0 / (n - side), self.kolosov / (n + side));
             let like = 0.25 / self.shear * (second + first);
             let cross = side * 0.25 / self.shear * (second - first);
             return [[like, cross], [cross, like]];
         }
-        let held = self.basis(order, self.held);
+        let held = self.basis(order, self.clamped_radius);
         let loaded = self.basis(order, 1.0);
         // Each column: displacements where clamped, then tractions at the root circle by Hooke's law.
         let columns: [[f64; 4]; 4] = std::array::from_fn(|j| {
@@ -189,7 +189,7 @@ impl Ring {
     /// The four displacement fields of a harmonic, scaled at the radius where they are largest.
     fn basis(&self, order: u64, r: f64) -> [Basis; 4] {
         let (k, n) = (self.kolosov, order as f64);
-        let (inside, outside) = (self.held.min(1.0), self.held.max(1.0));
+        let (inside, outside) = (self.clamped_radius.min(1.0), self.clamped_radius.max(1.0));
         let power = |coefficients: [f64; 2], exponent: f64, scale: f64| -> Basis {
             let value = (r / scale).powf(exponent);
             let by = exponent * (r / scale).powf(exponent - 1.0) / scale;

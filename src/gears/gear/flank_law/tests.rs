@@ -35,7 +35,7 @@ fn a_law_that_says_no_more_is_the_plainest() {
     assert_eq!(law.reach(), [-4e-3, 15e-3]);
     assert_eq!((law.helix(), law.coupling(2e-3, 1)), (0.0, 0.0));
     assert_eq!(law.deviation(2e-3, 5e-3), 0.0);
-    assert!(law.along_face().is_none() && law.kinks().is_empty());
+    assert!(law.face_coupling().is_none() && law.kinks().is_empty());
     for s in [-3e-3, 2e-3, 9e-3] {
         let hertz = law.compliance(s).hertz;
         assert_eq!(law.contact(s, 3e5), [3e5 * hertz, hertz]);
@@ -83,10 +83,13 @@ fn a_law_taken_by_secant_or_slice_keeps_the_rest() {
             line_load,
         };
         assert_alike(&secant, &law);
-        assert_eq!(secant.along_face().is_some(), law.along_face().is_some());
+        assert_eq!(
+            secant.face_coupling().is_some(),
+            law.face_coupling().is_some()
+        );
         let slices = IndependentSlices(&law);
         assert_alike(&slices, &law);
-        assert!(slices.along_face().is_none());
+        assert!(slices.face_coupling().is_none());
         for s in [-2e-3, 3e-3] {
             // At its load the secant has the approach of the law; elsewhere it is proportional to the load.
             let [approach, _] = FlankLaw::contact(&law, s, line_load);

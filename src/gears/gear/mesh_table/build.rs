@@ -159,15 +159,18 @@ mod tests {
             slices: 1,
             ..MeshTableInputs::of_gears(&pair)
         };
-        let told = Mutex::new(Vec::new());
+        let reports = Mutex::new(Vec::new());
         let table = MeshTable::build(&flanks, &inputs, &|done, all| {
-            told.lock().unwrap().push((done, all));
+            reports.lock().unwrap().push((done, all));
         });
         let stretches = breaks(&flanks, inputs.face_width, inputs.longest_piece).unwrap();
         let all = stretches.windows(2).count();
-        let mut told = told.into_inner().unwrap();
-        told.sort_unstable();
-        assert_eq!(told, (1..=all).map(|done| (done, all)).collect::<Vec<_>>());
+        let mut reports = reports.into_inner().unwrap();
+        reports.sort_unstable();
+        assert_eq!(
+            reports,
+            (1..=all).map(|done| (done, all)).collect::<Vec<_>>()
+        );
         // Each stretch has at least one piece.
         assert!(table.unwrap().breaks.len() > all);
     }

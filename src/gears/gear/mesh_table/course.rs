@@ -6,7 +6,7 @@
 
 use super::NODES;
 use super::cycle::{MeshTableCycle, MeshTablePiece};
-use super::pieces::{BEHIND, CARRIED_ON};
+use super::pieces::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS};
 use crate::numerics::legendre::{evaluate, transforms8};
 
 /// Phases per piece of the table at which a course is compared with it, ends included.
@@ -215,8 +215,8 @@ impl<'a> Exact<'a> {
             };
             let error = samples.iter().map(off).fold(0.0, f64::max);
             let end = evaluate(&series, 1.0);
-            let [least, most] = CARRIED_ON.map(|part| part * end);
-            let behind = BEHIND.map(|x| evaluate(&series, 1.0 + (x - 1.0) * reach));
+            let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
+            let behind = EXTRAPOLATED_AT.map(|x| evaluate(&series, 1.0 + (x - 1.0) * reach));
             let carries = quantity > 0 || behind.iter().all(|k| (least..=most).contains(k));
             (carries && error <= allowed).then_some((series, error))
         })

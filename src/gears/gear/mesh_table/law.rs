@@ -123,7 +123,7 @@ pub(super) struct Cell {
     /// Steps where a pair takes up load; no polynomial has to follow it.
     pub loaded_pairs: f64,
     pub share: [f64; MOST_PAIRS],
-    /// Distances from the kinks of the law (see [`LoadSharing::bear_with_margins`]).
+    /// Distances from the kinks of the law (see [`LoadSharing::distribute_with_margins`]).
     pub margins: Vec<f64>,
     /// The part of the face in contact, if slices support each other.
     touching: Touching,
@@ -164,13 +164,13 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         let Self { flanks, inputs } = self;
         let half = 0.5 * inputs.face_width;
         let slices = inputs.slices as f64;
-        let lack = |border: usize| {
+        let gap_error = |border: usize| {
             let place = (2.0 * border as f64 / slices - 1.0) * half;
             flanks.deviation(flanks.path().pitch_point, place)
         };
         let askew = inputs.misalignment.iter().any(|angle| *angle != 0.0);
-        let uneven = || (1..=inputs.slices).any(|border| lack(border) != lack(0));
-        flanks.along_face().is_some() && (askew || uneven())
+        let uneven = || (1..=inputs.slices).any(|border| gap_error(border) != gap_error(0));
+        flanks.face_coupling().is_some() && (askew || uneven())
     }
 
     /// The law at a phase. The search for the contact starts from that at `near`, if given.
@@ -224,12 +224,13 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                 };
                 let start = near.map(|column| &column.cells[cells.len()].touching);
                 let nothing = Touching::default();
-                let (load, margins, touching) = sharing.bear_near(force, start.unwrap_or(&nothing));
+                let (load, margins, touching) =
+                    sharing.distribute_from(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
                     StiffnessLaw::Tangent => load.stiffness,
                     // The pair that touches first depends on the order of pairs, whose margins are known.
                     StiffnessLaw::Secant => {
-                        force / (load.deflection - sharing.bear(0.0).deflection)
+                        force / (load.deflection - sharing.distribute(0.0).deflection)
                     }
                 };
                 let [positions, share] = lines.bearing(&sharing, &load);
@@ -322,7 +323,7 @@ mod tests {
         let [one_end, other_end] = [[2e-6, 0.0, 0.0], [0.0, 0.0, 2e-6]].map(|missing| {
             let places = [-10e-3, 0.0, 10e-3].into_iter().zip(missing);
             places
-                .map(|(place, lack)| [place, lack])
+                .map(|(place, depth)| [place, depth])
                 .collect::<Vec<_>>()
         });
         for (crowning, points, angle, coupled) in [
@@ -379,7 +380,7 @@ mod tests {
             for (place, torque) in inputs.torque.iter().enumerate() {
                 let cell = &column.cells[row * 2 + place];
                 let force = torque / inputs.base_radius;
-                let load = sharing.bear(force);
+                let load = sharing.distribute(force);
                 assert_eq!(cell.stiffness, load.stiffness);
                 assert_eq!(cell.transmission_error, load.deflection);
                 assert_eq!((cell.centre, cell.share), (load.centre, load.share));

@@ -20,7 +20,7 @@ pub(super) use breaks::breaks;
 pub use course::{CourseAccuracy, MeshCourse};
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
-pub(super) use pieces::{BEHIND, CARRIED_ON};
+pub(super) use pieces::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS};
 pub use spec::{CycleDivision, MeshTableSpec};
 
 use super::GearPair;

@@ -3,7 +3,7 @@
 //! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that
 //! depends on load and misalignment. A wedge of contact reaches the end of the face at another.
 //! Stiffness steps or bends there, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::bear_with_margins`](crate::gear::LoadSharing::bear_with_margins)). The sign changes between two
+//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes between two
 //! samples of a piece, or the margin's polynomial shows it where no sample lies. A piece is accepted if its polynomials
 //! are within the tolerance of the law at phases that are not nodes, with or without such a phase inside.
 //! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
@@ -35,10 +35,10 @@ const NOISE: f64 = 1e-12;
 /// A window of propagation that starts inside a piece may extend beyond its end by less than the
 /// piece's length, and is solved as a whole. The stiffness extrapolated to these positions, with the end of the
 /// piece at 1, must therefore stay physical.
-pub(in crate::gear) const BEHIND: [f64; 2] = [2.0, 3.0];
+pub(in crate::gear) const EXTRAPOLATED_AT: [f64; 2] = [2.0, 3.0];
 
 /// Smallest and largest stiffness there, relative to that at the end.
-pub(in crate::gear) const CARRIED_ON: [f64; 2] = [0.1, 10.0];
+pub(in crate::gear) const EXTRAPOLATION_LIMITS: [f64; 2] = [0.1, 10.0];
 
 /// Largest error of the pieces of helical gears, unless a larger one is requested: about the error of spans of
 /// a 64th of the face.
@@ -67,12 +67,12 @@ enum Verdict {
     /// Cut it at this phase, where the law has a kink.
     Kink(f64),
     /// Halve it: a polynomial is too far from the law.
-    Misfit(Misfit),
+    Inaccurate(FitError),
 }
 
 /// Error of a polynomial from its law.
 #[derive(Debug, Clone, Copy)]
-struct Misfit {
+struct FitError {
     quantity: &'static str,
     error: f64,
     phase: f64,
@@ -87,16 +87,16 @@ pub(super) fn pieces<L: FlankLaw>(
     let mut left = vec![stretch];
     while let Some([from, to]) = left.pop() {
         let middle = 0.5 * (from + to);
-        let (at, misfit) = match examine(law, [from, to])? {
+        let (at, fit_error) = match check_piece(law, [from, to])? {
             Verdict::Accepted(nodes) => {
                 pieces.push(Piece { end: to, nodes });
                 continue;
             }
             Verdict::Kink(at) => (at, None),
-            Verdict::Misfit(misfit) => (middle, Some(misfit)),
+            Verdict::Inaccurate(fit_error) => (middle, Some(fit_error)),
         };
         if at - from < SAME || to - at < SAME || pieces.len() + left.len() + 2 > MOST {
-            let found = misfit.unwrap_or(Misfit {
+            let found = fit_error.unwrap_or(FitError {
                 quantity: "stiffness",
                 error: f64::INFINITY,
                 phase: at,
@@ -114,7 +114,7 @@ pub(super) fn pieces<L: FlankLaw>(
 }
 
 /// Decides whether a piece is accepted.
-fn examine<L: FlankLaw>(
+fn check_piece<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
     [from, to]: [f64; 2],
 ) -> Result<Verdict, MeshTableError> {
@@ -132,11 +132,11 @@ fn examine<L: FlankLaw>(
     if is_short(law, [from, to]) {
         smooth(&mut columns);
     }
-    for x in unseen(&columns) {
+    for x in hidden_sign_changes(&columns) {
         checks.push(law.column(phase(x).clamp(first, last), None)?);
     }
-    let misfit = worst(law, &columns, &checks, [from, to]);
-    let follows = misfit.error <= tolerance(law, [from, to]);
+    let fit_error = worst(law, &columns, &checks, [from, to]);
+    let follows = fit_error.error <= tolerance(law, [from, to]);
     let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
     seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
     let takes_hold = (seen.windows(2)).find(|two| !two[0].loads_as(two[1]));
@@ -152,7 +152,7 @@ fn examine<L: FlankLaw>(
     Ok(match at {
         Some(at) => Verdict::Kink(at),
         None if follows => Verdict::Accepted(columns),
-        None => Verdict::Misfit(misfit),
+        None => Verdict::Inaccurate(fit_error),
     })
 }
 
@@ -176,14 +176,14 @@ fn is_short<L: FlankLaw>(law: &MeshLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
 
 /// Largest error of a piece.
 fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
-    let asked = law.inputs.tolerance;
+    let requested = law.inputs.tolerance;
     let [from, to] = piece;
     match (law.flanks.helix() == 0.0, law.is_coupled()) {
-        (true, false) => asked,
+        (true, false) => requested,
         // A pair may touch inside the face first. Stiffness then begins as a square root of the phase, on a
         // piece of any length.
-        (true, true) => asked.max((asked / (to - from)).min(SHORT)),
-        (false, _) => asked.max(if is_short(law, piece) { SHORT } else { HELICAL }),
+        (true, true) => requested.max((requested / (to - from)).min(SHORT)),
+        (false, _) => requested.max(if is_short(law, piece) { SHORT } else { HELICAL }),
     }
 }
 
@@ -261,7 +261,7 @@ fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 
 
 /// Positions in a piece where the polynomial of a margin has the opposite sign, although the margin has one sign at
 /// all nodes: one in each such part.
-fn unseen(columns: &[Column]) -> Vec<f64> {
+fn hidden_sign_changes(columns: &[Column]) -> Vec<f64> {
     let mut places = Vec::new();
     for (case, cell) in columns[0].cells.iter().enumerate() {
         for margin in 0..cell.margins.len() {
@@ -292,8 +292,8 @@ fn worst<L: FlankLaw>(
     columns: &[Column],
     checks: &[Column],
     [from, to]: [f64; 2],
-) -> Misfit {
-    let mut worst = Misfit {
+) -> FitError {
+    let mut worst = FitError {
         quantity: "stiffness",
         error: 0.0,
         phase: from,
@@ -301,7 +301,7 @@ fn worst<L: FlankLaw>(
     // NaN counts as the largest error.
     let mut meet = |quantity, error: f64, phase| {
         if error > worst.error || error.is_nan() {
-            worst = Misfit {
+            worst = FitError {
                 quantity,
                 error: if error.is_nan() { f64::INFINITY } else { error },
                 phase,
@@ -329,8 +329,8 @@ fn worst<L: FlankLaw>(
             }
         }
         let end = evaluate(&series[0], 1.0);
-        let [least, most] = CARRIED_ON.map(|part| part * end);
-        for x in BEHIND {
+        let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
+        for x in EXTRAPOLATED_AT {
             if !(least..=most).contains(&evaluate(&series[0], x)) {
                 meet("stiffness behind its piece", f64::INFINITY, to);
             }

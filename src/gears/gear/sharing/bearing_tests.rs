@@ -50,8 +50,8 @@ fn a_load_is_the_sum_of_its_pattern() {
     for (number, sharing) in askew(4e-4).iter().enumerate() {
         let helical = number == 2;
         for force in [300.0, 2e3, 9e3] {
-            let load = sharing.bear(force);
-            assert_eq!(load, sharing.bear_with_margins(force).0);
+            let load = sharing.distribute(force);
+            assert_eq!(load, sharing.distribute_with_margins(force).0);
             let pattern = sharing.pattern(force);
             let slice = WIDTH / 16.0;
             let (mut sum, mut moment) = (0.0, 0.0);
@@ -76,7 +76,7 @@ fn a_load_is_the_sum_of_its_pattern() {
             );
             assert!(load.centre < 0.0, "{number}: {}", load.centre);
             let step = 1e-4 * force;
-            let approach = |force: f64| sharing.bear(force).deflection;
+            let approach = |force: f64| sharing.distribute(force).deflection;
             let slope = 2.0 * step / (approach(force + step) - approach(force - step));
             assert!(
                 (load.stiffness / slope - 1.0).abs() < 1e-3,
@@ -92,7 +92,7 @@ fn a_load_is_the_sum_of_its_pattern() {
 fn loaded_lengths_are_those_of_the_pattern() {
     for (angle, force, full) in [(1e-5, 5e3, true), (3e-3, 5e2, false)] {
         for (number, sharing) in askew(angle).iter().take(2).enumerate() {
-            let (load, lengths) = sharing.bear_with_lengths(force);
+            let (load, lengths) = sharing.distribute_with_lengths(force);
             let pattern = sharing.pattern(force);
             let all: f64 = lengths.iter().sum();
             assert!((load.contact_fraction - all / (2.0 * WIDTH)).abs() < 1e-12);
@@ -114,7 +114,7 @@ fn loaded_lengths_are_those_of_the_pattern() {
 #[test]
 fn without_a_force_flanks_touch_at_an_end_of_the_face() {
     for sharing in &askew(4e-4)[..2] {
-        let load = sharing.bear(0.0);
+        let load = sharing.distribute(0.0);
         assert!((load.deflection + 4e-4 * 0.5 * WIDTH).abs() < 1e-15);
         assert_eq!(load.share, [0.0; MOST_PAIRS]);
         assert!(sharing.pattern(0.0).iter().all(|line| *line == 0.0));
@@ -127,7 +127,7 @@ fn without_a_force_flanks_touch_at_an_end_of_the_face() {
 fn support_between_slices_draws_load_to_the_end() {
     for angle in [1e-4, 3e-3] {
         let [coupled, slices, _] = askew(angle);
-        let [with, without] = [&coupled, &slices].map(|sharing| sharing.bear(3e3));
+        let [with, without] = [&coupled, &slices].map(|sharing| sharing.distribute(3e3));
         assert!(
             with.centre < without.centre && without.centre < 0.0,
             "{angle}"
@@ -137,7 +137,7 @@ fn support_between_slices_draws_load_to_the_end() {
         }
     }
     let [coupled, slices, _] = askew(0.0);
-    let [with, without] = [&coupled, &slices].map(|sharing| sharing.bear(2e3));
+    let [with, without] = [&coupled, &slices].map(|sharing| sharing.distribute(2e3));
     assert!((with.deflection / without.deflection - 1.0).abs() < 1e-9);
     assert!((with.stiffness / without.stiffness - 1.0).abs() < 1e-9);
     for (a, b) in with.share.iter().zip(without.share) {

@@ -60,7 +60,7 @@ impl LoadSharing {
                 pair.linearise(law, line_load)?;
             }
             let mut sharing = Self::new(&pairs, face, misalignment)?;
-            let (shared, lengths) = sharing.bear_with_lengths(force);
+            let (shared, lengths) = sharing.distribute_with_lengths(force);
             let settled = |old: f64, new: f64| (new - old).abs() <= SETTLED * old;
             let borne: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
                 if lengths[pair] > 0.0 {

@@ -1,6 +1,6 @@
 //! A face whose slices support each other: waves of load along it displace teeth and bodies.
 //!
-//! With t = z/b + ½ and the waves φ_n of [`AlongFace`](crate::gear::AlongFace) the displacements of the pairs are
+//! With t = z/b + ½ and the waves φ_n of [`FaceCoupling`](crate::gear::FaceCoupling) the displacements of the pairs are
 //! `d_j(t) = Σ_n d_jn φ_n(t)`, and a pair j presses with the line load
 //!
 //! ```text
@@ -20,7 +20,7 @@
 
 use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face};
-use super::profile::{Interval, Press, Profile, integrals};
+use super::profile::{Approach, GapProfile, Interval, integrals};
 use crate::numerics::plain;
 use faer::Mat;
 
@@ -47,14 +47,14 @@ pub(super) struct Coupled {
     contact: Vec<f64>,
     /// L, the waves of a pair in adjacent rows.
     root: Mat<f64>,
-    profile: Profile,
+    profile: GapProfile,
     /// Whether each gap is linear along the face.
     straight: bool,
 }
 
 /// The pairs under a force.
 #[derive(Debug, Clone)]
-pub(super) struct Bearing {
+pub(super) struct ContactSolution {
     /// Approach of the gears \[m\].
     pub approach: f64,
     /// Tangent stiffness \[N/m\].
@@ -71,7 +71,7 @@ pub(in crate::gear) struct Touching(Vec<Vec<Interval>>);
 
 /// The load of a pair.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct PairBearing {
+pub(super) struct PairLoad {
     /// Force \[N\].
     pub load: f64,
     /// Its moment about mid-face \[N m\].
@@ -114,20 +114,20 @@ impl Coupled {
         if straight && misalignment == 0.0 {
             return Ok(None);
         }
-        let Some(along_face) = pairs[0].along_face.as_ref() else {
+        let Some(face_coupling) = pairs[0].face_coupling.as_ref() else {
             return Ok(None);
         };
-        let waves = along_face.waves() + 1;
+        let waves = face_coupling.waves() + 1;
         let unknown = |pair: usize| SharingError::Coupling {
             position: pairs[pair].position,
         };
         let mut compliance = Mat::zeros(pairs.len() * waves, pairs.len() * waves);
         for (i, pair) in pairs.iter().enumerate() {
-            let own = along_face.own(pair.position).ok_or(unknown(i))?;
+            let own = face_coupling.own(pair.position).ok_or(unknown(i))?;
             let uniform = pair.compliance() - pair.contact;
             put(&mut compliance, [i, i], waves, uniform, &own);
             for (j, coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
-                let ahead = along_face.coupling(pair.position, j - i);
+                let ahead = face_coupling.coupling(pair.position, j - i);
                 let ahead = ahead.ok_or(unknown(i))?;
                 put(&mut compliance, [i, j], waves, *coupling, &ahead);
                 let behind = ahead.transpose().to_owned();
@@ -167,18 +167,18 @@ impl Coupled {
             waves,
             contact,
             root: plain::cholesky(&compliance)?,
-            profile: Profile::new(gaps, waves),
+            profile: GapProfile::new(gaps, waves),
             straight,
         })
     }
 
     /// The minimum of Φ under a force > 0 \[N\]. The approach is NaN if the search does not converge.
-    pub fn bear(&self, force: f64) -> Bearing {
-        self.bear_near(force, &Touching::default())
+    pub fn solve(&self, force: f64) -> ContactSolution {
+        self.solve_from(force, &Touching::default())
     }
 
     /// The same, starting from the contact `near` or from the whole face.
-    pub fn bear_near(&self, force: f64, near: &Touching) -> Bearing {
+    pub fn solve_from(&self, force: f64, near: &Touching) -> ContactSolution {
         let mean = force / self.width;
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
         let pairs = self.contact.len();
@@ -190,7 +190,7 @@ impl Coupled {
         for round in 0..ROUNDS {
             let (target, stiffness) = self.settle(&patch, mean);
             if last {
-                return self.bearing(&target, stiffness, patch.touching);
+                return self.solution_at(&target, stiffness, patch.touching);
             }
             let step = Point {
                 y: &target.y - &point.y,
@@ -222,19 +222,19 @@ impl Coupled {
             approach: f64::NAN,
             ..point
         };
-        self.bearing(&nowhere, f64::NAN, patch.touching)
+        self.solution_at(&nowhere, f64::NAN, patch.touching)
     }
 
     /// The load of each pair.
-    pub fn pairs(&self, bearing: &Bearing) -> Vec<PairBearing> {
-        (bearing.touching.0.iter().enumerate())
+    pub fn pairs(&self, solution: &ContactSolution) -> Vec<PairLoad> {
+        (solution.touching.0.iter().enumerate())
             .map(|(pair, touching)| {
-                let press = self.press(bearing, pair);
+                let press = self.press(solution, pair);
                 let scale = self.width / self.contact[pair];
                 let (slices, first) = self.profile.sums(pair, touching, &press);
                 let pattern: Vec<f64> = slices.iter().map(|sum| scale * sum).collect();
                 let moment = scale * self.width * first;
-                PairBearing {
+                PairLoad {
                     load: pattern.iter().sum(),
                     moment,
                     loaded: touching.iter().map(Interval::length).sum(),
@@ -247,23 +247,28 @@ impl Coupled {
     /// Lengths \[m\] whose signs are constant while the same formula holds: the depths of each
     /// pair at the borders of slices, and its largest depth. If only misalignment varies along the face, the ends
     /// of the face replace the borders.
-    pub fn margins(&self, bearing: &Bearing) -> Vec<f64> {
+    pub fn margins(&self, solution: &ContactSolution) -> Vec<f64> {
         let step = if self.straight { self.slices } else { 1 };
         (0..self.contact.len())
             .flat_map(|pair| {
-                let press = self.press(bearing, pair);
+                let press = self.press(solution, pair);
                 let mut margins: Vec<f64> = (0..=self.slices)
                     .step_by(step)
                     .map(|border| self.profile.at_border(pair, border, &press))
                     .collect();
-                margins.push(self.profile.deepest(pair, &press));
+                margins.push(self.profile.largest_depth(pair, &press));
                 margins
             })
             .collect()
     }
 
-    fn bearing(&self, point: &Point, stiffness: f64, touching: Vec<Vec<Interval>>) -> Bearing {
-        Bearing {
+    fn solution_at(
+        &self,
+        point: &Point,
+        stiffness: f64,
+        touching: Vec<Vec<Interval>>,
+    ) -> ContactSolution {
+        ContactSolution {
             approach: point.approach,
             stiffness,
             displacement: self.displacement(point),
@@ -271,9 +276,9 @@ impl Coupled {
         }
     }
 
-    fn press(&self, bearing: &Bearing, pair: usize) -> Press {
-        let waves = &bearing.displacement[pair * self.waves..][..self.waves];
-        Press::new(bearing.approach, waves)
+    fn press(&self, solution: &ContactSolution, pair: usize) -> Approach {
+        let waves = &solution.displacement[pair * self.waves..][..self.waves];
+        Approach::new(solution.approach, waves)
     }
 
     fn displacement(&self, point: &Point) -> Vec<f64> {
@@ -285,7 +290,7 @@ impl Coupled {
         let displacement = self.displacement(point);
         let touching = (displacement.chunks(self.waves).enumerate())
             .map(|(pair, waves)| {
-                let press = Press::new(point.approach, waves);
+                let press = Approach::new(point.approach, waves);
                 self.profile.touching(pair, &press)
             })
             .collect();
@@ -425,7 +430,7 @@ fn put(
     }
 }
 
-impl PairBearing {
+impl PairLoad {
     /// Forces \[N\], total moment \[N m\] and loaded parts of the pairs.
     pub fn sums(pairs: &[Self]) -> ([f64; MOST_PAIRS], f64, [f64; MOST_PAIRS]) {
         let of = |value: fn(&Self) -> f64| -> [f64; MOST_PAIRS] {

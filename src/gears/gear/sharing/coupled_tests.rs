@@ -28,13 +28,13 @@ fn one(compliance: impl Fn(usize) -> f64, waves: usize, slices: usize, angle: f6
 
 /// Load centroid, loaded length, and both sums.
 fn figures(coupled: &Coupled, force: f64) -> [f64; 4] {
-    let bearing = coupled.bear(force);
-    let pair = &coupled.pairs(&bearing)[0];
+    let solution = coupled.solve(force);
+    let pair = &coupled.pairs(&solution)[0];
     [
         pair.moment / pair.load,
         pair.loaded * WIDTH,
         pair.load,
-        bearing.stiffness,
+        solution.stiffness,
     ]
 }
 
@@ -109,10 +109,10 @@ fn two_pairs_bear_the_force_with_its_tangent() {
         }
     });
     let slices = 16;
-    let gap = |lack: f64| {
+    let gap = |offset: f64| {
         let crowned = move |border: usize| {
             let z = face(slices).border(border);
-            lack + 3e-4 * z + 0.05 * z * z
+            offset + 3e-4 * z + 0.05 * z * z
         };
         (0..=slices).map(crowned).collect()
     };
@@ -120,8 +120,8 @@ fn two_pairs_bear_the_force_with_its_tangent() {
     let contact = vec![CONTACT, 1.2 * CONTACT];
     let coupled = Coupled::of(compliance, waves, contact, gaps, face(slices), false).unwrap();
     for force in [200.0, 1e3, 5e3] {
-        let bearing = coupled.bear(force);
-        let pairs = coupled.pairs(&bearing);
+        let solution = coupled.solve(force);
+        let pairs = coupled.pairs(&solution);
         let load: f64 = pairs.iter().map(|pair| pair.load).sum();
         assert!((load / force - 1.0).abs() < 1e-12, "{load}");
         let least = pairs
@@ -130,12 +130,12 @@ fn two_pairs_bear_the_force_with_its_tangent() {
             .fold(f64::INFINITY, |a, b| a.min(*b));
         assert!(least >= -1e-12 * force, "{least}");
         let step = 1e-5 * force;
-        let rise = coupled.bear(force + step).approach - coupled.bear(force - step).approach;
+        let rise = coupled.solve(force + step).approach - coupled.solve(force - step).approach;
         let tangent = 2.0 * step / rise;
-        assert!((bearing.stiffness / tangent - 1.0).abs() < 1e-6, "{force}");
+        assert!((solution.stiffness / tangent - 1.0).abs() < 1e-6, "{force}");
     }
     // The second pair comes into contact in between.
-    let loaded = |force: f64| coupled.pairs(&coupled.bear(force))[1].loaded;
+    let loaded = |force: f64| coupled.pairs(&coupled.solve(force))[1].loaded;
     assert_eq!(loaded(20.0), 0.0);
     assert!(loaded(5e3) > 0.5);
 }
@@ -154,9 +154,9 @@ fn contact_may_be_in_two_places() {
         if i == j { EVEN / (1.0 + (i * i) as f64) } else { 0.0 }
     });
     let coupled = Coupled::of(falling, waves, vec![CONTACT], gaps, face(slices), false).unwrap();
-    let bearing = coupled.bear(500.0);
-    assert_eq!(bearing.touching.0[0].len(), 2);
-    let pair = &coupled.pairs(&bearing)[0];
+    let solution = coupled.solve(500.0);
+    assert_eq!(solution.touching.0[0].len(), 2);
+    let pair = &coupled.pairs(&solution)[0];
     assert!(pair.moment.abs() < 1e-12 * 500.0 * WIDTH);
     assert!(pair.loaded < 0.9);
 }

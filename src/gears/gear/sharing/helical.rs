@@ -9,7 +9,7 @@
 //! width, and so does not jump while the cuts move across the face.
 
 use super::pairs::{self, ContactPair, Face, Span, Station};
-use super::ramp::{self, Ramp};
+use super::ramp::{self, ContactRamp};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
 use crate::gear::{FlankLaw, PathOfContact};
 
@@ -82,7 +82,7 @@ impl HelicalFace {
             });
         }
         let unit = self.face.width / self.face.slices as f64;
-        let mut ramps: Vec<Ramp> = Vec::new();
+        let mut ramps: Vec<ContactRamp> = Vec::new();
         let mut spans = Vec::with_capacity(self.spans.len());
         for (index, stations) in self.spans.iter().enumerate() {
             ramp::add_span(&mut ramps, stations, index, unit, misalignment)?;
@@ -133,7 +133,7 @@ impl HelicalFace {
                 }
             }
             let sharing = self.sharing(misalignment)?;
-            let (_, lengths) = sharing.bear_with_lengths(force);
+            let (_, lengths) = sharing.distribute_with_lengths(force);
             let next = force / lengths.iter().sum::<f64>();
             bracket[usize::from(next < line_load)] = line_load;
             let [low, high] = bracket;
@@ -185,7 +185,7 @@ impl LoadSharing {
     fn shares_along(&self, approach: f64) -> Vec<[f64; MOST_PAIRS]> {
         let mut loads: Vec<[f64; MOST_PAIRS]> = vec![[0.0; MOST_PAIRS]; self.spans.len()];
         for ramp in &self.ramps {
-            let mean = ramp.travel(approach).mean;
+            let mean = ramp.state_at(approach).mean;
             for (load, stiffness) in loads[ramp.slice].iter_mut().zip(&ramp.stiffness) {
                 *load += stiffness * mean;
             }

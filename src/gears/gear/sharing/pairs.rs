@@ -1,7 +1,7 @@
 //! Which pairs of teeth are in contact, and how compliant is each?
 
 use super::error::{MOST_PAIRS, SharingError};
-use crate::gear::{AlongFace, FlankLaw};
+use crate::gear::{FaceCoupling, FlankLaw};
 use std::sync::Arc;
 
 /// A pair within this distance before the start of its reach, in base pitches, counts as within it.
@@ -43,7 +43,7 @@ pub struct ContactPair {
     /// Material missing at the borders of the slices \[m\].
     pub(super) gap: Vec<f64>,
     /// How its slices support each other; `None` if they do not.
-    pub(super) along_face: Option<Arc<AlongFace>>,
+    pub(super) face_coupling: Option<Arc<FaceCoupling>>,
 }
 
 impl ContactPair {
@@ -128,7 +128,7 @@ impl ContactPair {
             foundation,
             coupling,
             gap,
-            along_face: law.along_face(),
+            face_coupling: law.face_coupling(),
         })
     }
 

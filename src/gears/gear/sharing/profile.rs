@@ -29,7 +29,7 @@ impl Interval {
 
 /// The gaps of pairs along a face.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Profile {
+pub(super) struct GapProfile {
     /// Number of cells per slice.
     cells: usize,
     waves: usize,
@@ -55,13 +55,13 @@ impl Place {
 
 /// Depth of a pair without its gap: `x − Σ a_n cos nπt`, with the slope `Σ nπ a_n sin nπt`.
 #[derive(Debug, Clone)]
-pub(super) struct Press {
+pub(super) struct Approach {
     approach: f64,
     cosines: Vec<f64>,
     sines: Vec<f64>,
 }
 
-impl Press {
+impl Approach {
     /// From an approach \[m\] and waves d_n of displacement \[m\].
     pub fn new(approach: f64, waves: &[f64]) -> Self {
         let amplitude = |n: usize| if n == 0 { waves[0] } else { SQRT_2 * waves[n] };
@@ -120,7 +120,7 @@ pub(super) fn integrals(intervals: &[Interval], count: usize) -> Vec<f64> {
     sums
 }
 
-impl Profile {
+impl GapProfile {
     /// Gaps \[m\] at the borders of equal slices, pair by pair, with `waves` waves.
     pub fn new(gaps: Vec<Vec<f64>>, waves: usize) -> Self {
         let slices = gaps[0].len() - 1;
@@ -149,13 +149,13 @@ impl Profile {
     }
 
     /// Depth of a pair at the border of a slice \[m\].
-    pub fn at_border(&self, pair: usize, border: usize, press: &Press) -> f64 {
+    pub fn at_border(&self, pair: usize, border: usize, press: &Approach) -> f64 {
         let index = border * self.cells;
         press.value(&self.borders[index].cosines) - self.gaps[pair][index]
     }
 
     /// Largest depth of a pair \[m\].
-    pub fn deepest(&self, pair: usize, press: &Press) -> f64 {
+    pub fn largest_depth(&self, pair: usize, press: &Approach) -> f64 {
         let mut most = f64::NEG_INFINITY;
         self.walk(pair, press, |_, [from, to]| {
             most = most.max(from.1).max(to.1);
@@ -164,7 +164,7 @@ impl Profile {
     }
 
     /// The intervals in which a pair is in contact.
-    pub fn touching(&self, pair: usize, press: &Press) -> Vec<Interval> {
+    pub fn touching(&self, pair: usize, press: &Approach) -> Vec<Interval> {
         let mut found: Vec<Interval> = Vec::new();
         let mut add = |from: f64, to: f64| match found.last_mut() {
             Some(last) if last.to == from => last.to = to,
@@ -194,7 +194,7 @@ impl Profile {
 
     /// Calls `stretch` for every part of the face with a monotone depth, with its cell and
     /// the positions and depths of its ends.
-    fn walk(&self, pair: usize, press: &Press, mut stretch: impl FnMut(usize, [(f64, f64); 2])) {
+    fn walk(&self, pair: usize, press: &Approach, mut stretch: impl FnMut(usize, [(f64, f64); 2])) {
         let gaps = &self.gaps[pair];
         let at = |border: usize| {
             let place = &self.borders[border];
@@ -243,7 +243,7 @@ impl Profile {
 
     /// `∫ p dt` on each slice and `∫ (t − ½) p dt` on the face, with the depth p of a pair in
     /// contact \[m\].
-    pub fn sums(&self, pair: usize, intervals: &[Interval], press: &Press) -> (Vec<f64>, f64) {
+    pub fn sums(&self, pair: usize, intervals: &[Interval], press: &Approach) -> (Vec<f64>, f64) {
         let mut slices = vec![0.0; (self.borders.len() - 1) / self.cells];
         let mut first = 0.0;
         for interval in intervals {
@@ -329,7 +329,7 @@ mod tests {
     /// The largest depth may be inside a cell, with contact nowhere else: fine sampling finds the same.
     #[test]
     fn what_presses_most_lies_inside_a_cell_as_well() {
-        let profile = Profile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);
+        let profile = GapProfile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);
         for (first, second) in [(0.3e-6, -0.2e-6), (-0.5e-6, 0.1e-6), (0.05e-6, 0.4e-6)] {
             let depth = |approach: f64, t: f64| {
                 let gap = if t < 0.5 { 0.8e-6 * t } else { 0.4e-6 - 0.6e-6 * (t - 0.5) };
@@ -340,8 +340,8 @@ mod tests {
             let most = places
                 .map(|t| depth(0.0, t))
                 .fold(f64::NEG_INFINITY, f64::max);
-            let press = |approach| Press::new(approach, &[0.0, first, second]);
-            let found = profile.deepest(0, &press(0.0));
+            let press = |approach| Approach::new(approach, &[0.0, first, second]);
+            let found = profile.largest_depth(0, &press(0.0));
             assert!((found - most).abs() < 1e-15, "{found:e} {most:e}");
             // A depth of a thousandth of a micrometre gives contact only around that position.
             let touching = profile.touching(0, &press(1e-9 - most));

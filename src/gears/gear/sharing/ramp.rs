@@ -10,7 +10,7 @@ const SAME_GAP: f64 = 8.0 * f64::EPSILON;
 /// A one-sided spring with a gap that is linear across its slice: without load up
 /// to `low`, in full contact from `high` on.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ramp {
+pub(super) struct ContactRamp {
     pub slice: usize,
     /// The pair that comes into contact.
     pub pair: usize,
@@ -28,7 +28,7 @@ pub(super) struct Ramp {
 
 /// State of a ramp at an approach x. Means are over the slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Travel {
+pub(super) struct RampState {
     /// Mean of `max(0, x − gap)` \[m\].
     pub mean: f64,
     /// Mean of `z max(0, x − gap)` \[m²\].
@@ -39,21 +39,21 @@ pub(super) struct Travel {
     pub growth: f64,
 }
 
-impl Ramp {
+impl ContactRamp {
     /// Sum over the pairs \[N/m\].
     pub fn total(&self) -> f64 {
         self.stiffness.iter().sum()
     }
 
     /// State at approach x; on a knot, that to its right.
-    pub fn travel(&self, x: f64) -> Travel {
+    pub fn state_at(&self, x: f64) -> RampState {
         let span = self.high - self.low;
         if x >= self.high {
             let mean = (x - self.low) - 0.5 * span;
             let middle = 0.5 * (self.low_place + self.high_place);
             // Covariance of two linear functions.
             let skew = span * (self.high_place - self.low_place) / 12.0;
-            return Travel {
+            return RampState {
                 mean,
                 moment: middle * mean - skew,
                 engaged: 1.0,
@@ -61,7 +61,7 @@ impl Ramp {
             };
         }
         if x < self.low {
-            return Travel {
+            return RampState {
                 mean: 0.0,
                 moment: 0.0,
                 engaged: 0.0,
@@ -72,7 +72,7 @@ impl Ramp {
         let mean = 0.5 * engaged * (x - self.low);
         // A triangle of load has its centroid at a third of its length.
         let centroid = self.low_place + (self.high_place - self.low_place) * engaged / 3.0;
-        Travel {
+        RampState {
             mean,
             moment: centroid * mean,
             engaged,
@@ -87,7 +87,7 @@ impl Ramp {
 /// from it is constant on the slice. With u the approach above that line, pairs come
 /// into contact one after the other, and between two such knots all loads are linear in u.
 pub(super) fn add_slice(
-    ramps: &mut Vec<Ramp>,
+    ramps: &mut Vec<ContactRamp>,
     pairs: &[ContactPair],
     face: Face,
     slice: usize,
@@ -106,23 +106,23 @@ pub(super) fn add_slice(
     // Pairs with equal gaps come into contact together, not in an order due to rounding.
     let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
     let rounding = SAME_GAP * gaps().fold(0.0, f64::max);
-    let mut joining = Joining::new(pairs, |pair| {
+    let mut sequence = ContactSequence::new(pairs, |pair| {
         let apart = pairs[pair].mean_gap(slice) - mean;
         if apart.abs() <= rounding { 0.0 } else { apart }
     });
     let width = face.width / face.slices as f64;
     for _ in pairs.iter().take(most) {
-        let before = joining.gain;
-        let pair = joining.next()?;
-        ramps.push(Ramp {
+        let before = sequence.gain;
+        let pair = sequence.next()?;
+        ramps.push(ContactRamp {
             slice,
             pair,
             part: 1.0,
-            low: low + joining.knot,
-            high: high + joining.knot,
+            low: low + sequence.knot,
+            high: high + sequence.knot,
             low_place,
             high_place,
-            stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),
+            stiffness: std::array::from_fn(|p| width * (sequence.gain[p] - before[p])),
         });
     }
     Ok(())
@@ -135,7 +135,7 @@ pub(super) fn add_slice(
 /// by Simpson's rule, of its additional stiffness at the three positions. Neighbouring spans share
 /// an end: the border of the contact moves across it without a step.
 pub(super) fn add_span(
-    ramps: &mut Vec<Ramp>,
+    ramps: &mut Vec<ContactRamp>,
     stations: &[Station; 3],
     slice: usize,
     unit: f64,
@@ -148,13 +148,14 @@ pub(super) fn add_span(
     let mut stiffness = [[0.0; MOST_PAIRS]; MOST_PAIRS];
     for ((station, knots), weight) in stations.iter().zip(&mut knots).zip([1.0, 4.0, 1.0]) {
         let slope = misalignment * station.place;
-        let mut joining = Joining::new(&station.pairs, |p| slope + station.pairs[p].gap(0));
+        let mut sequence =
+            ContactSequence::new(&station.pairs, |p| slope + station.pairs[p].gap(0));
         for _ in 0..count {
-            let before = joining.gain;
-            let pair = joining.next()?;
-            knots[pair] = joining.knot;
+            let before = sequence.gain;
+            let pair = sequence.next()?;
+            knots[pair] = sequence.knot;
             for (sum, (after, before)) in
-                (stiffness[pair].iter_mut()).zip(joining.gain.iter().zip(before))
+                (stiffness[pair].iter_mut()).zip(sequence.gain.iter().zip(before))
             {
                 *sum += width * weight / 6.0 * (after - before);
             }
@@ -164,7 +165,7 @@ pub(super) fn add_span(
         let ends = [(knots[0][pair], from.place), (knots[2][pair], to.place)];
         let [(low, low_place), (high, high_place)] =
             if ends[0].0 <= ends[1].0 { ends } else { [ends[1], ends[0]] };
-        ramps.push(Ramp {
+        ramps.push(ContactRamp {
             slice,
             pair,
             part: width / unit,
@@ -179,7 +180,7 @@ pub(super) fn add_span(
 }
 
 /// Pairs that come into contact as the gears approach, at one position of the face.
-struct Joining<'a> {
+struct ContactSequence<'a> {
     pairs: &'a [ContactPair],
     /// Compliances times width \[m²/N\].
     compliance: [[f64; MOST_PAIRS]; MOST_PAIRS],
@@ -194,7 +195,7 @@ struct Joining<'a> {
     gain: [f64; MOST_PAIRS],
 }
 
-impl<'a> Joining<'a> {
+impl<'a> ContactSequence<'a> {
     fn new(pairs: &'a [ContactPair], offset: impl Fn(usize) -> f64) -> Self {
         let mut compliance = [[0.0; MOST_PAIRS]; MOST_PAIRS];
         for (i, pair) in pairs.iter().enumerate() {

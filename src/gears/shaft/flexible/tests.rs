@@ -164,15 +164,15 @@ fn hubs_end_at_the_bearings() {
             let Err(ShaftError::HubBeyondBearings {
                 shaft,
                 length,
-                room: told,
+                room: largest,
             }) = of_length(0.13)
             else {
                 panic!("no end")
             };
             assert_eq!((shaft, length), (gear + 1, 0.13));
-            assert!((told - room).abs() < 1e-15, "{told} {room}");
-            assert!(of_length(told).is_ok());
-            assert!(of_length(told * (1.0 + 1e-6)).is_err());
+            assert!((largest - room).abs() < 1e-15, "{largest} {room}");
+            assert!(of_length(largest).is_ok());
+            assert!(of_length(largest * (1.0 + 1e-6)).is_err());
         }
     }
 }

@@ -24,8 +24,8 @@ pub(super) enum Shifted {
 pub(super) struct Terms {
     pub elastic: Vec<f64>,
     pub inertial: Vec<f64>,
-    pub elastic_moduli: Vec<f64>,
-    pub inertial_moduli: Vec<f64>,
+    pub elastic_sum_of_moduli: Vec<f64>,
+    pub inertial_sum_of_moduli: Vec<f64>,
 }
 
 impl Pencil<'_> {
@@ -72,13 +72,13 @@ impl Pencil<'_> {
     pub fn terms(&self, shape: &[f64]) -> Terms {
         match self {
             Self::Dense(mass, stiffness) => {
-                let [elastic, elastic_moduli] = sums(stiffness, shape);
-                let [inertial, inertial_moduli] = sums(mass, shape);
+                let [elastic, elastic_sum_of_moduli] = sums(stiffness, shape);
+                let [inertial, inertial_sum_of_moduli] = sums(mass, shape);
                 Terms {
                     elastic,
                     inertial,
-                    elastic_moduli,
-                    inertial_moduli,
+                    elastic_sum_of_moduli,
+                    inertial_sum_of_moduli,
                 }
             }
             Self::Banded(mass, stiffness) => {
@@ -90,8 +90,8 @@ impl Pencil<'_> {
                 Terms {
                     elastic: image(stiffness),
                     inertial: image(mass),
-                    elastic_moduli: stiffness.moduli(shape),
-                    inertial_moduli: mass.moduli(shape),
+                    elastic_sum_of_moduli: stiffness.sum_of_moduli(shape),
+                    inertial_sum_of_moduli: mass.sum_of_moduli(shape),
                 }
             }
         }

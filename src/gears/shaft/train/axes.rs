@@ -290,8 +290,8 @@ mod tests {
             ..gear([0.0; 3], along, 20)
         };
         for gears in [[&planet, &small], [&ring, &ring]] {
-            let told = PitchPoint::of(gears).unwrap_err();
-            assert!(matches!(told, TrainError::NotInside { .. }));
+            let error = PitchPoint::of(gears).unwrap_err();
+            assert!(matches!(error, TrainError::NotInside { .. }));
         }
     }
 
@@ -315,17 +315,17 @@ mod tests {
     fn gears_that_cannot_mesh_are_told() {
         let a = gear([0.0; 3], [0.0, 0.0, 1.0], 20);
         let far = gear([0.05, 0.0, 0.02], [0.0, 0.0, 1.0], 30);
-        let told = PitchPoint::of([&a, &far]).unwrap_err();
-        assert!(matches!(told, TrainError::FacesApart { gap, .. } if (gap - 0.01).abs() < 1e-12));
+        let error = PitchPoint::of([&a, &far]).unwrap_err();
+        assert!(matches!(error, TrainError::FacesApart { gap, .. } if (gap - 0.01).abs() < 1e-12));
         let skew = gear([0.02, 0.01, 0.03], [1.0, 0.0, 0.0], 30);
-        let told = PitchPoint::of([&a, &skew]).unwrap_err();
+        let error = PitchPoint::of([&a, &skew]).unwrap_err();
         assert!(
-            matches!(told, TrainError::SkewAxes { distance, .. } if (distance - 0.01).abs() < 1e-12)
+            matches!(error, TrainError::SkewAxes { distance, .. } if (distance - 0.01).abs() < 1e-12)
         );
         let off = gear([0.02, 0.0, 0.035], [1.0, 0.0, 0.0], 30);
-        let told = PitchPoint::of([&a, &off]).unwrap_err();
+        let error = PitchPoint::of([&a, &off]).unwrap_err();
         assert!(
-            matches!(told, TrainError::PitchCircles { apart, .. } if (apart - 0.005).abs() < 1e-12)
+            matches!(error, TrainError::PitchCircles { apart, .. } if (apart - 0.005).abs() < 1e-12)
         );
         let same = gear([0.0, 0.0, 0.001], [0.0, 0.0, 1.0], 30);
         assert!(matches!(

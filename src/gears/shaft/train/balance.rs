@@ -27,7 +27,7 @@ const MOST_STEPS: usize = 200;
 const MOST_HALVINGS: usize = 60;
 
 /// A one-sided support, and the sums of the free freedoms that move it.
-pub(super) struct Yielding {
+pub(super) struct OneSidedSupport {
     pub rows: Vec<Vec<f64>>,
     pub law: Law,
     /// K₀, one per row.
@@ -43,7 +43,7 @@ pub(super) enum Law {
     },
 }
 
-impl Yielding {
+impl OneSidedSupport {
     /// The load on a bearing; `None` for a stop.
     pub fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
         let Law::Rolling(law, support, place) = &self.law else {
@@ -54,7 +54,13 @@ impl Yielding {
     }
 
     /// Adds forces and stiffness at the row `at`.
-    fn bear(&self, at: usize, moved: &[f64], force: &mut DVector<f64>, tangent: &mut DMatrix<f64>) {
+    fn add_force(
+        &self,
+        at: usize,
+        moved: &[f64],
+        force: &mut DVector<f64>,
+        tangent: &mut DMatrix<f64>,
+    ) {
         if let Some((_, _, found)) = self.rolling(moved) {
             for i in 0..RING_FREEDOMS {
                 force[at + i] = found.load[i];
@@ -72,8 +78,8 @@ impl Yielding {
 }
 
 /// The equilibrium of the one-sided supports.
-pub(super) struct Statics<'a> {
-    pub all: &'a [Yielding],
+pub(super) struct EquilibriumProblem<'a> {
+    pub all: &'a [OneSidedSupport],
     /// d₀ and C.
     pub free: DVector<f64>,
     pub compliance: DMatrix<f64>,
@@ -82,7 +88,7 @@ pub(super) struct Statics<'a> {
     pub meshes: (DVector<f64>, DMatrix<f64>),
 }
 
-impl Statics<'_> {
+impl EquilibriumProblem<'_> {
     /// Meshes whose flanks would have to pull.
     pub fn pulling(&self, force: &DVector<f64>) -> impl Iterator<Item = usize> {
         let deflections = &self.meshes.0 + &self.meshes.1 * force;
@@ -103,7 +109,7 @@ impl Statics<'_> {
         let mut at = 0;
         for own in self.all {
             let rows = own.rows.len();
-            own.bear(
+            own.add_force(
                 at,
                 &moved.as_slice()[at..at + rows],
                 &mut borne,

@@ -10,7 +10,7 @@
 //! Springs K₀ in place of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` the number of unknowns p is
 //! that of the rows of all B ([`super::balance`]).
 
-use super::balance::{Law, Statics, Yielding};
+use super::balance::{EquilibriumProblem, Law, OneSidedSupport};
 use super::contacts::Terms;
 use super::loads::add;
 use super::nodes::Assembled;
@@ -154,7 +154,7 @@ impl TrainDrive {
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
-    ) -> Result<Vec<Yielding>, ShaftError> {
+    ) -> Result<Vec<OneSidedSupport>, ShaftError> {
         let mut all = Vec::new();
         let first_planet = assembled.supports.len() - self.planets().count();
         for (number, (_, support)) in assembled.supports.iter().enumerate() {
@@ -175,7 +175,7 @@ impl TrainDrive {
             }
             // Rigid mounts carry any load.
             if rows.iter().flatten().any(|&part| part != 0.0) {
-                all.push(Yielding {
+                all.push(OneSidedSupport {
                     rows,
                     typical: law.typical().to_vec(),
                     law: Law::Rolling(law, number, place),
@@ -184,7 +184,7 @@ impl TrainDrive {
         }
         for (number, stop) in self.stops.iter().enumerate() {
             let stiffness = mean(&stop.law);
-            all.push(Yielding {
+            all.push(OneSidedSupport {
                 rows: vec![matrices.functional(&self.approach(number, assembled))],
                 typical: vec![stiffness],
                 law: Law::Stop {
@@ -199,11 +199,11 @@ impl TrainDrive {
     /// The equilibrium of the train under a part of its rated load.
     fn statics<'a>(
         &self,
-        (load, all, meshes): (f64, &'a [Yielding], &[MeshSpring]),
+        (load, all, meshes): (f64, &'a [OneSidedSupport], &[MeshSpring]),
         matrices: &AssembledMatrices,
         layout: &Layout,
         assembled: &Assembled,
-    ) -> Result<Statics<'a>, ShaftError> {
+    ) -> Result<EquilibriumProblem<'a>, ShaftError> {
         let felt = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
         let node = assembled.at(self.driver, self.shafts[self.driver].torque_at);
         let driving = felt(&[(node, Freedom::RotationZ, sense(layout.speeds[self.driver]))]);
@@ -234,7 +234,7 @@ impl TrainDrive {
         let picked: Vec<&Vec<f64>> = rows().chain(meshes.iter().map(|mesh| &mesh.row)).collect();
         let picks = Mat::from_fn(picked.len(), force.len(), |i, j| picked[i][j]);
         let seen = product(picks.as_ref(), shapes.as_ref());
-        Ok(Statics {
+        Ok(EquilibriumProblem {
             all,
             free: DVector::from_fn(size, |i, _| seen[(i, size)]),
             compliance: DMatrix::from_fn(size, size, |i, j| seen[(i, j)]),

@@ -90,7 +90,7 @@ impl TrainDrive {
             }
         });
         // The first gear rotates towards its drive flanks.
-        let sense = match layout.rolling[self.body_of(gears[0])] {
+        let sense = match layout.mesh_speeds[self.body_of(gears[0])] {
             speed if speed < 0.0 => -1.0,
             _ => 1.0,
         };

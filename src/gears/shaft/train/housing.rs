@@ -283,7 +283,7 @@ impl TrainDrive {
                     bearing: bearing + 1,
                 });
             }
-            if !own.motion.yields() {
+            if !own.motion.may_deflect() {
                 return Err(TrainError::RigidMount {
                     shaft: own.name.clone(),
                     bearing: bearing + 1,

@@ -35,8 +35,8 @@ impl Joint {
 /// Exact speeds of the bodies connected with the driver; see [`Layout`](super::speeds::Layout).
 pub(super) struct Speeds {
     pub speeds: Vec<Option<Ratio>>,
-    pub rolling: Vec<Option<Ratio>>,
-    pub unit: Ratio,
+    pub mesh_speeds: Vec<Option<Ratio>>,
+    pub first_gear_speed: Ratio,
 }
 
 impl TrainDrive {
@@ -92,9 +92,9 @@ impl TrainDrive {
             // Nothing is held yet, so a joint that stops both bodies contradicts the earlier ones.
             if !turns || before == 0 && stand(&equations) == 2 {
                 return Err(match speeds {
-                    (Some(found), Some(asked)) => TrainError::Locked {
+                    (Some(found), Some(required)) => TrainError::Locked {
                         body: self.body_name(two),
-                        speeds: [found, asked].map(Ratio::value),
+                        speeds: [found, required].map(Ratio::value),
                     },
                     _ => TrainError::Contradiction {
                         bodies: [one, two].map(|body| self.body_name(body)),
@@ -109,7 +109,7 @@ impl TrainDrive {
     /// Adds the condition that held shafts do not rotate.
     fn hold(&self, joined: &Equations, reached: &[bool]) -> Result<Equations, TrainError> {
         let shafts = self.shafts.iter().enumerate();
-        let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.turns());
+        let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.may_rotate());
         let held: Vec<usize> = held.map(|(body, _)| body).collect();
         let with = |all: &[usize]| -> Result<Option<Equations>, TrainError> {
             let mut equations = joined.clone();
@@ -138,9 +138,9 @@ impl TrainDrive {
                 });
             }
         }
-        let told = if self.planetary.is_empty() { held[last] } else { self.driver };
+        let named = if self.planetary.is_empty() { held[last] } else { self.driver };
         Err(TrainError::Held {
-            body: self.body_name(told),
+            body: self.body_name(named),
         })
     }
 
@@ -164,7 +164,7 @@ impl TrainDrive {
         let bodies = gears.map(|gear| self.body_of(gear));
         let held = |body: &usize| {
             let shaft = self.shafts.get(*body);
-            shaft.is_some_and(|own| !own.motion.turns())
+            shaft.is_some_and(|own| !own.motion.may_rotate())
         };
         match bodies.iter().find(|body| held(body)) {
             Some(&body) if self.set_of_mesh(gears).is_none() => TrainError::Held {
@@ -211,21 +211,24 @@ impl TrainDrive {
             let beside = frame.map_or(Some(Ratio::ZERO), speed);
             Some(speed(body)? - beside?)
         };
-        let unit = rolls(first).unwrap_or(Ratio::ZERO);
-        self.is_exact(unit, first)?;
-        if unit == Ratio::ZERO {
+        let first_gear_speed = rolls(first).unwrap_or(Ratio::ZERO);
+        self.is_exact(first_gear_speed, first)?;
+        if first_gear_speed == Ratio::ZERO {
             return Err(self.stands(self.gears));
         }
         // The first gear rolls forwards.
-        let sense = unit / unit.modulus();
+        let sense = first_gear_speed / first_gear_speed.modulus();
         let bodies = || 0..reached.len();
         let solved = Speeds {
             speeds: bodies().map(|body| Some(speed(body)? * sense)).collect(),
-            rolling: bodies().map(|body| Some(rolls(body)? / unit)).collect(),
-            unit: unit.modulus(),
+            mesh_speeds: bodies()
+                .map(|body| Some(rolls(body)? / first_gear_speed))
+                .collect(),
+            first_gear_speed: first_gear_speed.modulus(),
         };
-        for (body, (speed, rolling)) in solved.speeds.iter().zip(&solved.rolling).enumerate() {
-            for own in speed.iter().chain(rolling) {
+        for (body, (speed, mesh_speed)) in solved.speeds.iter().zip(&solved.mesh_speeds).enumerate()
+        {
+            for own in speed.iter().chain(mesh_speed) {
                 self.is_exact(*own, body)?;
             }
         }

@@ -81,7 +81,7 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError`].
     pub fn rolling_sense(&self, gear: GearPlace) -> Result<f64, TrainError> {
-        Ok(sense(self.layout()?.rolling[self.body_of(gear)]))
+        Ok(sense(self.layout()?.mesh_speeds[self.body_of(gear)]))
     }
 
     /// Inverts the helix of drawn meshes whose first gear rotates backwards. Seen from the other end of its shaft,
@@ -91,11 +91,11 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError`].
     pub fn turn_helices(&mut self) -> Result<(), TrainError> {
-        let rolling = self.layout()?.rolling;
+        let mesh_speeds = self.layout()?.mesh_speeds;
         for number in 0..self.meshes.len() {
             let body = self.body_of(self.meshes[number].gears[0]);
             if let (MeshLaw::Drawn(drawn), true) =
-                (&mut self.meshes[number].law, rolling[body] < 0.0)
+                (&mut self.meshes[number].law, mesh_speeds[body] < 0.0)
             {
                 drawn.table.gears.helix_angle *= -1.0;
             }

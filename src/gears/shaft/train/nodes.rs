@@ -264,7 +264,7 @@ impl TrainDrive {
             return Ok((node, None));
         };
         // Its bearing is as rigid as the mounts of the shaft.
-        for freedom in self.shafts[place.shaft].motion.held() {
+        for freedom in self.shafts[place.shaft].motion.fixed_freedoms() {
             assembly.fix(node, *freedom)?;
         }
         let support = Support::add(assembly, node, Some(on), loose.bearing)?;
@@ -341,7 +341,7 @@ impl ShaftNodes {
     /// Fixes the motions that are not free.
     fn fix(&self, assembly: &mut Assembly, shaft: &TrainShaft) -> Result<(), ShaftError> {
         for node in self.own.clone() {
-            for freedom in shaft.motion.held() {
+            for freedom in shaft.motion.fixed_freedoms() {
                 assembly.fix(node, *freedom)?;
             }
         }

@@ -65,20 +65,20 @@ impl BearingTerms {
         solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
     }
 
-    /// The gains in a solution of `modes` modes and the static shapes behind them, one entry per bearing. `settle`
+    /// The gains in a solution of `modes` modes and the static shapes behind them, one entry per bearing. `to_structure_modes`
     /// converts a participation in the solution into that of the structure. The first `rigid` modes, rotations, do not
     /// load a bearing. Of the static shapes only the one of a bearing loads it.
     pub fn gains(
         all: &[Self],
         solution: &Modes,
         [modes, rigid]: [usize; 2],
-        settle: impl Fn(&mut [f64]),
+        to_structure_modes: impl Fn(&mut [f64]),
     ) -> Vec<BearingGain> {
         (all.iter().enumerate())
             .map(|(number, own)| {
                 let column = |functional: &[f64]| {
                     let mut column = solution.participation(functional);
-                    settle(&mut column);
+                    to_structure_modes(&mut column);
                     column[..rigid].fill(0.0);
                     column[modes..].fill(0.0);
                     column

@@ -97,7 +97,7 @@ impl TrainDrive {
         let mut freedoms = NODE_FREEDOMS * self.loose_gears().count() as f64 + of_housing as f64;
         let mut finest = ([0; 2], 0.0);
         for (index, shaft) in self.shafts.iter().enumerate() {
-            let of_node = match (shaft.motion.yields(), shaft.motion.turns()) {
+            let of_node = match (shaft.motion.may_deflect(), shaft.motion.may_rotate()) {
                 (true, _) => NODE_FREEDOMS,
                 (false, turns) => f64::from(u8::from(turns)),
             };

@@ -19,7 +19,7 @@ impl Solved<'_> {
     /// Values of a sum of freedoms in the structure's modes.
     pub fn participation(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
         let mut column = self.modes.participation(&self.matrices.functional(terms));
-        self.settle(&mut column);
+        self.to_structure_modes(&mut column);
         column
     }
 
@@ -42,7 +42,7 @@ impl Solved<'_> {
 
     /// Rotates the rigid modes so that the first is the neutral rotation, by a Householder
     /// reflection, and applies the signs of the other modes.
-    pub fn settle(&self, column: &mut [f64]) {
+    pub fn to_structure_modes(&self, column: &mut [f64]) {
         let side = if self.neutral[0] > 0.0 { -1.0 } else { 1.0 };
         let mut normal = self.neutral.clone();
         normal[0] -= side;

@@ -29,9 +29,9 @@ pub(super) struct Layout {
     pub speeds: Vec<f64>,
     /// The same in the meshes, in units of the first gear's speed. Speeds of members of planetary sets are relative
     /// to their carrier.
-    pub rolling: Vec<f64>,
+    pub mesh_speeds: Vec<f64>,
     /// Rolling speed of the first gear, in units of the driver's speed.
-    pub unit: f64,
+    pub first_gear_speed: f64,
     /// Speed of the carrier of each planetary set.
     pub carriers: Vec<f64>,
     /// The set whose frame each shaft is in; `None` in the fixed frame.
@@ -142,8 +142,8 @@ impl TrainDrive {
         let alike = (self.planetary.iter()).flat_map(|set| set.planets.iter().skip(1));
         let alike: Vec<usize> = alike.map(|planet| planet.shaft).collect();
         let speeds = self.layout()?.speeds.into_iter().enumerate();
-        let told = speeds.filter(|(body, _)| !alike.contains(body));
-        Ok(told
+        let others = speeds.filter(|(body, _)| !alike.contains(body));
+        Ok(others
             .map(|(body, speed)| (self.body_name(body), speed))
             .collect())
     }
@@ -162,8 +162,8 @@ impl TrainDrive {
         let frames = self.frames();
         let Speeds {
             speeds,
-            rolling,
-            unit,
+            mesh_speeds,
+            first_gear_speed,
         } = self.speeds(&meshes, &frames)?;
         let carrier = |set: usize| speeds[self.planetary[set].carrier].unwrap_or(Ratio::ZERO);
         let turning: Vec<bool> = (frames.iter())
@@ -178,7 +178,8 @@ impl TrainDrive {
             self.check_joints(joined, &axes, &turning)?;
         }
         let idle = |(shaft, speed): &(&TrainShaft, &Option<Ratio>)| {
-            let turns = shaft.motion.turns() && speed.is_some_and(|speed| speed != Ratio::ZERO);
+            let turns =
+                shaft.motion.may_rotate() && speed.is_some_and(|speed| speed != Ratio::ZERO);
             shaft.output != 0.0 && !turns
         };
         if let Some((shaft, _)) = self.shafts.iter().zip(&speeds).find(idle) {
@@ -197,7 +198,7 @@ impl TrainDrive {
         for mesh in &self.meshes {
             let gear = self.gear(mesh.gears[0]);
             let body = self.body_of(mesh.gears[0]);
-            let speed = rolling[body].ok_or_else(|| TrainError::Apart {
+            let speed = mesh_speeds[body].ok_or_else(|| TrainError::Apart {
                 body: self.body_name(body),
             })?;
             if speed == Ratio::ZERO {
@@ -234,7 +235,7 @@ impl TrainDrive {
             ];
             (parts[0] > 0).then_some(parts)
         };
-        let turns = rolling.iter().map(turns).collect();
+        let turns = mesh_speeds.iter().map(turns).collect();
         let values = |speeds: Vec<Option<Ratio>>| {
             let values = speeds.into_iter();
             values
@@ -248,8 +249,8 @@ impl TrainDrive {
                 .collect(),
             axes,
             speeds: values(speeds),
-            rolling: values(rolling),
-            unit: unit.value(),
+            mesh_speeds: values(mesh_speeds),
+            first_gear_speed: first_gear_speed.value(),
             frames,
             turning,
             meshes,

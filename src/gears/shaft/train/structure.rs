@@ -86,13 +86,13 @@ impl TrainDrive {
             &bearings,
             &with_shapes,
             [modes, solved.neutral.len()],
-            |column: &mut [f64]| solved.settle(column),
+            |column: &mut [f64]| solved.to_structure_modes(column),
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
-        let settle = |column: &mut [f64]| solved.settle(column);
+        let to_structure_modes = |column: &mut [f64]| solved.to_structure_modes(column);
         let mut structure = with_shapes.truncated(modes, false)?;
         (structure.coupling, structure.frame.stiffness) =
-            projection::coupling(&matrices, &solution, settle);
+            projection::coupling(&matrices, &solution, to_structure_modes);
         release_neutral(&mut structure);
         Ok(structure.truncated(retained, mta)?)
     }
@@ -169,7 +169,7 @@ impl TrainDrive {
                 let size = moved.iter().map(|m| m * m).sum::<f64>() * inertia;
                 if size > worst.0 {
                     let name = name.clone();
-                    let told = match on {
+                    let reason = match on {
                         None => self.free_shaft(name, direction),
                         Some(_) => TrainError::LooseNotHeld {
                             gear: name,
@@ -177,7 +177,7 @@ impl TrainDrive {
                             key,
                         },
                     };
-                    worst = (size, Some(told));
+                    worst = (size, Some(reason));
                 }
             }
         }
@@ -260,14 +260,14 @@ impl TrainDrive {
         let mut motions =
             place_motions(solved.matrices, solved.modes, supports, turning.into_iter());
         for motion in &mut motions {
-            solved.settle(&mut motion.gain);
+            solved.to_structure_modes(&mut motion.gain);
         }
         motions.extend(self.housing_motions(solved, assembled));
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
             frame: TurningFrame {
-                rolling: layout.unit,
+                rolling: layout.first_gear_speed,
                 stiffness: Vec::new(),
                 load: self.centrifugal_load(solved, layout, assembled),
             },
@@ -376,7 +376,7 @@ impl TrainDrive {
         let ratio = f64::from(one.teeth) / f64::from(two.teeth);
         let in_ring = one.internal || two.internal;
         let against = if in_ring { (1.0 - ratio).abs() } else { 1.0 + ratio };
-        layout.rolling[self.body_of(gears[0])].abs() * against
+        layout.mesh_speeds[self.body_of(gears[0])].abs() * against
     }
 
     /// Contacts besides the flanks of the first mesh.

@@ -248,19 +248,19 @@ fn a_loose_gear_turns_for_itself_and_is_braked_by_its_shaft() {
 
 #[test]
 fn trains_that_cannot_run_are_told() {
-    let told = |train: TrainDrive| train.modes(3, 3, false).unwrap_err().to_string();
+    let failure = |train: TrainDrive| train.modes(3, 3, false).unwrap_err().to_string();
     let mut long = row([20, 10007, 10009, 27]);
     long.meshes[0].gears.reverse();
-    assert!(told(row([20, 10007, 10009, 27])).contains("10009 cycles in 10007"));
+    assert!(failure(row([20, 10007, 10009, 27])).contains("10009 cycles in 10007"));
     let mut apart = row([20, 30, 18, 27]);
     apart.shafts[2].gears[0].at = 0.2;
-    assert!(told(apart).contains("faces are"), "faces");
+    assert!(failure(apart).contains("faces are"), "faces");
     let mut motor = row([20, 30, 18, 27]);
     motor.driver = 2;
-    assert!(told(motor).contains("`output` does not turn with the first gear"));
+    assert!(failure(motor).contains("`output` does not turn with the first gear"));
     let mut held = row([20, 30, 18, 27]);
     held.shafts[2].motion = Motion::Lateral;
-    assert!(told(held).contains("`output` is driven"));
+    assert!(failure(held).contains("`output` is driven"));
     // Shafts on one axis, then on two, then with a spring across the axis over a gap.
     let coupled = |at: [f64; 2], radial: f64| {
         let mut coupled = row([20, 30, 18, 32]);
@@ -275,12 +275,12 @@ fn trains_that_cannot_run_are_told() {
         });
         coupled
     };
-    assert!(told(coupled([0.0; 2], 0.0)).contains("the train locks"));
-    assert!(told(coupled([0.1, 0.0], 0.0)).contains("the train locks"));
-    assert!(told(coupled([0.1, 0.0], 1e7)).contains("across a gap of 1.000e-1 m"));
+    assert!(failure(coupled([0.0; 2], 0.0)).contains("the train locks"));
+    assert!(failure(coupled([0.1, 0.0], 0.0)).contains("the train locks"));
+    assert!(failure(coupled([0.1, 0.0], 1e7)).contains("across a gap of 1.000e-1 m"));
     let mut beside = coupled([0.0; 2], 0.0);
     beside.shafts[2].origin = row([20, 30, 18, 32]).shafts[2].origin;
-    assert!(told(beside).contains("on one axis"));
+    assert!(failure(beside).contains("on one axis"));
     let mut loose = train(&flexible());
     loose.shafts[1].bearings.pop();
     loose.shafts[1].bearings[0].1.tilt = 0.0;
@@ -302,13 +302,13 @@ fn trains_that_cannot_run_are_told() {
             (without(&|bearing| bearing.x = 0.0), "along its x axis"),
             (without(&|bearing| bearing.y = 0.0), "along its y axis"),
         ] {
-            let told = format!("shaft `{name}` is not held {way}");
-            assert!(message.contains(&told), "{message}");
+            let expected = format!("shaft `{name}` is not held {way}");
+            assert!(message.contains(&expected), "{message}");
         }
     }
     let mut light = row([20, 30, 18, 27]);
     light.shafts[0].gears[0].body.polar_inertia = 0.0;
-    assert!(told(light).contains("no sections and no inertia"));
+    assert!(failure(light).contains("no sections and no inertia"));
 }
 
 /// The section at a position, the thicker one where two meet; ends are compared within rounding.

@@ -44,7 +44,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
             }
         }
     }
-    found.extend(unfelt_shafts(first, root));
+    found.extend(ineffective_shaft_keys(first, root));
     found.extend(overridden_shafts(job, root));
     // Amplitudes that the grid varies may be 0 at some points only.
     found.extend(silent(first).into_iter().filter(|(key, _)| !varied(key)));
@@ -108,7 +108,7 @@ fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
 }
 
 /// Given keys of `[shafts]` that have no effect for the kind of model.
-fn unfelt_shafts(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
+fn ineffective_shaft_keys(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let StructureSource::Rigid(drive) = &first.model.source else {
         return Vec::new();
     };
@@ -125,11 +125,11 @@ fn unfelt_shafts(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
                     .collect(),
                 _ => vec![entry.key.clone()],
             };
-            let unfelt = inner
+            let ineffective_keys = inner
                 .into_iter()
-                .filter(|key| !sections::feels(drive.tier, key));
+                .filter(|key| !sections::has_effect(drive.tier, key));
             let why = format!("has no effect with kind = \"{}\"", drive.tier.name());
-            found.extend(unfelt.map(|key| (format!("{table}.{key}"), why.clone())));
+            found.extend(ineffective_keys.map(|key| (format!("{table}.{key}"), why.clone())));
         }
     }
     found

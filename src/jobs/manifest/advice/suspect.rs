@@ -100,11 +100,11 @@ impl Words {
 
 /// A budget below the first look of verified error bars.
 fn budget(variant: &Variant, found: &mut Words) {
-    let Some(asked) = variant.analyses.lyapunov else {
+    let Some(config) = variant.analyses.lyapunov else {
         return;
     };
-    let (cycles, first) = (variant.run.cycles, asked.effort.first_look());
-    let advice = match asked.effort {
+    let (cycles, first) = (variant.run.cycles, config.effort.first_look());
+    let advice = match config.effort {
         Effort::Verified => {
             "; points that do not settle end as not_converged: raise it, or set analyses.lyapunov.effort = \"survey\""
         }

@@ -25,7 +25,7 @@ pub(super) fn read(
     let levels = section.integer(issues, "levels");
     let by = criteria(root, &section, issues);
     let [tolerance, longest] = ["tolerance", "longest_period"]
-        .map(|key| felt(&section, issues, key, by.as_deref().unwrap_or_default()));
+        .map(|key| section_for_criteria(&section, issues, key, by.as_deref().unwrap_or_default()));
     let tolerance = tolerance.quantity_or_default(issues, "tolerance");
     let longest = longest.integer_or_default(issues, "longest_period");
     if super::is_carried(root) {
@@ -106,7 +106,7 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
 }
 
 /// The section for a key about the comparison of some criteria; without entries if `by` has none of these.
-fn felt<'t>(
+fn section_for_criteria<'t>(
     section: &Section<'t>,
     issues: &mut Issues,
     key: &str,
@@ -124,11 +124,11 @@ fn felt<'t>(
             "name class or period in by, or remove longest_period",
         ),
     };
-    let felt = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
-    if !felt {
+    let effective = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
+    if !effective {
         section.without_effect(issues, &[key], why, remedy);
     }
-    section.felt(felt)
+    section.if_effective(effective)
 }
 
 /// The two axes that vary. They must be even ranges that can be halved.

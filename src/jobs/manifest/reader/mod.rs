@@ -410,8 +410,8 @@ impl<'t> Section<'t> {
     }
 
     /// This table if its keys have an effect, otherwise the table without its entries.
-    pub fn felt(&self, felt: bool) -> Section<'t> {
-        if felt { self.clone() } else { self.bare() }
+    pub fn if_effective(&self, effective: bool) -> Section<'t> {
+        if effective { self.clone() } else { self.bare() }
     }
 
     /// Warns of keys without effect because of another choice, with the reason. The caller must not read them: they may

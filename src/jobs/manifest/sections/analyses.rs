@@ -137,7 +137,8 @@ fn lyapunov(
     let stop_at_stderr = stop_at_stderr(table, issues);
     let align = table.integer_or_default(issues, "align");
     let twin = table.boolean_or_default(issues, "twin");
-    let separation = (table.felt(twin != Some(false))).quantity_or_default(issues, "separation");
+    let separation =
+        (table.if_effective(twin != Some(false))).quantity_or_default(issues, "separation");
     let course = table.count_or_default(issues, "course");
     let norm = table.choice_or_default(issues, "norm");
     let effort = table.choice_or_default(issues, "effort");
@@ -152,7 +153,7 @@ fn lyapunov(
         );
     }
     let exponents = exponents?;
-    covariant::there_are(table, issues, "exponents", exponents, model)?;
+    covariant::has_exponents(table, issues, "exponents", exponents, model)?;
     Some(LyapunovConfig {
         exponents,
         stop_at_stderr: stop_at_stderr?,

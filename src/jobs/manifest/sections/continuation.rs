@@ -67,7 +67,9 @@ pub(in crate::manifest) fn read(
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = section.felt(two).choice_or_default(issues, "curves");
+    let curves = section
+        .if_effective(two)
+        .choice_or_default(issues, "curves");
     let starts = section.count_or_default(issues, "starts");
     let transient = section.integer_or_default(issues, "transient");
     let cycles = section.integer_or_default(issues, "cycles");

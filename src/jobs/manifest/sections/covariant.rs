@@ -13,15 +13,15 @@ pub(super) fn read(
     let vectors = table.count_or_default(issues, "vectors");
     let cycles = table.integer_or_default(issues, "cycles");
     let align = table.integer_or_default(issues, "align");
-    let question = CovariantConfig {
+    let config = CovariantConfig {
         vectors: vectors?,
         cycles: cycles?,
         align: align?,
     };
-    there_are(table, issues, "vectors", question.vectors, model)?;
-    let memory = question.memory();
+    has_exponents(table, issues, "vectors", config.vectors, model)?;
+    let memory = config.memory();
     if memory > MOST_MEMORY {
-        let most = MOST_MEMORY / (memory / (question.cycles + question.align));
+        let most = MOST_MEMORY / (memory / (config.cycles + config.align));
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
@@ -29,9 +29,9 @@ pub(super) fn read(
                 "analyses.covariant",
                 format!(
                     "the factors of {} vectors over {} + {} cycles need {} MiB of memory for every point being computed",
-                    question.vectors,
-                    question.cycles,
-                    question.align,
+                    config.vectors,
+                    config.cycles,
+                    config.align,
                     memory >> 20
                 ),
             )
@@ -42,18 +42,18 @@ pub(super) fn read(
         );
         return None;
     }
-    Some(question)
+    Some(config)
 }
 
 /// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
-pub(super) fn there_are(
+pub(super) fn has_exponents(
     table: &Section,
     issues: &mut Issues,
     key: &str,
-    asked: usize,
+    requested: usize,
     model: Option<&ModelSpec>,
 ) -> Option<()> {
-    let Some(model) = model.filter(|model| asked > model.exponents()) else {
+    let Some(model) = model.filter(|model| requested > model.exponents()) else {
         return Some(());
     };
     let (retained, most) = (model.retained, model.exponents());
@@ -74,7 +74,9 @@ pub(super) fn there_are(
             DiagnosticKind::Inconsistent,
             table.span_of(key),
             &table.path_of(key),
-            format!("{asked} {key} are too many: {retained} retained modes have {most}{neutral}"),
+            format!(
+                "{requested} {key} are too many: {retained} retained modes have {most}{neutral}"
+            ),
         )
         .label(format!("at most {most}"))
         .accepted(format!(
@@ -94,7 +96,7 @@ mod tests {
     fn drag_has_an_exponent_of_its_own() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../manifests/tiers");
         let text = std::fs::read_to_string(folder.join("torsional.toml")).unwrap();
-        let asked = |exponents: usize, drag: &str| {
+        let exponents_of = |exponents: usize, drag: &str| {
             let own = format!("end_inertia = \"2e-3 kg*m^2\"\ndrag = {drag}");
             let text = text.replacen("end_inertia = \"2e-3 kg*m^2\"", &own, 1);
             let lyapunov = format!("lyapunov = {{ exponents = {exponents}");
@@ -104,8 +106,8 @@ mod tests {
                 .map(|job| job.points.at(0).model.exponents())
                 .map_err(|errors| errors.to_string())
         };
-        assert_eq!(asked(2, "0"), Ok(2));
-        assert_eq!(asked(3, "0.05"), Ok(3));
+        assert_eq!(exponents_of(2, "0"), Ok(2));
+        assert_eq!(exponents_of(3, "0.05"), Ok(3));
         for (exponents, drag, words) in [
             (
                 3,
@@ -123,7 +125,7 @@ mod tests {
                 "from 1 to 3, twice the retained modes that are not neutral, and 1 under drag",
             ),
         ] {
-            let errors = asked(exponents, drag).unwrap_err();
+            let errors = exponents_of(exponents, drag).unwrap_err();
             assert!(errors.contains(words), "{errors}");
         }
     }

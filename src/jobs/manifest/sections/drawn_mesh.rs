@@ -108,7 +108,7 @@ pub(super) fn of_drawing(
     continuous: bool,
     pairs: Option<Option<u32>>,
 ) -> Option<Option<MeshTableSpec>> {
-    let own = &section.felt(!matches!(pairs, Some(Some(_))));
+    let own = &section.if_effective(!matches!(pairs, Some(Some(_))));
     let segments = if continuous { None } else { own.integer_or_default(issues, "segments") };
     let shaft_tilt = own.boolean_or_default(issues, "shaft_tilt");
     let face = face(own, issues, gears);

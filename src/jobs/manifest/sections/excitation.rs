@@ -318,11 +318,11 @@ mod tests {
                 &format!("\n{faults}transmission_error"),
                 1,
             );
-        let told = crate::manifest::parse(&text, "m.toml", std::path::Path::new(""))
+        let message = crate::manifest::parse(&text, "m.toml", std::path::Path::new(""))
             .unwrap_err()
             .to_string();
         for key in ["gear.teeth", "gear_error.0.order", "pitch_deviation.wheel"] {
-            assert!(told.contains(key), "{key}: {told}");
+            assert!(message.contains(key), "{key}: {message}");
         }
     }
 }

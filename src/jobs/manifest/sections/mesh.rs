@@ -59,7 +59,7 @@ pub(super) fn read(
         );
     }
     let of_gears = wants_gears(section);
-    let misalignment = (section.felt(of_gears)).quantity_or_default(issues, "misalignment");
+    let misalignment = (section.if_effective(of_gears)).quantity_or_default(issues, "misalignment");
     let stiffness = if of_gears {
         drawn_mesh::read(section, issues, drive, misalignment)
     } else {

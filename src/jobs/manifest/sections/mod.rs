@@ -14,6 +14,7 @@ mod film;
 mod flank_points;
 mod friction;
 mod gear;
+mod ineffective_keys;
 mod job;
 mod mesh;
 mod modal_state;
@@ -31,7 +32,6 @@ mod sliders;
 mod tooth_fault;
 mod torque_curve;
 mod train;
-mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
@@ -51,8 +51,8 @@ pub(super) use job::read as read_job;
 pub(super) use runup::read as read_run_up;
 
 /// Whether a key of `[shafts]` or of one shaft has an effect in a tier.
-pub(super) fn feels(tier: Tier, key: &str) -> bool {
-    unfelt::feels(DriveKind::Rigid(tier), key)
+pub(super) fn has_effect(tier: Tier, key: &str) -> bool {
+    ineffective_keys::has_effect(DriveKind::Rigid(tier), key)
 }
 
 impl Variant {

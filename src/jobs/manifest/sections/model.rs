@@ -2,7 +2,9 @@
 
 use super::drive_kind::{DriveKind, is_kind};
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, film, friction, gear, mesh, oscillator, shafts, tooth_fault, train, unfelt};
+use super::{
+    Context, film, friction, gear, ineffective_keys, mesh, oscillator, shafts, tooth_fault, train,
+};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -60,7 +62,7 @@ fn drive(
             "remove it, or set kind = \"train\"",
         );
     }
-    unfelt::check_axes(root, issues, kind);
+    ineffective_keys::check_axes(root, issues, kind);
     let default_modes = match kind {
         DriveKind::Rigid(tier) => tier.freedoms(),
         DriveKind::Flexible | DriveKind::Faulty => DEFAULT_MODES,

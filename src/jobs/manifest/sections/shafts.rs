@@ -6,7 +6,7 @@
 //! effect.
 
 use super::drive_kind::DriveKind;
-use super::unfelt::feels;
+use super::ineffective_keys::has_effect;
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -52,7 +52,7 @@ pub(super) fn read(
 /// Moduli and elements, which are checked even if they have no effect. The outer `None` is a fault, the inner one an
 /// incomplete set.
 fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Option<Elastic>> {
-    let wanted = |key: &str| feels(kind, key) || section.has(key);
+    let wanted = |key: &str| has_effect(kind, key) || section.has(key);
     let mut modulus = |key: &str| {
         if wanted(key) { section.quantity(issues, key).map(Some) } else { Some(None) }
     };
@@ -129,7 +129,7 @@ fn shaft(
     };
     let (span, overhang) = (either("span"), either("overhang"));
     let place = "gear_position";
-    let gear_position = if feels(kind, place) || own.has(place) || shared.has(place) {
+    let gear_position = if has_effect(kind, place) || own.has(place) || shared.has(place) {
         either(place)
     } else {
         // The position has no effect.
@@ -245,7 +245,7 @@ fn bearings(
     issues: &mut Issues,
     kind: DriveKind,
 ) -> Option<[Bearing; 2]> {
-    let needed = |key: &str| feels(kind, &format!("bearings.{key}"));
+    let needed = |key: &str| has_effect(kind, &format!("bearings.{key}"));
     let Some(layers) = Layers::read(shared, own, issues, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };

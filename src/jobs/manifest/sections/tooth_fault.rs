@@ -136,7 +136,7 @@ fn fault(table: &Section, issues: &mut Issues, teeth: [u32; 2]) -> Option<ToothF
         gear,
         tooth: u32::try_from(number - 1).ok()?,
         stiffness,
-        lacks: ["drive", "coast"]
+        missing: ["drive", "coast"]
             .map(|own| if flanks == own || flanks == "both" { loss } else { 0.0 }),
     })
 }

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChainRecord, ChaosOutcome, Class,
-    CourseOutcome, CovariantOutcome, EvidenceOutcome, KaplanYorke, LeftChaos, LyapunovMethod,
-    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome,
-    SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChainRecord, ChaosAverages,
+    ChaosOutcome, Class, CourseOutcome, CovariantOutcome, EvidenceOutcome, KaplanYorke,
+    LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample,
+    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -87,7 +87,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 exits: 8,
                 trajectories: 8,
                 ended_on: Some("periodic 3 (8)".into()),
-                left: Some(LeftChaos {
+                averages_before_exit: Some(ChaosAverages {
                     lambda: [number(3), number(4)],
                     deflection_rms: Some([number(5), number(6)]),
                     force_std: None,

@@ -8,12 +8,12 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord,
-    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
-    EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LeftChaos,
-    LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhErrors,
-    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome, PowerOutcome,
-    ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
-    TraceSample, TraceSink,
+    ChaosAverages, ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome,
+    DurationOutcome, EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke,
+    Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome,
+    NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
+    PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
+    Status, TraceSample, TraceSink,
 };
 use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};
@@ -260,7 +260,7 @@ fn full(point_id: u64) -> PointRow {
                 exits: 2,
                 trajectories: 24,
                 ended_on: Some("periodic 3 (2)".into()),
-                left: Some(LeftChaos {
+                averages_before_exit: Some(ChaosAverages {
                     lambda: [0.61, 0.062],
                     deflection_rms: Some([6.3e-6, 6.4e-7]),
                     force_std: Some([65.0, 66.0]),

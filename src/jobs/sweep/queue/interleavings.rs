@@ -72,8 +72,8 @@ fn in_many_orders(end: End) {
     // Shuttle's threads have too little stack to read a manifest.
     LazyLock::force(&JOB);
     let run = move || {
-        let share = Share::of_shard(&JOB, None);
-        let mut queue = Queue::new(&JOB, share, TakenOver::default(), 1, WORKERS, 0);
+        let selection = ChainSelection::of_shard(&JOB, None);
+        let mut queue = Queue::new(&JOB, selection, FinishedChains::default(), 1, WORKERS, 0);
         (queue.look, queue.ahead) = (LOOK, AHEAD);
         let queue = Arc::new(queue);
         let written = Arc::new(AtomicU64::new(0));

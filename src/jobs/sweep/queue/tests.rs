@@ -20,9 +20,9 @@ pub(super) fn job(loads: usize, speeds: usize) -> Job {
 }
 
 fn queue<'a>(job: &'a Job, look: usize, ahead: u64) -> Queue<'a> {
-    let share = Share::of_shard(job, None);
-    let taken_over = TakenOver::default();
-    let mut queue = Queue::new(job, share, taken_over, 1, 1, 0);
+    let selection = ChainSelection::of_shard(job, None);
+    let finished = FinishedChains::default();
+    let mut queue = Queue::new(job, selection, finished, 1, 1, 0);
     (queue.look, queue.ahead) = (look, ahead);
     queue
 }
@@ -70,7 +70,7 @@ fn what_waits_in_memory_is_bounded() {
     assert_eq!(taken(&queue, 1), 4);
     // Only three chains from the oldest waiting one are candidates, even if the fourth is much longer.
     for (place, ratio) in [(9, 100.0), (7, 10.0)] {
-        queue.known().near.entry(place).or_default().add(ratio);
+        queue.state().near.entry(place).or_default().add(ratio);
     }
     assert_eq!(taken(&queue, 5), 7);
     assert_eq!([taken(&queue, 5), taken(&queue, 5)], [5, 6]);
@@ -94,9 +94,9 @@ fn only_the_window_is_in_memory() {
         taken(&queue, 0);
         finish(&queue, place, 5);
     }
-    let known = queue.known();
-    assert!(known.window.len() <= 4, "{}", known.window.len());
-    assert!(known.near.len() <= 1001, "{}", known.near.len());
+    let state = queue.state();
+    assert!(state.window.len() <= 4, "{}", state.window.len());
+    assert!(state.near.len() <= 1001, "{}", state.near.len());
 }
 
 /// Result of a simulated run of workers on nodes, with a simulated clock: copies and steals of tables, the order of
@@ -111,9 +111,9 @@ struct Simulated {
 /// Simulates a run: each chain takes some time, plus a fixed time for a table that the node does not have at hand.
 fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     const FETCH: f64 = 1.0;
-    let share = Share::of_shard(job, None);
-    let queue = Queue::new(job, share, TakenOver::default(), 1, workers, nodes);
-    let mut shelves = Shelves::new(nodes);
+    let selection = ChainSelection::of_shard(job, None);
+    let queue = Queue::new(job, selection, FinishedChains::default(), 1, workers, nodes);
+    let mut node_tables = NodeTables::new(nodes);
     let mut free: Vec<f64> = vec![0.0; workers];
     let mut simulated = Simulated {
         copies: 0,
@@ -132,8 +132,8 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
             break;
         };
         let table = table_number(&job.points.at(turn.first));
-        let fetched = shelves.nearness(table, node) != Nearness::AtHand;
-        shelves.take(table, node);
+        let fetched = node_tables.distance(table, node) != TableDistance::AtHand;
+        node_tables.take(table, node);
         simulated.copies += usize::from(fetched);
         // Times of chains differ by a factor of three, by a rule of their places.
         let time = 1.0 + (turn.place * 7 % 5) as f64 / 2.0;
@@ -142,7 +142,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         simulated.order.push(turn.place);
         queue.finished(turn.place, 1.0, Duration::from_secs_f64(time));
     }
-    simulated.steals = shelves.steals();
+    simulated.steals = node_tables.steals();
     simulated
 }
 

@@ -67,7 +67,7 @@ fn disc([row, column]: [usize; 2]) -> Option<Class> {
 fn a_boundary_is_found_within_the_resolution_and_little_else() {
     let both = [Criterion::Class, Criterion::Period];
     let found = plane(&refine(&both), &[], |at| row(0, disc(at), 1.0));
-    let leaves = NESTED.leaves(|at| found.asked.contains(&found.id(at)));
+    let leaves = NESTED.leaves(|at| found.requested.contains(&found.id(at)));
     for cell in &leaves {
         let [first, ..] = cell.corners();
         let one = cell.corners().iter().all(|&at| disc(at) == disc(first));
@@ -90,7 +90,7 @@ fn neighbours_differ_by_no_more_than_one_halving() {
     let found = plane(&refine(&[Criterion::Class]), &[], |at| {
         row(0, disc(at), 1.0)
     });
-    let there = |at: &[usize; 2]| found.asked.contains(&found.id(*at));
+    let there = |at: &[usize; 2]| found.requested.contains(&found.id(*at));
     for cell in NESTED.leaves(|at| there(&at)) {
         assert!(cell.side < 4 || !cell.quarters_of_edges().iter().any(there));
     }
@@ -107,7 +107,7 @@ fn what_leaves_a_divided_cell_is_followed() {
     });
     let tip = [52, 96];
     assert_eq!(tongue(tip), Some(Class::Chaotic));
-    assert!(found.asked.contains(&found.id(tip)));
+    assert!(found.requested.contains(&found.id(tip)));
 }
 
 #[test]
@@ -158,7 +158,7 @@ proptest! {
         let motion = |at| row(0, disc(at), 1.0);
         let whole = plane(&by, &[], motion);
         let keep = |id: &&u64| blake3::hash(&(*id ^ seed).to_le_bytes()).as_bytes()[0] % 10 < part as u8;
-        let known: Vec<u64> = whole.asked.iter().filter(keep).copied().collect();
-        prop_assert_eq!(&plane(&by, &known, motion).asked, &whole.asked);
+        let known: Vec<u64> = whole.requested.iter().filter(keep).copied().collect();
+        prop_assert_eq!(&plane(&by, &known, motion).requested, &whole.requested);
     }
 }

@@ -7,7 +7,7 @@ use gearatlas::manifest::ManifestText;
 use gearatlas::model::Model;
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::Kernel;
-use gearatlas::sweep::build::questions;
+use gearatlas::sweep::build::point_config;
 use gearatlas_paper::kernels::{Dyadic, Fused, Hermite, Spectral};
 use std::collections::BTreeMap;
 use std::fs;
@@ -99,7 +99,7 @@ impl Ask<'_> {
             point_id: self.point.point_id,
         };
         let start = self.model.start(&self.point.run.initial);
-        let asked = questions(&self.point, seed);
+        let asked = point_config(&self.point, seed);
         investigate(self.model, kernel, start, &asked, &AtomicBool::new(false)).unwrap()
     }
 }

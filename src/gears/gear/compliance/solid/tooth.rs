@@ -17,16 +17,16 @@ pub(super) const FOOT: usize = 4;
 
 /// The resolution of the section; see the tests of its convergence.
 const SECTION: Resolution = Resolution {
-    across: 4,
-    along: 6,
-    foot: FOOT,
+    degree_across: 4,
+    degree_along: 6,
+    foot_modes: FOOT,
     harmonics: 0.0,
 };
 
 /// Degrees of the quadrature rules: exact for the products that occur.
 const INTERIOR: Resolution = Resolution {
-    across: 8,
-    along: 10,
+    degree_across: 8,
+    degree_along: 10,
     ..SECTION
 };
 
@@ -180,7 +180,7 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
         .collect();
     let [along_x, others] = [0, 1].map(|component| part.products(component).count());
     let in_section = along_x + others;
-    let rule = GaussLegendre::new(SECTION.across + FOOT + 4);
+    let rule = GaussLegendre::new(SECTION.degree_across + FOOT + 4);
     let mut sections: Vec<Mat<f64>> = (modes.iter())
         .map(|mode| Mat::zeros(if mode.direction == 2 { others } else { in_section }, 1))
         .collect();

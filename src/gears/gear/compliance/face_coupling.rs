@@ -26,7 +26,7 @@ const TERMS: usize = 7;
 
 /// Compliance of a pair of gears to loads that vary along the face, solved at the first use.
 #[derive(Debug, Clone)]
-pub struct AlongFace {
+pub struct FaceCoupling {
     teeth: [Tooth; 2],
     numbers: [u32; 2],
     bores: [f64; 2],
@@ -38,7 +38,7 @@ pub struct AlongFace {
 }
 
 /// It follows from the drawing of the flanks that contain it.
-impl PartialEq for AlongFace {
+impl PartialEq for FaceCoupling {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -60,7 +60,7 @@ struct Course {
     series: Vec<Vec<f64>>,
 }
 
-impl AlongFace {
+impl FaceCoupling {
     /// The compliance of spur gears on their common face.
     pub(in crate::gear) fn of(flanks: &Flanks) -> Self {
         Self {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::write_whole;
+use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
 use super::{ProgramRecord, StoreError};
 
@@ -47,7 +47,7 @@ impl TablesRecord {
         let path = folder.join(name);
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-        write_whole(&path, sealed(&text).as_bytes())
+        write_atomically(&path, sealed(&text).as_bytes())
     }
 }
 

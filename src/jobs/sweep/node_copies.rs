@@ -6,15 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Copies in the memory of one NUMA node.
 #[derive(Debug)]
-pub(super) struct Near<K, V>(Mutex<HashMap<K, Arc<V>>>);
+pub(super) struct NodeCopies<K, V>(Mutex<HashMap<K, Arc<V>>>);
 
-impl<K, V> Default for Near<K, V> {
+impl<K, V> Default for NodeCopies<K, V> {
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<K: Eq + Hash, V: Clone> Near<K, V> {
+impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
     /// The copy; if there is none yet, it is made from the result of `far`, and other threads wait.
     pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
         let mut copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -27,8 +27,8 @@ impl<K: Eq + Hash, V: Clone> Near<K, V> {
         Ok(copy)
     }
 
-    pub fn each(&self, mut tell: impl FnMut(&V)) {
+    pub fn for_each(&self, mut visit: impl FnMut(&V)) {
         let copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        copies.values().for_each(|copy| tell(copy));
+        copies.values().for_each(|copy| visit(copy));
     }
 }

@@ -8,7 +8,7 @@ use crate::manifest::tree::Value;
 use crate::shaft::Tier;
 
 /// Keys of `[shafts]`, or of one shaft, that have no effect in a kind; a table means all of its keys.
-fn unfelt(kind: DriveKind) -> &'static [&'static str] {
+fn ineffective_keys(kind: DriveKind) -> &'static [&'static str] {
     match kind {
         // For a faulty kind, only keys that every kind needs are required.
         DriveKind::Rigid(Tier::Torsional) | DriveKind::Faulty => &[
@@ -39,8 +39,8 @@ fn unfelt(kind: DriveKind) -> &'static [&'static str] {
 }
 
 /// Whether a key of `[shafts]` or of one shaft has an effect in a kind.
-pub(super) fn feels(kind: DriveKind, key: &str) -> bool {
-    !unfelt(kind).iter().any(|table| {
+pub(super) fn has_effect(kind: DriveKind, key: &str) -> bool {
+    !ineffective_keys(kind).iter().any(|table| {
         let rest = key.strip_prefix(table);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     })
@@ -58,7 +58,7 @@ pub(super) fn check_axes(root: &Section, issues: &mut Issues, kind: DriveKind) {
         };
         let of_one = ["pinion.", "wheel."];
         let own = of_one.iter().find_map(|shaft| key.strip_prefix(shaft));
-        if feels(kind, own.unwrap_or(key)) {
+        if has_effect(kind, own.unwrap_or(key)) {
             continue;
         }
         let path = format!("grid.\"{}\"", axis.key);
