@@ -1,13 +1,14 @@
-//! One mesh cycle: blocks, events, stops.
+//! Mesh cycles: blocks, events, stops.
 //!
 //! A block starts anywhere: at the end of the last one, at an event or at a stop, where a closed contact changes its class
 //! or a contact its line. It ends at its eighth node, at the next event or at the next stop.
 
 use super::ClosedModes;
 use super::excitation::Frequencies;
+use super::glance::Rates;
 use super::grid::NODES;
 use super::lanes;
-use super::seen::{Found, Parts, Rates};
+use super::seen::{Found, Parts};
 use super::sets::MOST_CONTACTS;
 use super::workspace::{Place, Workspace};
 use crate::model::{ActiveSet, TrajectoryState};
@@ -32,11 +33,31 @@ impl Kernel for ClosedModes<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), End> {
-        let cycle = trajectory.cycle;
-        (self.begin(trajectory, tangents, workspace))
+        self.advance_cycles(1, trajectory, tangents, workspace, observer, counters)
+    }
+
+    /// Stays in the coordinates of the systems from the first cycle to the last.
+    fn advance_cycles<O: Observer>(
+        &self,
+        cycles: u64,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), End> {
+        for passed in 0..cycles {
+            let cycle = trajectory.cycle;
+            match passed {
+                0 => self.begin(trajectory, tangents, workspace),
+                _ => self.go_on(trajectory, workspace),
+            }
             .map_err(|error| End::Refused { cycle, error })?;
-        self.pass(trajectory, workspace, observer, counters)?;
-        self.end(trajectory, tangents, workspace);
+            self.pass(trajectory, workspace, observer, counters)?;
+        }
+        if cycles > 0 {
+            self.end(trajectory, tangents, workspace);
+        }
         Ok(())
     }
 }
@@ -46,7 +67,7 @@ impl ClosedModes<'_> {
     fn pass<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
-        workspace: &mut Workspace,
+        w: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), End> {
@@ -58,19 +79,25 @@ impl ClosedModes<'_> {
         };
         let mut changes = Changes::new(self.event_limit, self.planned);
         let mut rates = [0.0; MOST_CONTACTS];
+        self.plan(&place, w);
         while place.time < self.model.period() {
             if observer.called_off() {
                 return Err(End::CalledOff { cycle: place.cycle });
             }
             changes.take(place.cycle, place.time, self.model.period())?;
-            self.block(
-                &mut place,
-                &mut rates,
-                &mut changes,
-                workspace,
-                observer,
-                counters,
-            )?;
+            match self.block(&mut place, &rates, w, observer, counters)? {
+                None => place.crossed = ActiveSet::FREE,
+                Some(found) => {
+                    let event = self.meet(found, &mut place, w)?;
+                    changes.meet(&event, observer, counters)?;
+                    let margin = Margin::new(
+                        &self.model.contacts[found.contact],
+                        found.contact,
+                        event.closes(),
+                    );
+                    rates[found.contact] = margin.scale * event.rate;
+                }
+            }
         }
         trajectory.contact = place.active;
         trajectory.cycle += 1;
@@ -78,19 +105,17 @@ impl ClosedModes<'_> {
         Ok(())
     }
 
-    /// Solves one block and moves to its end, to the next event or to a stop.
+    /// Solves one block and moves to its end, to the next event, which it gives, or to a stop.
     fn block<O: Observer>(
         &self,
         place: &mut Place,
-        rates: &mut Rates,
-        changes: &mut Changes,
+        rates: &Rates,
         w: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
-    ) -> Result<(), End> {
+    ) -> Result<Option<Found>, End> {
         let period = self.model.period();
-        let stop = self.next_stop(place, w);
-        let limit = stop.map_or(period, |stop| stop.time);
+        let limit = w.stop.map_or(period, |stop| stop.time);
         let left = limit - place.time;
         let whole = NODES as f64 * self.step;
         let fits = left >= whole - ROUNDING * period;
@@ -101,74 +126,54 @@ impl ClosedModes<'_> {
             None
         };
         self.check_range(place, w)?;
-        let Some(found) = found else {
-            let duration = if fits { whole } else { left };
-            if O::WINDOWS && duration > 0.0 {
-                self.show(place, duration, w, observer);
-            }
-            if fits {
-                self.move_whole(w);
-            } else {
-                self.move_to(duration, place, w);
-            }
-            counters.partial_windows += u64::from(!fits);
-            counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
-            let arrives = left <= whole + ROUNDING * period;
-            if fits {
-                place.time += whole;
-            }
-            if arrives {
-                place.time = limit;
-            }
-            place.crossed = ActiveSet::FREE;
-            if fits {
-                Frequencies::turn(&self.turns, &mut w.inputs);
-                for seen in w.seen.iter_mut().filter(|seen| seen.fresh) {
-                    seen.start = seen.nodes.0[NODES - 1];
-                }
-            } else {
+        let duration = match found {
+            Some(found) => found.time,
+            None if fits => whole,
+            None => left,
+        };
+        let at_once = found.is_some() && duration == 0.0;
+        if O::WINDOWS && duration > 0.0 {
+            self.show(place, duration, w, observer);
+        }
+        if found.is_none() && fits {
+            self.move_whole(w);
+            place.time += whole;
+        } else if !at_once {
+            self.move_to(duration, w);
+            place.time += duration;
+            counters.partial_windows += 1;
+            if found.is_none() && w.stop.is_some() {
                 self.see_start(w);
             }
-            if arrives && stop.is_some() {
-                (self.pass_stops(place, limit, w)).map_err(|error| place.refused(error))?;
-            }
-            return Ok(());
-        };
-        self.meet(found, place, rates, changes, w, (observer, counters))
-    }
-
-    /// Moves to an event and lets it happen.
-    fn meet<O: Observer>(
-        &self,
-        found: Found,
-        place: &mut Place,
-        rates: &mut Rates,
-        changes: &mut Changes,
-        w: &mut Workspace,
-        (observer, counters): (&mut O, &mut Counters),
-    ) -> Result<(), End> {
-        let contact = found.contact;
-        if found.time > 0.0 {
-            if O::WINDOWS {
-                self.show(place, found.time, w, observer);
-            }
-            self.move_to(found.time, place, w);
-            counters.partial_windows += 1;
+        }
+        if !at_once {
             counters.tangent_windows += (w.states.len() / w.length - 1) as u64;
             place.crossed = ActiveSet::FREE;
         }
+        if found.is_some() {
+            return Ok(found);
+        }
+        if left <= whole + ROUNDING * period {
+            place.time = limit;
+            if w.stop.is_some() {
+                (self.pass_stops(place, limit, w)).map_err(|error| place.refused(error))?;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Lets an event happen where the states are.
+    fn meet(&self, found: Found, place: &mut Place, w: &mut Workspace) -> Result<Event, End> {
+        let contact = found.contact;
         self.see_start(w);
-        let rate = w.seen[w.line_of[contact]].rate;
-        let to = place.active.toggled(contact);
         let event = Event {
             cycle: place.cycle,
             time: place.time,
             from: place.active,
-            to,
+            to: place.active.toggled(contact),
             contact,
-            rate,
+            rate: w.seen[w.line_of[contact]].rate,
         };
-        changes.meet(&event, observer, counters)?;
         let state = self
             .sets
             .closed_state(self.model, contact, place.cycle, place.time);
@@ -177,16 +182,16 @@ impl ClosedModes<'_> {
         }
         (self.change(contact, if event.closes() { state } else { 0 }, w))
             .map_err(|error| place.refused(error))?;
-        place.active = to;
+        place.active = event.to;
         if place.crossed.holds(contact) != found.on_surface {
             place.crossed = place.crossed.toggled(contact);
         }
-        let margin = Margin::new(&self.model.contacts[contact], contact, event.closes());
-        rates[contact] = margin.scale * rate;
-        Ok(())
+        w.watch(&self.model.contacts, place.active);
+        self.plan(place, w);
+        Ok(event)
     }
 
-    /// Moves all states over a whole block.
+    /// Moves all states and inputs over a whole block.
     fn move_whole(&self, w: &mut Workspace) {
         let system = self.system(w.set);
         lanes::advance(self.instructions, &system.moves[NODES - 1], &mut w.states);
@@ -196,65 +201,61 @@ impl ClosedModes<'_> {
             w.states[drift.lane] += x;
             w.states[half + drift.lane] += y;
         }
+        Frequencies::turn(&self.turns[NODES - 1], &mut w.inputs);
+        for &line in &w.lines {
+            w.seen[line].start = w.seen[line].nodes.0[NODES - 1];
+        }
     }
 
     /// Moves all states and inputs to a time within a block, where the next one starts.
-    fn move_to(&self, time: f64, place: &mut Place, w: &mut Workspace) {
-        let set = self.instructions;
-        let system = self.system(w.set);
-        match self.beside_tried(time, w) {
-            None => self.try_at(time, place, w),
-            Some(rest) => {
-                let own = &mut w.spare[..w.length];
-                lanes::advance_near(set, &system.chunks, rest, own);
-                for drift in &system.steady.drifts {
-                    let [x, y] = drift.push(rest);
-                    own[drift.lane] += x;
-                    own[w.length / 2 + drift.lane] += y;
-                }
-                self.frequencies.turn_little(rest, &mut w.trial);
-            }
-        }
-        let (tangents, moved) = (&w.states[w.length..], &mut w.spare[w.length..]);
-        if !tangents.is_empty() {
-            let parts = Parts::new(system, self.step, time);
-            let (chunks, before) = (&system.chunks, parts.before());
-            lanes::advance_by(set, chunks, before, parts.rest, tangents, moved);
-        }
-        std::mem::swap(&mut w.states, &mut w.spare);
-        std::mem::swap(&mut w.inputs, &mut w.trial);
-        w.tried = None;
-        place.time += time;
-    }
-
-    /// Moves the trajectory and the inputs to a time within a block, beside those at its start.
-    pub(super) fn try_at(&self, time: f64, place: &Place, w: &mut Workspace) {
+    fn move_to(&self, time: f64, w: &mut Workspace) {
         let system = self.system(w.set);
         let parts = Parts::new(system, self.step, time);
-        let (chunks, before) = (&system.chunks, parts.before());
-        let (state, own) = (&w.states[..w.length], &mut w.spare[..w.length]);
-        lanes::advance_by(self.instructions, chunks, before, parts.rest, state, own);
-        for (drift, [x, y]) in parts.pushed() {
-            own[drift.lane] += x;
-            own[w.length / 2 + drift.lane] += y;
+        let beside = (w.tried.map(|tried| time - tried))
+            .filter(|rest| rest.abs() * self.fastest() <= lanes::LITTLE);
+        match beside {
+            Some(rest) => {
+                lanes::advance_little(self.instructions, &system.chunks, rest, &mut w.spare);
+            }
+            None => {
+                // Nobody asks what is seen there.
+                self.advance_to(&parts, &system.views[0].rows, w);
+            }
         }
-        let Place {
-            cycle, time: start, ..
-        } = *place;
-        self.frequencies.write(cycle, start + time, &mut w.trial);
-        w.tried = Some(time);
+        std::mem::swap(&mut w.states, &mut w.spare);
+        let half = w.length / 2;
+        for (drift, [x, y]) in parts.pushed() {
+            w.states[drift.lane] += x;
+            w.states[half + drift.lane] += y;
+        }
+        (self.frequencies).turn_to(parts.turns(self), parts.rest, &mut w.inputs);
     }
 
-    /// How far a time lies behind the one that was tried last, where that is near.
-    pub(super) fn beside_tried(&self, time: f64, w: &Workspace) -> Option<f64> {
-        let rest = time - w.tried?;
-        (rest.abs() <= 0.5 * lanes::NEAR * self.step).then_some(rest)
+    /// Moves all states to a time within a block, beside those at its start and without what constant inputs add; gives
+    /// products of three rows with the trajectory there.
+    pub(super) fn advance_to(
+        &self,
+        parts: &Parts<'_>,
+        rows: &[Vec<f64>; 3],
+        w: &mut Workspace,
+    ) -> [f64; 3] {
+        let chunks = &self.system(w.set).chunks;
+        let (before, states) = (parts.before(), &w.states);
+        lanes::advance_to(
+            self.instructions,
+            chunks,
+            before,
+            parts.rest,
+            rows,
+            states,
+            &mut w.spare,
+        )
     }
 
     /// Stops a motion that has left every range.
     fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
         let near = |&line: &usize| w.seen[line].start.abs() <= self.farthest[line];
-        if w.line_of.iter().all(near) {
+        if w.lines.iter().all(near) {
             Ok(())
         } else {
             Err(End::Diverged { cycle: place.cycle })

@@ -43,9 +43,6 @@ pub trait Vector: Copy {
     /// Every lane one further on, with a number in the first.
     fn behind(self, first: f64) -> Self;
 
-    /// Square roots.
-    fn root(self) -> Self;
-
     /// Lanes that are at most those of another, the first one in bit 0; lanes that are no numbers count.
     fn at_most(self, other: Self) -> u32;
 
@@ -201,11 +198,6 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
         self.0.rotate_right(1);
         self.0[0] = first;
         self
-    }
-
-    #[inline(always)]
-    fn root(self) -> Self {
-        Self(self.0.map(f64::sqrt))
     }
 
     #[inline(always)]
