@@ -123,7 +123,7 @@ pub trait Observer {
     /// The contact state changed.
     fn event(&mut self, event: &Event);
 
-    /// Whether the integration is to end here; asked before every window.
+    /// Whether the integration is to end here; asked before every window, or before every event where none is shown.
     fn called_off(&self) -> bool {
         false
     }

@@ -55,6 +55,7 @@ impl ClosedModes<'_> {
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
         w.watch(&model.contacts, trajectory.contact);
+        self.plan(cycle, 0.0, w);
         self.see_start(w);
     }
 
@@ -162,9 +163,9 @@ impl ClosedModes<'_> {
     }
 
     /// Finds the next stop of this cycle that concerns the present system.
-    pub(super) fn plan(&self, place: &Place, w: &mut Workspace) {
-        let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
-        let past = |stop: &Stop| stop.time < place.time;
+    pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
+        let stops = &self.stops[(cycle % self.stops.len() as u64) as usize];
+        let past = |stop: &Stop| stop.time < time;
         while stops.get(w.next_stop).is_some_and(past) {
             w.next_stop += 1;
         }
@@ -199,7 +200,7 @@ impl ClosedModes<'_> {
             w.watch(&self.model.contacts, place.active);
             self.see_start(w);
         }
-        self.plan(place, w);
+        self.plan(place.cycle, time, w);
         Ok(())
     }
 

@@ -46,19 +46,15 @@ pub struct Glance<'a> {
 }
 
 for_each_set! {
-    /// Looks along all lines. Gives the intervals between nodes, the first one in bit 0, on which some contact may open or
-    /// close, and [`BEYOND`] where one stands beyond its surface; each contact's own are in [`Watched::open`].
-    fn look(glance: &mut Glance<'_>) -> u32 = look_body
-}
-
-for_each_set! {
     /// Deflections along all lines now, and their rates.
     fn see_now(system: &System, state: &[f64], inputs: &[f64], lines: &[usize], seen: &mut [Seen])
         = see_now_body
 }
 
+/// Looks along all lines. Gives the intervals between nodes, the first one in bit 0, on which some contact may open or
+/// close, and [`BEYOND`] where one stands beyond its surface; each contact's own are in [`Watched::open`].
 #[inline(always)]
-fn look_body<V: Vector>(glance: &mut Glance<'_>) -> u32 {
+pub fn look_body<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     for lines in glance.lines.chunks(2) {
         match *lines {
             [one, other] => nodes::<V, 2>(glance, [one, other]),
@@ -198,8 +194,9 @@ fn open<V: Vector>(own: &Watched, seen: &Seen, step: f64, looked_at: u32) -> u32
     a.at_most(zero) | b.at_most(zero) | (bends & lowest.at_most(V::splat(seen.known.noise)))
 }
 
+/// As [`see_now`], where the instruction set is chosen.
 #[inline(always)]
-fn see_now_body<V: Vector>(
+pub fn see_now_body<V: Vector>(
     system: &System,
     state: &[f64],
     inputs: &[f64],

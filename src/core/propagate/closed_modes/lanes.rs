@@ -76,11 +76,6 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `x = e^{Gt} x` of all states by a table.
-    fn advance(moves: &[Move], states: &mut [f64]) = advance_body
-}
-
-for_each_set! {
     /// `out = e^{Gt} x` of all states for a short time, behind `before` where there is one; gives products of three rows with
     /// the first state there.
     fn advance_to(
@@ -91,11 +86,6 @@ for_each_set! {
         states: &[f64],
         out: &mut [f64],
     ) -> [f64; 3] = advance_to_body
-}
-
-for_each_set! {
-    /// `x = (I + G t + G² t² / 2) x` of all states, for a time of which that is exact to round-off.
-    fn advance_little(chunks: &[Chunk], time: f64, states: &mut [f64]) = advance_little_body
 }
 
 #[inline(always)]
@@ -233,8 +223,9 @@ fn add_series<V: Vector, const G: usize>(
     }
 }
 
+/// `x = e^{Gt} x` of all states by a table.
 #[inline(always)]
-fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
+pub fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     let half = moves.len() * LANES;
     for state in states.chunks_exact_mut(2 * half) {
         let (first, second) = state.split_at_mut(half);
@@ -312,8 +303,9 @@ fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut
     }
 }
 
+/// As [`advance_to`], where the instruction set is chosen.
 #[inline(always)]
-fn advance_to_body<V: Vector>(
+pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
     before: Option<&[Move]>,
     time: f64,
@@ -347,8 +339,9 @@ fn advance_to_body<V: Vector>(
     [sums[0].sum(), sums[1].sum(), sums[2].sum()]
 }
 
+/// `x = (I + G t + G² t² / 2) x` of all states, for a time of which that is exact to round-off.
 #[inline(always)]
-fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
+pub fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
     let half = chunks.len() * LANES;
     let (whole, share) = (V::splat(time), V::splat(0.5 * time));
     for (index, chunk) in chunks.iter().enumerate() {

@@ -27,6 +27,7 @@ mod sets;
 mod shown;
 mod slot;
 mod slots;
+mod stretch;
 mod system;
 mod workspace;
 

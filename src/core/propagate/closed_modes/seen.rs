@@ -2,13 +2,14 @@
 
 use super::ClosedModes;
 use super::excitation::Drift;
-use super::glance::{self, BEYOND, Glance, Rates};
+use super::glance::{BEYOND, Glance, Rates, look_body};
 use super::grid::NODES;
-use super::lanes::{self, Move};
+use super::lanes::{Move, advance_to};
 use super::search::{self, Interval, POINTS};
 use super::system::System;
 use super::workspace::{Place, Watched, Workspace};
 use crate::propagate::Counters;
+use crate::propagate::vectors::Vector;
 
 /// What comes first on a block.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +24,8 @@ pub(super) struct Found {
 
 impl ClosedModes<'_> {
     /// What happens first on a block, up to some time \[s\] from its start.
-    pub(super) fn first_event(
+    #[inline(always)]
+    pub(super) fn first_event<V: Vector>(
         &self,
         place: &Place,
         rates: &Rates,
@@ -48,13 +50,26 @@ impl ClosedModes<'_> {
             count,
             half_gap: self.model.half_gap,
         };
-        let open = glance::look(self.instructions, &mut glance);
+        let open = look_body::<V>(&mut glance);
         w.bounded = system.decays;
         w.tried = None;
         if open == 0 {
             counters.certified += 1;
             return None;
         }
+        self.search(place, rates, left, (open, count), w, counters)
+    }
+
+    /// What happens first on the intervals between nodes that are open.
+    fn search(
+        &self,
+        place: &Place,
+        rates: &Rates,
+        left: f64,
+        (open, count): (u32, usize),
+        w: &mut Workspace,
+        counters: &mut Counters,
+    ) -> Option<Found> {
         if open & BEYOND != 0 {
             let beyond = w.watched.iter().find(|own| own.open & BEYOND != 0);
             return beyond.map(|own| Found {
@@ -183,7 +198,15 @@ impl search::Margin for At<'_, '_> {
         let w = &mut *self.w;
         let view = &system.views[own.line];
         let parts = Parts::new(system, kernel.step, time);
-        let mut seen = kernel.advance_to(&parts, &view.rows, w);
+        let mut seen = advance_to(
+            kernel.instructions,
+            &system.chunks,
+            parts.before(),
+            parts.rest,
+            &view.rows,
+            &w.states,
+            &mut w.spare,
+        );
         w.tried = Some(time);
         for (drift, [x, y]) in parts.pushed() {
             for (seen, row) in seen.iter_mut().zip(&view.rows) {
