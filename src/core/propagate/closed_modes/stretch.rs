@@ -261,8 +261,9 @@ impl ClosedModes<'_> {
     #[inline(always)]
     fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
         for &line in &w.lines {
-            // Written so that what is no number is refused.
-            if !(w.seen[line].start.abs() <= self.farthest[line]) {
+            // No number is not near.
+            let near = w.seen[line].start.abs() <= self.farthest[line];
+            if !near {
                 return Err(End::Diverged { cycle: place.cycle });
             }
         }
