@@ -165,7 +165,7 @@ fn cycles_in_a_row_end_where_single_ones_do() {
             assert!(own.events > 0 && own.events == single.events);
             assert_eq!((a.cycle, a.contact), (b.cycle, b.contact));
             assert!(distance(&model, &a.state, &b.state) < 1e-11 * model.half_gap);
-            let size = distance(&model, tb.vector(0), &vec![0.0; 12]);
+            let size = distance(&model, tb.vector(0), &[0.0; 12]);
             assert!(distance(&model, ta.vector(0), tb.vector(0)) < 1e-11 * size);
         }
     }
