@@ -1,6 +1,7 @@
 //! The eigenvectors of each system of a structure and its mesh, and the products that lead from one to another.
 
 use super::basis::{Basis, Found, Map, columns, padded};
+use super::lanes::Mixed;
 use super::met::MetSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
@@ -119,6 +120,29 @@ impl<'t> Bases<'t> {
             .map(|(_, _, map)| map)
     }
 
+    /// The modes that maps between systems mix: all, where these maps are not known beforehand.
+    pub fn mixed(&self, modes: usize) -> Mixed {
+        let padded = padded(modes);
+        let is_mixed = |mode: &usize| match self {
+            Self::Met { .. } => true,
+            Self::All { bases, changes } => {
+                let maps = bases.iter().filter_map(|basis| basis.maps.as_ref());
+                let between = changes.iter().flatten().map(|(_, _, map)| map);
+                (maps.flatten().chain(between)).any(|map| !leaves_alone(map, *mode, modes))
+            }
+        };
+        let (mixed, others): (Vec<_>, Vec<_>) = (0..modes).partition(is_mixed);
+        let mut alone = vec![0.0; 2 * padded];
+        for mode in others {
+            [alone[mode], alone[padded + mode]] = [1.0; 2];
+        }
+        Mixed {
+            all: modes,
+            modes: mixed,
+            alone,
+        }
+    }
+
     /// Fastest rate of a pair of coordinates in any system \[1/s\].
     pub fn fastest(&self) -> f64 {
         match self {
@@ -128,6 +152,18 @@ impl<'t> Bases<'t> {
             Self::Met { fastest, .. } => *fastest,
         }
     }
+}
+
+/// Whether a map has the columns and rows of a unit matrix at both components of a mode.
+fn leaves_alone(map: &[f64], mode: usize, modes: usize) -> bool {
+    let padded = padded(modes);
+    let own = [(mode, mode), (modes + mode, padded + mode)];
+    own.into_iter().all(|(place, row)| {
+        let unit = |of: usize| f64::from(u8::from(of == place));
+        let column = &map[2 * padded * place..][..2 * padded];
+        (column.iter().enumerate()).all(|(i, x)| *x == f64::from(u8::from(i == row)))
+            && (map.chunks_exact(2 * padded).enumerate()).all(|(j, column)| column[row] == unit(j))
+    })
 }
 
 /// Fastest rate of some blocks, four numbers each \[1/s\].

@@ -1,8 +1,8 @@
 //! From one system to another: at events and stops, and to modal states and back.
 
 use super::ClosedModes;
+use super::glance;
 use super::lanes;
-use super::seen::now;
 use super::sets::Stop;
 use super::workspace::{Place, Workspace};
 use crate::model::TrajectoryState;
@@ -16,20 +16,47 @@ impl ClosedModes<'_> {
         tangents: &Tangents,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
-        let (model, cycle) = (self.model, trajectory.cycle);
-        w.set = self.sets.at(model, trajectory.contact, cycle, 0.0);
-        let slot = self.enter(w.set)?;
+        let cycle = trajectory.cycle;
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
         w.put(&trajectory.state, tangents);
-        let responses = &slot.system.steady.responses;
-        match slot.basis.of_modes() {
-            Some(map) => self.map(map, [&[], responses], w),
-            None => self.shift(-1.0, w),
+        self.of_modes(self.sets.at(self.model, trajectory.contact, cycle, 0.0), w)?;
+        self.set_out(trajectory, w);
+        Ok(())
+    }
+
+    /// Goes on where a cycle has ended, to the system in force at the start of the next one.
+    pub(super) fn go_on(
+        &self,
+        trajectory: &TrajectoryState,
+        w: &mut Workspace,
+    ) -> Result<(), TableError> {
+        let (model, cycle) = (self.model, trajectory.cycle);
+        self.frequencies.write(cycle, 0.0, &mut w.inputs);
+        let to = self.sets.at(model, trajectory.contact, cycle, 0.0);
+        let state = |contact: usize| self.sets.state(to, contact);
+        let mut changed = (self.slot(w.set).states.iter().enumerate())
+            .filter(|&(contact, &before)| state(contact) != before)
+            .map(|(contact, _)| contact);
+        match (changed.next(), changed.next()) {
+            (None, _) => {}
+            (Some(contact), None) => self.change(contact, state(contact), w)?,
+            (Some(_), Some(_)) => {
+                self.to_modes(w);
+                self.of_modes(to, w)?;
+            }
         }
+        self.set_out(trajectory, w);
+        Ok(())
+    }
+
+    /// Sees what there is to see at the start of a cycle.
+    fn set_out(&self, trajectory: &TrajectoryState, w: &mut Workspace) {
+        let (model, cycle) = (self.model, trajectory.cycle);
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
+        w.watch(&model.contacts, trajectory.contact);
+        self.plan(cycle, 0.0, w);
         self.see_start(w);
-        Ok(())
     }
 
     /// Takes trajectory and tangents back to modal states.
@@ -39,13 +66,31 @@ impl ClosedModes<'_> {
         tangents: &mut Tangents,
         w: &mut Workspace,
     ) {
+        self.to_modes(w);
+        w.take(trajectory, tangents);
+    }
+
+    /// From the coordinates of the present system to modes.
+    fn to_modes(&self, w: &mut Workspace) {
         let slot = self.slot(w.set);
         let responses = &slot.system.steady.responses;
         match slot.basis.to_modes() {
             Some(map) => self.map(map, [responses, &[]], w),
             None => self.shift(1.0, w),
         }
-        w.take(trajectory, tangents);
+    }
+
+    /// From modes to the coordinates of a system.
+    fn of_modes(&self, set: usize, w: &mut Workspace) -> Result<(), TableError> {
+        let slot = self.enter(set)?;
+        w.set = set;
+        w.bounded = false;
+        let responses = &slot.system.steady.responses;
+        match slot.basis.of_modes() {
+            Some(map) => self.map(map, [&[], responses], w),
+            None => self.shift(-1.0, w),
+        }
+        Ok(())
     }
 
     /// `states = map states`, the trajectory's behind the steady response of the first and before that of the second.
@@ -53,14 +98,13 @@ impl ClosedModes<'_> {
         lanes::map(
             self.instructions,
             columns,
-            self.model.modes(),
+            &self.mixed,
             responses,
             &w.inputs,
             &mut w.states,
             &mut w.spare,
         );
         std::mem::swap(&mut w.states, &mut w.spare);
-        w.tried = None;
     }
 
     /// Adds `factor` times the steady response to the trajectory's state.
@@ -80,53 +124,57 @@ impl ClosedModes<'_> {
         state: usize,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
-        if self.slot(w.set).states[contact] == state {
+        let own = self.slot(w.set);
+        if own.states[contact] == state {
             return Ok(());
         }
         let to = self.sets.with(w.set, contact, state);
-        let (own, behind) = (self.slot(w.set), self.enter(to)?);
-        let [before, after] = [own, behind].map(|slot| &slot.system.steady.responses[..]);
+        let behind = self.enter(to)?;
         // Free flight is in modes: other systems have what leads there and back.
-        match (own.basis.to_modes(), behind.basis.of_modes()) {
-            (Some(to_modes), Some(of_modes)) => match self.bases.change(w.set, contact, state) {
-                Some(map) => self.map(map, [before, after], w),
-                None => {
-                    self.map(to_modes, [before, &[]], w);
-                    self.map(of_modes, [&[], after], w);
-                }
-            },
-            (Some(map), None) | (None, Some(map)) => self.map(map, [before, after], w),
-            (None, None) => unreachable!("one of two systems has a closed contact"),
-        }
-        w.set = to;
-        Ok(())
-    }
-
-    /// Deflections and rates now along the lines of all contacts.
-    pub(super) fn see_start(&self, w: &mut Workspace) {
-        let system = self.system(w.set);
-        let state = &w.states[..w.length];
-        for (contact, &line) in w.line_of.iter().enumerate() {
-            if !w.line_of[..contact].contains(&line) {
-                let view = &system.views[line];
-                let seen = &mut w.seen[line];
-                [seen.start, seen.rate] = now(self.instructions, view, state, &w.inputs);
+        let direct = match (own.basis.to_modes(), behind.basis.of_modes()) {
+            (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
+            (leads, None) | (None, leads) => leads,
+        };
+        match direct {
+            Some(map) => {
+                let [before, after] = [own, behind].map(|slot| &slot.system.steady.responses[..]);
+                self.map(map, [before, after], w);
+                w.set = to;
+                w.bounded = false;
+                Ok(())
+            }
+            None => {
+                self.to_modes(w);
+                self.of_modes(to, w)
             }
         }
     }
 
-    /// The next stop of this cycle that concerns the present system.
-    pub(super) fn next_stop(&self, place: &Place, w: &mut Workspace) -> Option<Stop> {
-        let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
-        let past = |stop: &Stop| stop.time < place.time;
+    /// Deflections and rates now along the lines of all contacts.
+    pub(super) fn see_start(&self, w: &mut Workspace) {
+        glance::see_now(
+            self.instructions,
+            self.system(w.set),
+            &w.states[..w.length],
+            &w.inputs,
+            &w.lines,
+            &mut w.seen,
+        );
+    }
+
+    /// Finds the next stop of this cycle that concerns the present system.
+    pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
+        let stops = &self.stops[(cycle % self.stops.len() as u64) as usize];
+        let past = |stop: &Stop| stop.time < time;
         while stops.get(w.next_stop).is_some_and(past) {
             w.next_stop += 1;
         }
+        let states = &self.slot(w.set).states;
         let concerns = |stop: &&Stop| {
-            let now = self.slot(w.set).states[stop.contact];
+            let now = states[stop.contact];
             (now > 0 && now != stop.state) || (stop.turns && w.line_of[stop.contact] != stop.line)
         };
-        stops[w.next_stop..].iter().find(concerns).copied()
+        w.stop = stops[w.next_stop..].iter().find(concerns).copied();
     }
 
     /// Takes contacts to their classes and lines behind a stop.
@@ -149,8 +197,10 @@ impl ClosedModes<'_> {
             w.next_stop += 1;
         }
         if turned {
+            w.watch(&self.model.contacts, place.active);
             self.see_start(w);
         }
+        self.plan(place.cycle, time, w);
         Ok(())
     }
 
@@ -167,12 +217,8 @@ impl ClosedModes<'_> {
         let pull = &system.pulls[class.direction];
         let view = &system.views[self.model.directions[class.direction].line];
         let damping = if closes { -class.damping } else { class.damping };
-        let length = w.length;
-        for tangent in w.states.chunks_exact_mut(length).skip(1) {
-            let seen: f64 = tangent.iter().zip(&view.row).map(|(x, r)| x * r).sum();
-            for (x, g) in tangent.iter_mut().zip(pull) {
-                *x += damping * seen * g;
-            }
+        for tangent in w.states.chunks_exact_mut(w.length).skip(1) {
+            lanes::kick(self.instructions, &view.rows[0], pull, damping, tangent);
         }
     }
 }

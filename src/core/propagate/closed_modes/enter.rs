@@ -5,7 +5,7 @@ use super::excitation::unresonant;
 use super::met::{self, MOST_BYTES};
 use super::series::Series;
 use super::slot::Slot;
-use super::system::System;
+use super::system::{Given, System};
 use crate::propagate::{TableError, TableSize};
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
@@ -54,11 +54,17 @@ impl<'m> ClosedModes<'m> {
         unresonant(model, &basis, &self.frequencies)?;
         self.take_room(met::bytes(model.modes()))?;
         let closed: Vec<_> = sets.closed(set).collect();
+        let given = Given {
+            model,
+            frequencies: &self.frequencies,
+            mixed: &self.mixed,
+            step: self.step,
+        };
         Ok(Slot {
             states: (0..model.contacts.len())
                 .map(|contact| sets.state(set, contact))
                 .collect(),
-            system: System::new(model, &basis, &closed, &self.frequencies, self.step),
+            system: System::new(&given, &basis, &closed),
             basis,
             series: OnceLock::new(),
         })

@@ -55,19 +55,48 @@ impl Frequencies {
     /// Turns the inputs' values on by a time for which `turns` are (cos, sin) of all frequencies.
     #[inline]
     pub fn turn(turns: &[[f64; 2]], inputs: &mut [f64]) {
-        for (pair, [cos, sin]) in inputs[1..].chunks_exact_mut(2).zip(turns) {
-            let [c, s] = [pair[0], pair[1]];
-            pair.copy_from_slice(&[c * cos - s * sin, s * cos + c * sin]);
+        for (pair, turn) in inputs[1..].chunks_exact_mut(2).zip(turns) {
+            pair.copy_from_slice(&turned_over([pair[0], pair[1]], *turn));
         }
     }
 
-    /// Turns the inputs' values on by a time \[s\] that is short beside the fastest of them.
+    /// Turns the inputs' values on to a time which the turns of a node, where there are any, and a short rest \[s\] make up, as
+    /// [`super::lanes::SHORT`] has it.
     #[inline]
-    pub fn turn_little(&self, time: f64, inputs: &mut [f64]) {
-        for (pair, &[angular, _]) in inputs[1..].chunks_exact_mut(2).zip(&self.all) {
-            let turned = turned_little([pair[0], pair[1]], angular * time);
-            pair.copy_from_slice(&turned);
+    pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &mut [f64]) {
+        for (h, pair) in inputs[1..].as_chunks_mut::<2>().0[..self.all.len()]
+            .iter_mut()
+            .enumerate()
+        {
+            *pair = self.later(h, node, rest, *pair);
         }
+    }
+
+    /// What the inputs add to a deflection and two derivatives of it at such a time.
+    #[inline]
+    pub fn driven(
+        &self,
+        node: Option<&[[f64; 2]]>,
+        rest: f64,
+        drives: &[Vec<f64>; 3],
+        inputs: &[f64],
+    ) -> [f64; 3] {
+        let mut sums = [0, 1, 2].map(|order| drives[order][0]);
+        let pairs = inputs[1..].as_chunks::<2>().0;
+        for (h, pair) in pairs[..self.all.len()].iter().enumerate() {
+            let [c, s] = self.later(h, node, rest, *pair);
+            for (sum, drive) in sums.iter_mut().zip(drives) {
+                *sum += c * drive[1 + 2 * h] + s * drive[2 + 2 * h];
+            }
+        }
+        sums
+    }
+
+    /// Cosine and sine of a frequency later on.
+    #[inline]
+    fn later(&self, h: usize, node: Option<&[[f64; 2]]>, rest: f64, pair: [f64; 2]) -> [f64; 2] {
+        let there = node.map_or(pair, |turns| turned_over(pair, turns[h]));
+        turned_by(there, self.all[h][0] * rest)
     }
 
     /// (cos, sin) of all frequencies over a time \[s\].
@@ -79,30 +108,28 @@ impl Frequencies {
         self.all.iter().map(over).collect()
     }
 
-    /// What the inputs add to deflection and rate a little later than `inputs`, by a time as of [`Self::turn_little`].
-    #[inline]
-    pub fn driven_beside(&self, time: f64, drives: [&[f64]; 2], inputs: &[f64]) -> [f64; 2] {
-        let mut sums = drives.map(|drive| drive[0]);
-        for (h, (pair, &[angular, _])) in inputs[1..].chunks_exact(2).zip(&self.all).enumerate() {
-            let [c, s] = turned_little([pair[0], pair[1]], angular * time);
-            for (sum, drive) in sums.iter_mut().zip(drives) {
-                *sum += c * drive[1 + 2 * h] + s * drive[2 + 2 * h];
-            }
-        }
-        sums
-    }
-
     fn place(&self, frequency: [f64; 2]) -> usize {
         (self.all.iter().position(|known| *known == frequency)).unwrap_or(0)
     }
 }
 
-/// Cosine and sine of an angle that is larger by a small one \[rad\].
+/// Cosine and sine of an angle that is larger by one below 1/2 \[rad\].
 #[inline]
-fn turned_little([c, s]: [f64; 2], x: f64) -> [f64; 2] {
-    let square = x * x;
-    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
-    let sin = x * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)));
+fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
+    const TERMS: usize = 8;
+    let square = -x * x;
+    let (mut cos, mut sin) = (1.0, 1.0);
+    for k in (1..TERMS).rev() {
+        let (a, b) = ((2 * k - 1) * 2 * k, 2 * k * (2 * k + 1));
+        cos = 1.0 + square * (1.0 / a as f64) * cos;
+        sin = 1.0 + square * (1.0 / b as f64) * sin;
+    }
+    turned_over(pair, [cos, x * sin])
+}
+
+/// The same for an angle of which these are cosine and sine.
+#[inline]
+fn turned_over([c, s]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [c * cos - s * sin, s * cos + c * sin]
 }
 
@@ -313,6 +340,15 @@ pub fn unresonant(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn angles_are_added() {
+        for x in [-0.47, 1e-9, 0.3, 0.47_f64] {
+            let [c, s] = turned_by([0.8, 0.6], x);
+            let angle = 0.6_f64.asin() + x;
+            assert!((c - angle.cos()).abs() < 4e-16 && (s - angle.sin()).abs() < 4e-16);
+        }
+    }
 
     /// A free rotation under a torque, and one with drag: closed forms.
     #[test]

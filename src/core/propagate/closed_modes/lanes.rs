@@ -32,19 +32,27 @@ const TERMS: usize = 8;
 /// Largest `(|μ| + √|s|) t` of short times, for which these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
 
-/// Terms for times that are shorter still.
-const FEW_TERMS: usize = 4;
+/// Largest one of times for which two powers of G are exact to round-off.
+pub const LITTLE: f64 = 5e-6;
 
-/// Part of a short time up to which these are exact to round-off.
-pub const NEAR: f64 = 0.06;
+/// Which modes a map between padded states mixes; it leaves the others as they are.
+#[derive(Debug)]
+pub struct Mixed {
+    /// How many modes there are.
+    pub all: usize,
+    /// Those that are mixed.
+    pub modes: Vec<usize>,
+    /// 1 at the components of the others, 0 elsewhere.
+    pub alone: Vec<f64>,
+}
 
 for_each_set! {
     /// `out = map x`, one padded state after another; the map has a column of as many numbers for
-    /// each of the `modes` first and second components. The first state moves by `Σ input · response` with the first
+    /// each of the first and second components. The first state moves by `Σ input · response` with the first
     /// responses before that, and back with the others behind it.
     fn map(
         columns: &[f64],
-        modes: usize,
+        mixed: &Mixed,
         responses: [&[f64]; 2],
         inputs: &[f64],
         states: &mut [f64],
@@ -58,94 +66,50 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Amplitudes of all blocks.
-    fn amplitudes(balances: &[Move], state: &[f64], out: &mut [f64]) = amplitudes_body
-}
-
-for_each_set! {
-    /// What a line sees on a block: deflections at the nodes by `nodes`, a row for each coordinate and input; and
-    /// `Σ amplitude · bound` for both bounds.
-    fn see(
-        nodes: &[Lanes],
-        bounds: [&[f64]; 2],
-        state: &[f64],
-        inputs: &[f64],
-        amplitudes: &[f64],
-        out: &mut Lanes,
-    ) -> [f64; 2] = see_body
-}
-
-for_each_set! {
     /// A series as the sum of those of all coordinates and inputs, each times its weight.
     fn series(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) = series_body
 }
 
 for_each_set! {
-    /// Intervals between nodes, the first one in bit 0, on which the margin `scale δ + shift` may come to the round-off
-    /// `noise`, if its curvature bends it by `sag` below a chord at most: [`super::search::stays`] for all of them.
-    fn open(start: f64, nodes: &Lanes, margin: [f64; 2], sag: f64, noise: f64) -> u32 = open_body
+    /// Adds `factor (Σ row[i] x[i])` times a direction to a state x.
+    fn kick(row: &[f64], direction: &[f64], factor: f64, state: &mut [f64]) = kick_body
 }
 
 for_each_set! {
-    /// `Σ a[i] b[i]` and `Σ a[i] c[i]`, lengths of whole lane groups.
-    fn two_products(a: &[f64], b: &[f64], c: &[f64]) -> [f64; 2] = two_products_body
-}
-
-for_each_set! {
-    /// The same with `e^{Gt}` of a state instead of it, for a time of which few terms are enough.
-    fn products_near(chunks: &[Chunk], time: f64, state: &[f64], rows: [&[f64]; 2]) -> [f64; 2]
-        = products_near_body
-}
-
-for_each_set! {
-    /// `x = e^{Gt} x` of all states by a table.
-    fn advance(moves: &[Move], states: &mut [f64]) = advance_body
-}
-
-for_each_set! {
-    /// `out = e^{Gt} x` of all states for a short time, behind `before` where there is one.
-    fn advance_by(
+    /// `out = e^{Gt} x` of all states for a short time, behind `before` where there is one; gives products of three rows with
+    /// the first state there.
+    fn advance_to(
         chunks: &[Chunk],
         before: Option<&[Move]>,
         time: f64,
+        rows: &[Vec<f64>; 3],
         states: &[f64],
         out: &mut [f64],
-    ) = advance_by_body
-}
-
-for_each_set! {
-    /// `x = e^{Gt} x` of all states, for a time of which few terms are enough.
-    fn advance_near(chunks: &[Chunk], time: f64, states: &mut [f64]) = advance_near_body
+    ) -> [f64; 3] = advance_to_body
 }
 
 #[inline(always)]
 fn shifted_map_body<V: Vector>(
     columns: &[f64],
-    modes: usize,
+    mixed: &Mixed,
     [before, behind]: [&[f64]; 2],
     inputs: &[f64],
     states: &mut [f64],
     out: &mut [f64],
 ) {
-    let length = columns.len() / (2 * modes);
+    let length = mixed.alone.len();
     shift_body::<V>(before, inputs, 1.0, &mut states[..length]);
-    map_body::<V>(columns, modes, states, out);
-    shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
-}
-
-#[inline(always)]
-fn map_body<V: Vector>(columns: &[f64], modes: usize, states: &[f64], out: &mut [f64]) {
-    let length = columns.len() / (2 * modes);
     let count = states.len() / length;
     let mut first = 0;
     while first < count {
         let (own, out) = (&states[first * length..], &mut out[first * length..]);
         first += match count - first {
-            4.. if V::WIDE => map_states::<V, 4, 3>(columns, modes, own, out),
-            2.. if V::WIDE => map_states::<V, 2, 5>(columns, modes, own, out),
-            _ => map_states::<V, 1, 5>(columns, modes, own, out),
+            4.. if V::WIDE => map_states::<V, 4, 3>(columns, mixed, own, out),
+            2.. if V::WIDE => map_states::<V, 2, 5>(columns, mixed, own, out),
+            _ => map_states::<V, 1, 5>(columns, mixed, own, out),
         };
     }
+    shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
 }
 
 /// A batch of states, so many lane groups of rows after one another that the registers hold their sums. Returns their
@@ -153,22 +117,22 @@ fn map_body<V: Vector>(columns: &[f64], modes: usize, states: &[f64], out: &mut 
 #[inline(always)]
 fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
     columns: &[f64],
-    modes: usize,
+    mixed: &Mixed,
     states: &[f64],
     out: &mut [f64],
 ) -> usize {
-    let length = columns.len() / (2 * modes);
+    let length = mixed.alone.len();
     let mut row = 0;
     while row + GROUPS * LANES <= length {
-        map_rows::<V, COUNT, GROUPS>(columns, modes, states, row, out);
+        map_rows::<V, COUNT, GROUPS>(columns, mixed, states, row, out);
         row += GROUPS * LANES;
     }
     while row + 2 * LANES <= length {
-        map_rows::<V, COUNT, 2>(columns, modes, states, row, out);
+        map_rows::<V, COUNT, 2>(columns, mixed, states, row, out);
         row += 2 * LANES;
     }
     if row < length {
-        map_rows::<V, COUNT, 1>(columns, modes, states, row, out);
+        map_rows::<V, COUNT, 1>(columns, mixed, states, row, out);
     }
     COUNT
 }
@@ -177,21 +141,23 @@ fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],
-    modes: usize,
+    mixed: &Mixed,
     states: &[f64],
     row: usize,
     out: &mut [f64],
 ) {
-    let length = columns.len() / (2 * modes);
+    let length = mixed.alone.len();
     // The sums of first and second components side by side hide the latency of the multiply-add.
     let mut sums = [[[V::zero(); G]; COUNT]; 2];
-    let (firsts, seconds) = columns.split_at(modes * length);
-    let pairs = firsts
-        .chunks_exact(length)
-        .zip(seconds.chunks_exact(length));
-    for (j, (first, second)) in pairs.enumerate() {
-        for (way, column) in [first, second].into_iter().enumerate() {
-            let column = &column[row..row + G * LANES];
+    for c in 0..COUNT {
+        for g in 0..G {
+            let at = row + g * LANES;
+            sums[0][c][g] = V::read(&mixed.alone[at..]).times(V::read(&states[c * length + at..]));
+        }
+    }
+    for &j in &mixed.modes {
+        for way in 0..2 {
+            let column = &columns[(way * mixed.all + j) * length + row..][..G * LANES];
             let mut numbers = [V::zero(); G];
             for g in 0..G {
                 numbers[g] = V::read(&column[g * LANES..]);
@@ -214,49 +180,17 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
 
 #[inline(always)]
 fn shift_body<V: Vector>(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) {
-    for (response, input) in responses.chunks_exact(state.len()).zip(inputs) {
-        let weight = V::splat(factor * input);
-        for (x, r) in state
-            .chunks_exact_mut(LANES)
-            .zip(response.chunks_exact(LANES))
-        {
-            V::read(r).multiply_add(weight, V::read(x)).write(x);
+    let length = state.len();
+    for (at, x) in (0..length)
+        .step_by(LANES)
+        .zip(state.chunks_exact_mut(LANES))
+    {
+        let mut sum = V::zero();
+        for (response, input) in responses.chunks_exact(length).zip(inputs) {
+            sum = V::read(&response[at..]).multiply_add(V::splat(*input), sum);
         }
+        sum.multiply_add(V::splat(factor), V::read(x)).write(x);
     }
-}
-
-#[inline(always)]
-fn amplitudes_body<V: Vector>(balances: &[Move], state: &[f64], out: &mut [f64]) {
-    let (first, second) = state.split_at(out.len());
-    for (index, (balance, out)) in balances.iter().zip(out.chunks_exact_mut(LANES)).enumerate() {
-        let at = index * LANES;
-        let pair = [V::read(&first[at..]), V::read(&second[at..])];
-        let [a, b] = applied(&read(balance), pair);
-        a.multiply_add(a, b.times(b)).root().write(out);
-    }
-}
-
-#[inline(always)]
-fn see_body<V: Vector>(
-    nodes: &[Lanes],
-    [size, curvature]: [&[f64]; 2],
-    state: &[f64],
-    inputs: &[f64],
-    amplitudes: &[f64],
-    out: &mut Lanes,
-) -> [f64; 2] {
-    let mut sums = [V::zero(); 4];
-    let (own, others) = nodes.split_at(state.len());
-    for (rows, weights) in own.chunks_exact(4).zip(state.chunks_exact(4)) {
-        for way in 0..4 {
-            sums[way] = V::read(&rows[way].0).multiply_add(V::splat(weights[way]), sums[way]);
-        }
-    }
-    for (row, weight) in others.iter().zip(inputs) {
-        sums[0] = V::read(&row.0).multiply_add(V::splat(*weight), sums[0]);
-    }
-    *out = sums[0].plus(sums[1]).plus(sums[2].plus(sums[3])).lanes();
-    two_products_body::<V>(amplitudes, size, curvature)
 }
 
 #[inline(always)]
@@ -289,43 +223,9 @@ fn add_series<V: Vector, const G: usize>(
     }
 }
 
+/// `x = e^{Gt} x` of all states by a table.
 #[inline(always)]
-fn open_body<V: Vector>(
-    start: f64,
-    nodes: &Lanes,
-    [scale, shift]: [f64; 2],
-    sag: f64,
-    noise: f64,
-) -> u32 {
-    let b = V::read(&nodes.0).multiply_add(V::splat(scale), V::splat(shift));
-    let a = b.behind(scale * start + shift);
-    let difference = b.multiply_add(V::splat(-1.0), a).size();
-    // The lowest point of the parabola that sags most, where it lies between the ends.
-    let bend = V::splat(-1.0 / (16.0 * sag).max(f64::MIN_POSITIVE));
-    let lowest = difference
-        .times(difference)
-        .multiply_add(bend, a.plus(b).multiply_add(V::splat(0.5), V::splat(-sag)));
-    let zero = V::zero();
-    let bends = !V::splat(4.0 * sag).at_most(difference) & 0xff;
-    a.at_most(zero) | b.at_most(zero) | (bends & lowest.at_most(V::splat(noise)))
-}
-
-#[inline(always)]
-fn two_products_body<V: Vector>(a: &[f64], b: &[f64], c: &[f64]) -> [f64; 2] {
-    let mut sums = [V::zero(); 2];
-    for ((a, b), c) in (a.chunks_exact(LANES))
-        .zip(b.chunks_exact(LANES))
-        .zip(c.chunks_exact(LANES))
-    {
-        let a = V::read(a);
-        sums[0] = V::read(b).multiply_add(a, sums[0]);
-        sums[1] = V::read(c).multiply_add(a, sums[1]);
-    }
-    sums.map(V::sum)
-}
-
-#[inline(always)]
-fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
+pub fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     let half = moves.len() * LANES;
     for state in states.chunks_exact_mut(2 * half) {
         let (first, second) = state.split_at_mut(half);
@@ -340,9 +240,9 @@ fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     }
 }
 
-/// `e^{Gt}` of a lane group for a short time, row by row, by so many terms.
+/// `e^{Gt}` of a lane group for a short time, row by row, by [`TERMS`] terms.
 #[inline(always)]
-fn exponential<V: Vector, const TERMS: usize>(chunk: &Chunk, time: V) -> [V; 4] {
+fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
     let one = V::splat(1.0);
     let x = V::read(&chunk.growth.0).times(time);
     let square = V::read(&chunk.square.0).times(time).times(time);
@@ -359,18 +259,18 @@ fn exponential<V: Vector, const TERMS: usize>(chunk: &Chunk, time: V) -> [V; 4] 
     }
     let grown = grown_odd.multiply_add(x, grown_even);
     let (even, odd) = (grown.times(even), grown.times(odd).times(time));
-    let m = |k: usize| V::read(&chunk.traceless[k].0);
+    let [a, b, c, d] = read::<V>(&chunk.traceless);
     [
-        m(0).multiply_add(odd, even),
-        m(1).times(odd),
-        m(2).times(odd),
-        m(3).multiply_add(odd, even),
+        a.multiply_add(odd, even),
+        b.times(odd),
+        c.times(odd),
+        d.multiply_add(odd, even),
     ]
 }
 
 /// A 2 × 2 matrix times a pair.
 #[inline(always)]
-fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
+pub fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
     [
         e[1].multiply_add(y, e[0].times(x)),
         e[3].multiply_add(y, e[2].times(x)),
@@ -379,71 +279,84 @@ fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
 
 /// A table's matrix of a lane group.
 #[inline(always)]
-fn read<V: Vector>(own: &Move) -> [V; 4] {
+pub fn read<V: Vector>(own: &Move) -> [V; 4] {
     let [a, b, c, d] = own;
     [V::read(&a.0), V::read(&b.0), V::read(&c.0), V::read(&d.0)]
 }
 
+/// A lane group of first components and one of second ones.
 #[inline(always)]
-fn products_near_body<V: Vector>(
-    chunks: &[Chunk],
-    time: f64,
-    state: &[f64],
-    [row, rate]: [&[f64]; 2],
-) -> [f64; 2] {
-    let half = chunks.len() * LANES;
-    let t = V::splat(time);
-    let mut sums = [V::zero(); 2];
-    for (index, chunk) in chunks.iter().enumerate() {
-        let pair = |from: &[f64]| {
-            let at = index * LANES;
-            [V::read(&from[at..]), V::read(&from[half + at..])]
-        };
-        let [x, y] = applied(&exponential::<V, FEW_TERMS>(chunk, t), pair(state));
-        let ([a, b], [c, d]) = (pair(row), pair(rate));
-        sums[0] = b.multiply_add(y, a.multiply_add(x, sums[0]));
-        sums[1] = d.multiply_add(y, c.multiply_add(x, sums[1]));
-    }
-    sums.map(V::sum)
+pub fn pair<V: Vector>(state: &[f64], half: usize, index: usize) -> [V; 2] {
+    let at = index * LANES;
+    [V::read(&state[at..]), V::read(&state[half + at..])]
 }
 
 #[inline(always)]
-fn advance_by_body<V: Vector>(
+fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut [f64]) {
+    let mut seen = V::zero();
+    for (w, x) in row.chunks_exact(LANES).zip(state.chunks_exact(LANES)) {
+        seen = V::read(w).multiply_add(V::read(x), seen);
+    }
+    let by = V::splat(factor * seen.sum());
+    for (g, x) in (direction.chunks_exact(LANES)).zip(state.chunks_exact_mut(LANES)) {
+        V::read(g).multiply_add(by, V::read(x)).write(x);
+    }
+}
+
+/// As [`advance_to`], where the instruction set is chosen.
+#[inline(always)]
+pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
     before: Option<&[Move]>,
     time: f64,
+    rows: &[Vec<f64>; 3],
     states: &[f64],
     out: &mut [f64],
-) {
+) -> [f64; 3] {
     let half = chunks.len() * LANES;
     let t = V::splat(time);
+    let mut sums = [V::zero(); 3];
     for (index, chunk) in chunks.iter().enumerate() {
-        let own = exponential::<V, TERMS>(chunk, t);
+        let own = exponential(chunk, t);
         let at = index * LANES;
-        for (state, out) in (states.chunks_exact(2 * half)).zip(out.chunks_exact_mut(2 * half)) {
-            let mut x = [V::read(&state[at..]), V::read(&state[half + at..])];
+        let pairs = (states.chunks_exact(2 * half)).zip(out.chunks_exact_mut(2 * half));
+        for (place, (state, out)) in pairs.enumerate() {
+            let mut x = pair::<V>(state, half, index);
             if let Some(before) = before {
                 x = applied(&read(&before[index]), x);
             }
             let [x, y] = applied(&own, x);
             x.write(&mut out[at..]);
             y.write(&mut out[half + at..]);
+            if place == 0 {
+                for k in 0..3 {
+                    let [a, b] = pair::<V>(&rows[k], half, index);
+                    sums[k] = b.multiply_add(y, a.multiply_add(x, sums[k]));
+                }
+            }
         }
     }
+    [sums[0].sum(), sums[1].sum(), sums[2].sum()]
 }
 
+/// `x = (I + G t + G² t² / 2) x` of all states, for a time of which that is exact to round-off.
 #[inline(always)]
-fn advance_near_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
+pub fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
     let half = chunks.len() * LANES;
-    let t = V::splat(time);
+    let (whole, share) = (V::splat(time), V::splat(0.5 * time));
     for (index, chunk) in chunks.iter().enumerate() {
-        let own = exponential::<V, FEW_TERMS>(chunk, t);
+        let mut generator = read::<V>(&chunk.traceless);
+        let growth = V::read(&chunk.growth.0);
+        generator[0] = generator[0].plus(growth);
+        generator[3] = generator[3].plus(growth);
         let at = index * LANES;
         for state in states.chunks_exact_mut(2 * half) {
-            let x = [V::read(&state[at..]), V::read(&state[half + at..])];
-            let [x, y] = applied(&own, x);
-            x.write(&mut state[at..]);
-            y.write(&mut state[half + at..]);
+            let [x, y] = pair::<V>(state, half, index);
+            let [a, b] = applied(&generator, [x, y]);
+            let [c, d] = applied(&generator, [a, b]);
+            let (a, b) = (c.multiply_add(share, a), d.multiply_add(share, b));
+            a.multiply_add(whole, x).write(&mut state[at..]);
+            b.multiply_add(whole, y).write(&mut state[half + at..]);
         }
     }
 }

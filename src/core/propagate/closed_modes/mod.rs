@@ -16,6 +16,7 @@ mod change;
 mod cycle;
 mod enter;
 mod excitation;
+mod glance;
 mod grid;
 mod lanes;
 mod met;
@@ -26,6 +27,7 @@ mod sets;
 mod shown;
 mod slot;
 mod slots;
+mod stretch;
 mod system;
 mod workspace;
 
@@ -34,6 +36,7 @@ use super::{KeptReader, KeptTables, TableArray, TableError, TableSize};
 use crate::model::Model;
 use bases::Bases;
 use excitation::{Frequencies, unresonant};
+use lanes::Mixed;
 use met::MOST_BYTES;
 use sets::{Sets, Stop};
 use slot::Slot;
@@ -55,8 +58,10 @@ pub struct ClosedModes<'m> {
     /// Why one of them has no table.
     refusal: OnceLock<TableError>,
     stops: Vec<Vec<Stop>>,
-    /// (cos, sin) of all frequencies over a block.
-    turns: Vec<[f64; 2]>,
+    /// (cos, sin) of all frequencies up to each node.
+    turns: Vec<Vec<[f64; 2]>>,
+    /// The modes that changes of the system mix.
+    mixed: Mixed,
     /// Distance of nodes \[s\].
     step: f64,
     /// Blocks and stops of a mesh cycle.
@@ -140,7 +145,10 @@ impl<'m> ClosedModes<'m> {
             refusal: OnceLock::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
-            turns: frequencies.turns(grid::NODES as f64 * step),
+            turns: (1..=grid::NODES)
+                .map(|node| frequencies.turns(node as f64 * step))
+                .collect(),
+            mixed: bases.mixed(model.modes()),
             model,
             sets,
             bases,
@@ -158,6 +166,11 @@ impl<'m> ClosedModes<'m> {
             }
         }
         Ok(own)
+    }
+
+    /// Fastest rate of all systems and inputs, or a little more \[1/s\].
+    fn fastest(&self) -> f64 {
+        2.0 * lanes::SHORT / self.step
     }
 
     /// Why a motion was stopped at a set of closed contacts that has no table, if one was.

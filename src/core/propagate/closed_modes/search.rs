@@ -5,6 +5,7 @@
 //! settles is halved, the left half first, so that no event is missed.
 
 use crate::propagate::Counters;
+use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
 
 /// Deepest halving.
 const DEEPEST: u32 = 60;
@@ -14,8 +15,8 @@ const MOST_STEPS: u32 = 60;
 
 /// A margin and its rate at a time from the start of a block.
 pub trait Margin {
-    /// Its value \[m\] and its rate \[m/s\] there.
-    fn at(&mut self, time: f64) -> [f64; 2];
+    /// Its value \[m\], its rate \[m/s\] and its second derivative \[m/s²\] there.
+    fn at(&mut self, time: f64) -> [f64; 3];
 }
 
 /// An interval of a block.
@@ -34,6 +35,8 @@ pub struct Interval {
 pub struct Known {
     /// Bound of its second derivative \[m/s²\].
     pub curvature: f64,
+    /// Fastest rate \[1/s\]: that times this bounds its third derivative.
+    pub fastest: f64,
     /// Round-off of its values \[m\].
     pub noise: f64,
 }
@@ -110,7 +113,7 @@ pub fn exit_behind<M: Margin>(
 fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
     let ([from, to], [a, b]) = (own.times, own.margins);
     let middle = 0.5 * (from + to);
-    let [value, _] = margin.at(middle);
+    let [value, ..] = margin.at(middle);
     [
         Interval {
             times: [from, middle],
@@ -125,8 +128,9 @@ fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
     ]
 }
 
-/// The only root of a margin that falls on an interval, by Newton's method within a bracket. A step s leaves an error of
-/// `C s² / 2 |rate|` at most.
+/// The only root of a margin that falls on an interval, by Halley's method within a bracket. With C and D the bounds of its
+/// second and third derivative, a step s from a place with the rate r leaves an error of `|s|³ (D / 3 |r| + (C / r)²)` at
+/// most, where `C |s| < |r| / 2`.
 fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut Counters) -> f64 {
     let ([mut low, mut high], [a, b]) = (own.times, own.margins);
     if a <= 0.0 {
@@ -138,16 +142,19 @@ fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut C
         _ => low + (high - low) * a / (a - b),
     };
     for _ in 0..MOST_STEPS {
-        let [value, rate] = margin.at(time);
+        let [value, rate, bend] = margin.at(time);
         counters.newton_steps += 1;
         if value > 0.0 {
             low = time
         } else {
             high = time
         }
-        let step = -value / rate;
+        let newton = -value / rate;
+        let step = -value / (rate + 0.5 * bend * newton);
         let next = time + step;
-        if 0.5 * known.curvature * step * step <= fine * rate.abs() {
+        let (size, turn) = (step.abs(), known.curvature / rate.abs());
+        let error = size * size * size * turn * (known.fastest / 3.0 + turn);
+        if turn * size < 0.5 && error <= fine {
             return next.clamp(own.times[0], own.times[1]);
         }
         time = if next > low && next < high { next } else { 0.5 * (low + high) };
@@ -159,26 +166,34 @@ fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut C
 }
 
 /// Points of a polynomial.
-const POINTS: usize = 6;
+pub const POINTS: usize = 9;
 
-/// Where the polynomial through margins at the places 0, 1, … passes zero between `from` and the next place, nearly.
-pub fn near_root(mut values: [f64; POINTS], from: usize) -> f64 {
-    let mut x = from as f64 + values[from] / (values[from] - values[from + 1]);
+for_each_set! {
+    /// Where the polynomial through margins at the places 0, 1, … passes zero between `from` and the next place, nearly.
+    fn near_root(values: &[f64; POINTS], from: usize) -> f64 = near_root_body
+}
+
+#[inline(always)]
+fn near_root_body<V: Vector>(values: &[f64; POINTS], from: usize) -> f64 {
+    let mut d = *values;
+    let mut x = from as f64 + d[from] / (d[from] - d[from + 1]);
     // Newton's form: differences, divided by their factorials.
     for order in 1..POINTS {
         let share = 1.0 / order as f64;
         for i in (order..POINTS).rev() {
-            values[i] = (values[i] - values[i - 1]) * share;
+            d[i] = (d[i] - d[i - 1]) * share;
         }
     }
-    for _ in 0..3 {
-        let (mut value, mut slope) = (0.0, 0.0);
+    // Halley's method.
+    for _ in 0..2 {
+        let (mut value, mut slope, mut bend) = (0.0, 0.0, 0.0);
         for i in (0..POINTS).rev() {
             let away = x - i as f64;
-            slope = slope * away + value;
-            value = value * away + values[i];
+            bend = V::fma(bend, away, slope);
+            slope = V::fma(slope, away, value);
+            value = V::fma(value, away, d[i]);
         }
-        x -= value / slope;
+        x -= value * slope / (slope * slope - value * bend);
     }
     x
 }
@@ -189,13 +204,13 @@ mod tests {
 
     struct Function<F>(F);
 
-    impl<F: Fn(f64) -> [f64; 2]> Margin for Function<F> {
-        fn at(&mut self, time: f64) -> [f64; 2] {
+    impl<F: Fn(f64) -> [f64; 3]> Margin for Function<F> {
+        fn at(&mut self, time: f64) -> [f64; 3] {
             (self.0)(time)
         }
     }
 
-    fn found(f: impl Fn(f64) -> [f64; 2], curvature: f64) -> (Option<f64>, Counters) {
+    fn found(f: impl Fn(f64) -> [f64; 3], curvature: f64) -> (Option<f64>, Counters) {
         let own = Interval {
             times: [0.0, 1.0],
             margins: [f(0.0)[0], f(1.0)[0]],
@@ -203,6 +218,7 @@ mod tests {
         };
         let known = Known {
             curvature,
+            fastest: 3.0,
             noise: 1e-15,
         };
         let mut counters = Counters::default();
@@ -215,14 +231,17 @@ mod tests {
     fn a_dip_between_positive_ends_is_found() {
         for apart in [0.3, 1e-3, 1e-6] {
             let (a, b) = (0.4, 0.4 + apart);
-            let dip = |t: f64| [(t - a) * (t - b), 2.0 * t - a - b];
+            let dip = |t: f64| [(t - a) * (t - b), 2.0 * t - a - b, 2.0];
             let (first, _) = found(dip, 2.0);
             assert!((first.unwrap() - a).abs() < 1e-15 / apart, "{apart}");
         }
         // A touch within round-off is a grazing, and what stays off is proved.
-        let (none, counters) = found(|t| [(t - 0.37) * (t - 0.37), 2.0 * (t - 0.37)], 2.0);
+        let (none, counters) = found(|t| [(t - 0.37) * (t - 0.37), 2.0 * (t - 0.37), 2.0], 2.0);
         assert!(none.is_none() && counters.grazings > 0);
-        let (none, counters) = found(|t| [1e-9 + (t - 0.37) * (t - 0.37), 2.0 * (t - 0.37)], 2.0);
+        let (none, counters) = found(
+            |t| [1e-9 + (t - 0.37) * (t - 0.37), 2.0 * (t - 0.37), 2.0],
+            2.0,
+        );
         assert!(none.is_none() && counters.grazings == 0);
     }
 
@@ -231,20 +250,20 @@ mod tests {
     fn the_first_of_three_roots_is_taken() {
         let f = |t: f64| {
             let [x, y, z] = [0.2 - t, 0.5 - t, 0.9 - t];
-            [x * y * z, -(x * y + y * z + z * x)]
+            [x * y * z, -(x * y + y * z + z * x), 2.0 * (x + y + z)]
         };
         let (first, _) = found(f, 3.3);
         assert!((first.unwrap() - 0.2).abs() < 1e-15);
     }
 
-    /// A polynomial of the fifth degree is met by itself, from any of its places.
+    /// A polynomial of the fourth degree is met by itself, from any of its places.
     #[test]
-    fn the_polynomial_through_six_values_has_their_root() {
-        for from in 0..5 {
+    fn the_polynomial_through_nine_values_has_their_root() {
+        for from in 0..POINTS - 1 {
             let at = from as f64 + 0.3;
             let f = |x: f64| (at - x) * (1.0 + 0.02 * x.powi(2) + 0.001 * x.powi(4));
             let values = std::array::from_fn(|i| f(i as f64));
-            let x = near_root(values, from);
+            let x = near_root(InstructionSet::best(), &values, from);
             assert!((x - at).abs() < 1e-12, "{from}: {x}");
         }
     }
@@ -253,7 +272,7 @@ mod tests {
     #[test]
     fn the_root_at_the_start_is_left_behind() {
         for next in [0.7, 1e-4] {
-            let f = |t: f64| [t * (next - t), next - 2.0 * t];
+            let f = |t: f64| [t * (next - t), next - 2.0 * t, -2.0];
             let own = Interval {
                 times: [0.0, 1.0],
                 margins: [0.0, f(1.0)[0]],
@@ -261,6 +280,7 @@ mod tests {
             };
             let known = Known {
                 curvature: 2.0,
+                fastest: 3.0,
                 noise: 1e-15,
             };
             let mut counters = Counters::default();

@@ -39,7 +39,7 @@ impl ClosedModes<'_> {
             let block = basis.block(i);
             let m = block.traceless();
             block.exponential(block_length, &mut terms);
-            let w = [view.row[i], view.row[padded + i]];
+            let w = [view.rows[0][i], view.rows[0][padded + i]];
             for (k, term) in terms.iter().enumerate() {
                 let (even, odd) = (term.re, term.im);
                 let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
@@ -48,10 +48,10 @@ impl ClosedModes<'_> {
             }
         }
         let constant = &mut rows[2 * padded].0;
-        constant[0] = view.drive[0];
+        constant[0] = view.drives[0][0];
         let rule = transforms24();
         for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
-            let w = [view.row[drift.lane], view.row[padded + drift.lane]];
+            let w = [view.rows[0][drift.lane], view.rows[0][padded + drift.lane]];
             let values = rule.nodes().map(|x| {
                 let time = 0.5 * (x + 1.0) * block_length;
                 let node = (time / self.step).floor() as usize;
@@ -65,7 +65,7 @@ impl ClosedModes<'_> {
         }
         for (h, &[omega, _]) in self.frequencies.all.iter().enumerate() {
             legendre_series(c64(0.0, omega), block_length, &mut terms);
-            let amplitude = c64(view.drive[1 + 2 * h], -view.drive[2 + 2 * h]);
+            let amplitude = c64(view.drives[0][1 + 2 * h], -view.drives[0][2 + 2 * h]);
             for (k, term) in terms.iter().enumerate() {
                 let value = amplitude * term;
                 rows[2 * padded + 1 + 2 * h].0[k] = value.re;
@@ -123,8 +123,7 @@ impl ClosedModes<'_> {
         let responses = [&slot.system.steady.responses[..], &[]];
         match slot.basis.to_modes() {
             Some(map) => {
-                let modes = self.model.modes();
-                lanes::map(set, map, modes, responses, &w.inputs, own, modal);
+                lanes::map(set, map, &self.mixed, responses, &w.inputs, own, modal);
             }
             None => {
                 lanes::shift(set, responses[0], &w.inputs, 1.0, own);

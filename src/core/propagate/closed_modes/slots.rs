@@ -42,6 +42,9 @@ impl<S> Slots<S> {
     /// What is kept of a set, where it was met.
     #[inline]
     pub fn get(&self, set: usize) -> Option<&S> {
+        if self.own_cells {
+            return self.cells[set].get().map(|(_, kept)| &**kept);
+        }
         for cell in self.cells(set) {
             let (own, kept) = cell.get()?;
             if *own == set {

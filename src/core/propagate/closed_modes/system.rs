@@ -4,7 +4,7 @@
 use super::basis::{Basis, padded};
 use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
 use super::grid::NODES;
-use super::lanes::{Chunk, Move};
+use super::lanes::{Chunk, Mixed, Move};
 use super::sets::Class;
 use crate::model::{Block, Model};
 use crate::propagate::vectors::{LANES, Lanes};
@@ -23,25 +23,27 @@ pub struct System {
     pub steady: Steady,
     /// What each drift is pushed up to each node.
     pub pushes: Vec<[[f64; 2]; NODES]>,
+    /// Places of the coordinates that are seen along some line, first and second components in turn.
+    pub places: Vec<usize>,
     /// What is seen along each line of the model.
     pub views: Vec<LineView>,
     /// Force inputs g of each direction of the model, padded states.
     pub pulls: Vec<Vec<f64>>,
+    /// Whether no wave grows: what bounds it on one block then does so on all that follow.
+    pub decays: bool,
 }
 
-/// A line as a system sees it: `δ = row·y + drive·inputs`.
+/// A line as a system sees it: `δ = row·y + drive·inputs`, and two derivatives of that.
 #[derive(Debug)]
 pub struct LineView {
-    /// Of the deflection.
-    pub row: Vec<f64>,
-    /// Of its rate.
-    pub rate: Vec<f64>,
-    /// What inputs add to the deflection.
-    pub drive: Vec<f64>,
-    /// What they add to its rate.
-    pub drive_rate: Vec<f64>,
-    /// The deflection at the nodes: a row of node values for each coordinate, then for each input.
+    /// Rows of the deflection, its rate and its second derivative.
+    pub rows: [Vec<f64>; 3],
+    /// What inputs add to these.
+    pub drives: [Vec<f64>; 3],
+    /// The deflection at the nodes: a row of node values for each of [`System::places`].
     pub nodes: Vec<Lanes>,
+    /// The same for each input, and a row of zeros.
+    pub drive_nodes: Vec<Lanes>,
     /// What an amplitude adds at most to the deflection \[m\].
     pub size: Vec<f64>,
     /// What an amplitude adds at most to its second derivative \[m/s²\].
@@ -57,6 +59,23 @@ const TURNS: f64 = 0.05;
 
 /// Radians that are hardly a turn.
 const LITTLE: f64 = 1e-3;
+
+/// Participation, by the largest one, of a mode that nothing moves and that is round-off.
+const UNSEEN: f64 = 64.0 * f64::EPSILON;
+
+impl LineView {
+    /// What inputs add to the deflection and two derivatives of it.
+    #[inline]
+    pub fn driven(&self, inputs: &[f64]) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for (sum, drive) in sums.iter_mut().zip(&self.drives) {
+            for (input, drive) in inputs.iter().zip(drive) {
+                *sum += input * drive;
+            }
+        }
+        sums
+    }
+}
 
 /// `e^{Gt}` of a block.
 fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
@@ -123,15 +142,28 @@ fn times(g: &[[f64; 2]; 2], w: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|j| w[0] * g[0][j] + w[1] * g[1][j])
 }
 
+/// What the systems of a kernel share.
+#[derive(Clone, Copy)]
+pub struct Given<'a> {
+    /// The model at its operating point.
+    pub model: &'a Model,
+    /// Its inputs.
+    pub frequencies: &'a Frequencies,
+    /// The modes that changes of the system mix.
+    pub mixed: &'a Mixed,
+    /// Distance of nodes \[s\].
+    pub step: f64,
+}
+
 impl System {
-    /// A system with some closed contacts at the operating point of a model, on nodes `step` \[s\] apart.
-    pub fn new(
-        model: &Model,
-        basis: &Basis<'_>,
-        closed: &[(usize, Class)],
-        frequencies: &Frequencies,
-        step: f64,
-    ) -> Self {
+    /// A system with some closed contacts.
+    pub fn new(given: &Given<'_>, basis: &Basis<'_>, closed: &[(usize, Class)]) -> Self {
+        let Given {
+            model,
+            frequencies,
+            step,
+            ..
+        } = *given;
         let n = model.modes();
         let padded = padded(n);
         let blocks: Vec<Block> = (0..n).map(|i| basis.block(i)).collect();
@@ -167,8 +199,10 @@ impl System {
             moves,
             steady,
             pushes,
+            places: Vec::new(),
             views: Vec::new(),
             pulls: Vec::new(),
+            decays: (blocks.iter()).all(|block| !is_wave(block, step) || block.growth() <= 0.0),
         };
         own.pulls = (model.directions.iter())
             .map(|direction| {
@@ -176,8 +210,23 @@ impl System {
                 basis.input(&inputs)
             })
             .collect();
+        let largest = |felt: &Felt| felt.iter().fold(0.0_f64, |most, w| most.max(w[0].abs()));
+        let felt: Vec<Felt> = (0..model.lines.len())
+            .map(|line| felt(model, line))
+            .collect();
+        let is_seen = |mode: &usize| {
+            given.mixed.modes.contains(mode)
+                || (felt.iter()).any(|felt| {
+                    let [w, by_rate] = felt[*mode];
+                    by_rate != 0.0 || w.abs() > UNSEEN * largest(felt)
+                })
+        };
+        own.places = (0..n)
+            .filter(is_seen)
+            .flat_map(|mode| [mode, padded + mode])
+            .collect();
         for line in 0..model.lines.len() {
-            let view = own.view(model, basis, &blocks, line, frequencies, step);
+            let view = own.view(given, basis, &blocks, (line, &felt[line]));
             own.views.push(view);
         }
         own
@@ -186,70 +235,79 @@ impl System {
     /// What it sees along a line.
     fn view(
         &self,
-        model: &Model,
+        given: &Given<'_>,
         basis: &Basis<'_>,
         blocks: &[Block],
-        line: usize,
-        frequencies: &Frequencies,
-        step: f64,
+        (line, felt): (usize, &Felt),
     ) -> LineView {
+        let Given {
+            model,
+            frequencies,
+            step,
+            ..
+        } = *given;
         let n = blocks.len();
         let padded = padded(n);
         let inputs = frequencies.inputs();
-        let along = (model.directions.iter()).find(|direction| direction.line == line);
-        let felt: Vec<[f64; 2]> = along.map_or_else(Vec::new, |direction| {
-            direction.gains.iter().map(|gain| gain.deflection).collect()
-        });
-        let row = basis.row(&felt);
+        let row = basis.row(felt);
         let pair = |state: &[f64], i: usize| [state[i], state[padded + i]];
-        let mut view = LineView {
-            rate: vec![0.0; 2 * padded],
-            drive: vec![0.0; inputs],
-            drive_rate: vec![0.0; inputs],
-            nodes: vec![Lanes::ZERO; 2 * padded + inputs],
-            size: vec![0.0; padded],
-            curvature: vec![0.0; padded],
-            drive_curvature: 0.0,
-            others: Vec::new(),
-            row,
-        };
+        let [mut rate, mut bend] = [0, 1].map(|_| vec![0.0; 2 * padded]);
+        let (mut size, mut curvature) = (vec![0.0; padded], vec![0.0; padded]);
+        let mut others = Vec::new();
         for (i, block) in blocks.iter().enumerate() {
-            let w = pair(&view.row, i);
-            let rate = times(&block.generator, w);
-            (view.rate[i], view.rate[padded + i]) = (rate[0], rate[1]);
+            let w = pair(&row, i);
+            let first = times(&block.generator, w);
+            let second = times(&block.generator, first);
+            for (derivative, of) in [(&mut rate, first), (&mut bend, second)] {
+                [derivative[i], derivative[padded + i]] = of;
+            }
             let [to, _] = balance(block, step);
             let balanced = times(&to, w);
-            let size = balanced[0].hypot(balanced[1]);
-            view.size[i] = size;
+            size[i] = balanced[0].hypot(balanced[1]);
             let grown = (block.growth().max(0.0) * NODES as f64 * step).exp();
             if is_wave(block, step) {
-                view.curvature[i] = grown * size * block.natural_frequency().powi(2);
+                curvature[i] = grown * size[i] * block.natural_frequency().powi(2);
             } else {
                 let input = (self.steady.drifts.iter())
                     .find(|drift| drift.lane == i)
                     .map_or([0.0; 2], |drift| drift.input);
                 let drift = Drift::new(i, block.generator, input);
-                view.others.push((strayed(block, rate, step), drift));
+                others.push((strayed(block, first, step), drift));
             }
-            for node in 0..NODES {
-                let e = &self.moves[node][i / LANES];
-                let e = |k: usize| e[k].0[i % LANES];
-                view.nodes[i].0[node] = w[0] * e(0) + w[1] * e(2);
-                view.nodes[padded + i].0[node] = w[0] * e(1) + w[1] * e(3);
+        }
+        let mut view = LineView {
+            drives: [0; 3].map(|_| vec![0.0; inputs]),
+            nodes: Vec::new(),
+            drive_nodes: vec![Lanes::ZERO; inputs + 1],
+            size,
+            curvature,
+            drive_curvature: 0.0,
+            others,
+            rows: [row, rate, bend],
+        };
+        for &[i, _] in self.places.as_chunks::<2>().0 {
+            let w = pair(&view.rows[0], i);
+            for part in 0..2 {
+                view.nodes.push(Lanes(std::array::from_fn(|node| {
+                    let e = &self.moves[node][i / LANES];
+                    w[0] * e[part].0[i % LANES] + w[1] * e[2 + part].0[i % LANES]
+                })));
             }
         }
         let response = |input: usize| -> f64 {
             let state = &self.steady.responses[2 * padded * input..][..2 * padded];
-            view.row.iter().zip(state).map(|(w, x)| w * x).sum()
+            view.rows[0].iter().zip(state).map(|(w, x)| w * x).sum()
         };
         let seen: Vec<f64> = (0..inputs).map(response).collect();
-        view.drive[0] = seen[0];
-        let nodes = 2 * padded;
-        view.nodes[nodes].0 = [seen[0]; LANES];
+        view.drives[0][0] = seen[0];
+        view.drive_nodes[0].0 = [seen[0]; LANES];
         for (drift, pushes) in self.steady.drifts.iter().zip(&self.pushes) {
-            let w = pair(&view.row, drift.lane);
-            view.drive_rate[0] += w[0] * drift.input[0] + w[1] * drift.input[1];
-            for (value, push) in view.nodes[nodes].0.iter_mut().zip(pushes) {
+            for order in 1..3 {
+                let w = pair(&view.rows[order - 1], drift.lane);
+                view.drives[order][0] += w[0] * drift.input[0] + w[1] * drift.input[1];
+            }
+            let w = pair(&view.rows[0], drift.lane);
+            for (value, push) in view.drive_nodes[0].0.iter_mut().zip(pushes) {
                 *value += w[0] * push[0] + w[1] * push[1];
             }
         }
@@ -257,20 +315,32 @@ impl System {
         for (h, (&[omega, _], error)) in frequencies.all.iter().zip(&errors).enumerate() {
             // Re a e^{iθ}: cos has Re a, sin has −Im a.
             let amplitude = c64(seen[1 + 2 * h], -seen[2 + 2 * h]) - error;
-            let put = |out: &mut [f64], value: Complex64| {
-                (out[1 + 2 * h], out[2 + 2 * h]) = (value.re, -value.im);
-            };
-            put(&mut view.drive, amplitude);
-            put(&mut view.drive_rate, c64(0.0, omega) * amplitude);
+            let mut derivative = amplitude;
+            for drive in &mut view.drives {
+                (drive[1 + 2 * h], drive[2 + 2 * h]) = (derivative.re, -derivative.im);
+                derivative *= c64(0.0, omega);
+            }
             view.drive_curvature += omega * omega * amplitude.norm();
             for node in 0..NODES {
                 let there = amplitude * Complex64::cis(omega * (node + 1) as f64 * step);
-                view.nodes[nodes + 1 + 2 * h].0[node] = there.re;
-                view.nodes[nodes + 2 + 2 * h].0[node] = -there.im;
+                view.drive_nodes[1 + 2 * h].0[node] = there.re;
+                view.drive_nodes[2 + 2 * h].0[node] = -there.im;
             }
         }
         view
     }
+}
+
+/// Gains of the model's blocks in a deflection.
+type Felt = Vec<[f64; 2]>;
+
+/// Those along a line.
+fn felt(model: &Model, line: usize) -> Felt {
+    let along = (model.directions.iter()).find(|direction| direction.line == line);
+    along.map_or_else(
+        || vec![[0.0; 2]; model.modes()],
+        |direction| direction.gains.iter().map(|gain| gain.deflection).collect(),
+    )
 }
 
 /// What a drift is pushed up to each node.

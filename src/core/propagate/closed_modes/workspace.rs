@@ -3,7 +3,9 @@
 use super::ClosedModes;
 use super::basis::padded;
 use super::search::Known;
-use crate::model::{ActiveSet, Segment, TrajectoryState};
+use super::sets::Stop as CycleStop;
+use crate::model::{ActiveSet, Contact, Segment, TrajectoryState};
+use crate::propagate::events::Margin;
 use crate::propagate::vectors::{Aligned, Lanes};
 use crate::propagate::{Stop, TableError, Tangents};
 
@@ -12,14 +14,14 @@ use crate::propagate::{Stop, TableError, Tangents};
 pub struct Workspace {
     /// y of the trajectory, then of its tangents: padded states in the coordinates of `set`.
     pub states: Aligned,
-    /// Room for as many; the first one is the trajectory at the time `tried`, where there is one.
+    /// Room for as many: all states at the time `tried`, where there is one.
     pub spare: Aligned,
-    /// Time from the start of the present block to which a search has moved the trajectory \[s\].
+    /// Time from the start of the present block to which a search has moved them \[s\], without what constant inputs add.
     pub tried: Option<f64>,
-    /// Values of the inputs there.
-    pub trial: Vec<f64>,
-    /// Amplitudes of the trajectory's blocks, where the present block starts.
+    /// Room for amplitudes of the trajectory's blocks.
     pub amplitudes: Aligned,
+    /// Whether bounds of earlier amplitudes hold in the present system.
+    pub bounded: bool,
     /// The system whose coordinates they are.
     pub set: usize,
     /// Values of the inputs now, and a zero that makes their number even.
@@ -30,8 +32,14 @@ pub struct Workspace {
     pub seen: Vec<Seen>,
     /// Line of each contact.
     pub line_of: Vec<usize>,
+    /// The same, each once.
+    pub lines: Vec<usize>,
+    /// Contacts that may open or close.
+    pub watched: Vec<Watched>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
+    /// The next one that concerns the present system.
+    pub stop: Option<CycleStop>,
     /// The trajectory where a window starts, then the values of the inputs, where windows are shown.
     pub weights: Vec<f64>,
     /// The segment of every contact there.
@@ -51,10 +59,33 @@ pub struct Seen {
     pub rate: f64,
     /// Deflections at its nodes \[m\].
     pub nodes: Lanes,
+    /// What the waves add at most to the deflection \[m\] and to its second derivative \[m/s²\].
+    pub waves: [f64; 2],
     /// Bounds.
     pub known: Known,
-    /// Whether nodes and bounds are those of the present block.
-    pub fresh: bool,
+}
+
+/// A contact that may open or close, with its margin `scale δ + shift`.
+#[derive(Debug, Clone, Copy)]
+pub struct Watched {
+    /// The contact.
+    pub contact: usize,
+    /// Its line.
+    pub line: usize,
+    /// Factor of δ, ±1.
+    pub scale: f64,
+    /// ± the half gap \[m\].
+    pub shift: f64,
+    /// Intervals of the present block on which it may, the first one in bit 0.
+    pub open: u32,
+}
+
+impl Watched {
+    /// Its margin at a deflection \[m\].
+    #[inline(always)]
+    pub fn value(&self, deflection: f64) -> f64 {
+        self.scale * deflection + self.shift
+    }
 }
 
 impl Workspace {
@@ -68,9 +99,9 @@ impl Workspace {
             spare: Aligned::zeros(2 * padded),
             tried: None,
             amplitudes: Aligned::zeros(padded),
+            bounded: false,
             set: 0,
             length: 2 * padded,
-            trial: inputs.clone(),
             weights: vec![0.0; 2 * padded + inputs.len()],
             inputs,
             seen: vec![
@@ -78,16 +109,20 @@ impl Workspace {
                     start: 0.0,
                     rate: 0.0,
                     nodes: Lanes::ZERO,
+                    waves: [0.0; 2],
                     known: Known {
                         curvature: 0.0,
+                        fastest: 0.0,
                         noise: 0.0,
                     },
-                    fresh: false,
                 };
                 model.lines.len()
             ],
             line_of: vec![0; model.contacts.len()],
+            lines: Vec::with_capacity(model.lines.len()),
+            watched: Vec::with_capacity(model.contacts.len()),
             next_stop: 0,
+            stop: None,
             segments: model.segments_at(0, 0.0),
             segments_end: 0.0,
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
@@ -134,6 +169,32 @@ impl Workspace {
         }
         self.next_stop = 0;
         self.segments_end = 0.0;
+    }
+
+    /// Finds the lines to look along, and the contacts to watch: an open one is out of reach while one on the other side of
+    /// its line is closed.
+    pub fn watch(&mut self, contacts: &[Contact], active: ActiveSet) {
+        self.lines.clear();
+        self.watched.clear();
+        for (contact, own) in contacts.iter().enumerate() {
+            let line = self.line_of[contact];
+            if !self.lines.contains(&line) {
+                self.lines.push(line);
+            }
+            let closed = active.holds(contact);
+            let opposite =
+                |other: usize| self.line_of[other] == line && contacts[other].side == -own.side;
+            if closed || !active.iter().any(opposite) {
+                let Margin { scale, shift, .. } = Margin::new(own, contact, closed);
+                self.watched.push(Watched {
+                    contact,
+                    line,
+                    scale,
+                    shift,
+                    open: 0,
+                });
+            }
+        }
     }
 }
 

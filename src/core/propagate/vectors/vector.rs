@@ -42,9 +42,6 @@ pub trait Vector: Copy {
     /// Shifts every lane by one, with a number in the first.
     fn behind(self, first: f64) -> Self;
 
-    /// Square roots.
-    fn root(self) -> Self;
-
     /// Bit mask of the lanes that are at most those of `other`, the first lane in bit 0. Lanes with NaN count.
     fn at_most(self, other: Self) -> u32;
 
@@ -200,11 +197,6 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
         self.0.rotate_right(1);
         self.0[0] = first;
         self
-    }
-
-    #[inline(always)]
-    fn root(self) -> Self {
-        Self(self.0.map(f64::sqrt))
     }
 
     #[inline(always)]

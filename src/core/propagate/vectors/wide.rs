@@ -8,8 +8,7 @@ use std::arch::x86_64::{
     __m512d, _CMP_NGT_UQ, _mm512_abs_pd, _mm512_add_pd, _mm512_cmp_pd_mask, _mm512_fmadd_pd,
     _mm512_loadu_pd, _mm512_mask_mov_pd, _mm512_maskz_mov_pd, _mm512_max_pd, _mm512_min_pd,
     _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_set1_pd, _mm512_setr_epi64,
-    _mm512_shuffle_f64x2, _mm512_sqrt_pd, _mm512_storeu_pd, _mm512_sub_pd, _mm512_unpackhi_pd,
-    _mm512_unpacklo_pd,
+    _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_sub_pd, _mm512_unpackhi_pd, _mm512_unpacklo_pd,
 };
 
 /// An AVX-512 register.
@@ -117,12 +116,6 @@ impl Vector for Wide {
             let moved = _mm512_permutexvar_pd(order, self.0);
             _mm512_mask_mov_pd(moved, 1, _mm512_set1_pd(first))
         })
-    }
-
-    #[inline(always)]
-    fn root(self) -> Self {
-        // SAFETY: the processor has AVX-512.
-        Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
 
     #[inline(always)]

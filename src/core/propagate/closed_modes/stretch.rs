@@ -1,0 +1,272 @@
+//! From one event to the next: blocks and stops.
+//!
+//! A block starts anywhere: at the end of the last one, at an event or at a stop, where a closed contact changes its class
+//! or a contact its line. It ends at its eighth node, at the next event or at the next stop.
+
+use super::ClosedModes;
+use super::excitation::Frequencies;
+use super::glance::{Rates, see_now_body};
+use super::grid::NODES;
+use super::lanes::{self, advance_body, advance_little_body, advance_to_body};
+use super::seen::{Found, Parts};
+use super::workspace::{Place, Workspace};
+use crate::model::ActiveSet;
+use crate::propagate::events::{Changes, Margin};
+use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
+use crate::propagate::{Counters, Event, Stop as End};
+
+/// Part of a mesh period that sums of times are rounded by.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// A mesh cycle on its way.
+pub struct Stretch<'a, 'm> {
+    /// Whose it is.
+    pub kernel: &'a ClosedModes<'m>,
+    /// Where it stands.
+    pub place: Place,
+    /// Rates of contacts that crossed their surfaces there.
+    pub rates: Rates,
+    /// Events and blocks so far.
+    pub changes: Changes,
+    /// The block that was shown last and is to be passed: what happens at its end, and its length \[s\].
+    pub next: Option<(Option<Found>, f64)>,
+    /// Whether blocks are shown.
+    pub shows: bool,
+    /// The states.
+    pub w: &'a mut Workspace,
+    /// The work done.
+    pub counters: &'a mut Counters,
+}
+
+/// Why a stretch halts.
+pub enum Halt {
+    /// A block is to be shown, of this length \[s\].
+    Window(f64),
+    /// A contact has opened or closed.
+    Event(Event),
+    /// The cycle is over.
+    End,
+}
+
+for_each_set! {
+    /// Passes blocks and stops up to what somebody may want to see.
+    fn pass(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> = pass_body
+}
+
+#[inline(always)]
+fn pass_body<V: Vector>(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> {
+    let kernel = stretch.kernel;
+    let period = kernel.model.period();
+    while stretch.place.time < period {
+        let (found, duration) = match stretch.next.take() {
+            Some(next) => next,
+            None => {
+                let Place { cycle, time, .. } = stretch.place;
+                stretch.changes.take(cycle, time, period)?;
+                let next = look_ahead::<V>(stretch);
+                kernel.check_range(&stretch.place, stretch.w)?;
+                if stretch.shows && next.1 > 0.0 {
+                    stretch.next = Some(next);
+                    return Ok(Halt::Window(next.1));
+                }
+                next
+            }
+        };
+        let Some(found) = found else {
+            to_the_end::<V>(stretch, duration)?;
+            continue;
+        };
+        if duration > 0.0 {
+            kernel.move_to::<V>(duration, stretch.w);
+            stretch.step_on(duration);
+            stretch.counters.partial_windows += 1;
+        }
+        return Ok(Halt::Event(meet::<V>(stretch, found)?));
+    }
+    Ok(Halt::End)
+}
+
+/// What happens first on the block ahead, and the time that it takes \[s\] until that or its end.
+#[inline(always)]
+fn look_ahead<V: Vector>(stretch: &mut Stretch<'_, '_>) -> (Option<Found>, f64) {
+    let kernel = stretch.kernel;
+    let left = stretch.left();
+    let whole = NODES as f64 * kernel.step;
+    stretch.counters.windows += 1;
+    let found = if left > 0.0 {
+        let Stretch {
+            place,
+            rates,
+            w,
+            counters,
+            ..
+        } = stretch;
+        kernel.first_event::<V>(place, rates, left.min(whole), w, counters)
+    } else {
+        None
+    };
+    let duration = match found {
+        Some(found) => found.time,
+        None if stretch.fits() => whole,
+        None => left,
+    };
+    (found, duration)
+}
+
+/// Moves to the end of a block on which nothing happens.
+#[inline(always)]
+fn to_the_end<V: Vector>(stretch: &mut Stretch<'_, '_>, duration: f64) -> Result<(), End> {
+    let kernel = stretch.kernel;
+    let arrives = stretch.left() <= duration + ROUNDING * kernel.model.period();
+    if stretch.fits() {
+        kernel.move_whole::<V>(stretch.w);
+    } else {
+        kernel.move_to::<V>(duration, stretch.w);
+        stretch.counters.partial_windows += 1;
+        if stretch.w.stop.is_some() {
+            kernel.see_here::<V>(stretch.w);
+        }
+    }
+    let limit = stretch.limit();
+    stretch.step_on(duration);
+    if arrives {
+        let place = &mut stretch.place;
+        place.time = limit;
+        if stretch.w.stop.is_some() {
+            (kernel.pass_stops(place, limit, stretch.w)).map_err(|error| place.refused(error))?;
+        }
+    }
+    Ok(())
+}
+
+/// Lets an event happen where the states are.
+#[inline(always)]
+fn meet<V: Vector>(stretch: &mut Stretch<'_, '_>, found: Found) -> Result<Event, End> {
+    let kernel = stretch.kernel;
+    let (place, w) = (&mut stretch.place, &mut *stretch.w);
+    let contact = found.contact;
+    kernel.see_here::<V>(w);
+    let event = Event {
+        cycle: place.cycle,
+        time: place.time,
+        from: place.active,
+        to: place.active.toggled(contact),
+        contact,
+        rate: w.seen[w.line_of[contact]].rate,
+    };
+    let state = (kernel.sets).closed_state(kernel.model, contact, place.cycle, place.time);
+    if found.on_surface && w.states.len() > w.length {
+        kernel.apply_saltation(contact, state, event.closes(), w);
+    }
+    (kernel.change(contact, if event.closes() { state } else { 0 }, w))
+        .map_err(|error| place.refused(error))?;
+    place.active = event.to;
+    if place.crossed.holds(contact) != found.on_surface {
+        place.crossed = place.crossed.toggled(contact);
+    }
+    w.watch(&kernel.model.contacts, place.active);
+    kernel.plan(place.cycle, place.time, w);
+    let margin = Margin::new(&kernel.model.contacts[contact], contact, event.closes());
+    stretch.rates[contact] = margin.scale * event.rate;
+    Ok(event)
+}
+
+impl Stretch<'_, '_> {
+    /// Time of the cycle \[s\] up to which the present system stays, unless an event comes before.
+    #[inline(always)]
+    fn limit(&self) -> f64 {
+        (self.w.stop).map_or(self.kernel.model.period(), |stop| stop.time)
+    }
+
+    /// Time until then \[s\].
+    #[inline(always)]
+    fn left(&self) -> f64 {
+        self.limit() - self.place.time
+    }
+
+    /// Whether a whole block does not reach beyond.
+    #[inline(always)]
+    fn fits(&self) -> bool {
+        let whole = NODES as f64 * self.kernel.step;
+        self.left() >= whole - ROUNDING * self.kernel.model.period()
+    }
+
+    /// Takes account of a move by some time \[s\].
+    #[inline(always)]
+    fn step_on(&mut self, duration: f64) {
+        self.place.time += duration;
+        self.place.crossed = ActiveSet::FREE;
+        self.counters.tangent_windows += (self.w.states.len() / self.w.length - 1) as u64;
+    }
+}
+
+impl ClosedModes<'_> {
+    /// Moves all states and inputs over a whole block.
+    #[inline(always)]
+    fn move_whole<V: Vector>(&self, w: &mut Workspace) {
+        let system = self.system(w.set);
+        advance_body::<V>(&system.moves[NODES - 1], &mut w.states);
+        let half = w.length / 2;
+        for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
+            let [x, y] = pushes[NODES - 1];
+            w.states[drift.lane] += x;
+            w.states[half + drift.lane] += y;
+        }
+        Frequencies::turn(&self.turns[NODES - 1], &mut w.inputs);
+        for &line in &w.lines {
+            w.seen[line].start = w.seen[line].nodes.0[NODES - 1];
+        }
+    }
+
+    /// Moves all states and inputs to a time within a block, where the next one starts.
+    #[inline(always)]
+    fn move_to<V: Vector>(&self, time: f64, w: &mut Workspace) {
+        let system = self.system(w.set);
+        let parts = Parts::new(system, self.step, time);
+        let beside = match w.tried {
+            Some(tried) => time - tried,
+            None => f64::INFINITY,
+        };
+        if beside.abs() * self.fastest() <= lanes::LITTLE {
+            advance_little_body::<V>(&system.chunks, beside, &mut w.spare);
+        } else {
+            // Nobody asks what is seen there.
+            let (rows, before) = (&system.views[0].rows, parts.before());
+            advance_to_body::<V>(
+                &system.chunks,
+                before,
+                parts.rest,
+                rows,
+                &w.states,
+                &mut w.spare,
+            );
+        }
+        std::mem::swap(&mut w.states, &mut w.spare);
+        let half = w.length / 2;
+        for (drift, [x, y]) in parts.pushed() {
+            w.states[drift.lane] += x;
+            w.states[half + drift.lane] += y;
+        }
+        (self.frequencies).turn_to(parts.turns(self), parts.rest, &mut w.inputs);
+    }
+
+    /// Deflections and rates now along the lines of all contacts.
+    #[inline(always)]
+    fn see_here<V: Vector>(&self, w: &mut Workspace) {
+        let state = &w.states[..w.length];
+        see_now_body::<V>(self.system(w.set), state, &w.inputs, &w.lines, &mut w.seen);
+    }
+
+    /// Stops a motion that has left every range.
+    #[inline(always)]
+    fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
+        for &line in &w.lines {
+            // No number is not near.
+            let near = w.seen[line].start.abs() <= self.farthest[line];
+            if !near {
+                return Err(End::Diverged { cycle: place.cycle });
+            }
+        }
+        Ok(())
+    }
+}
