@@ -56,7 +56,7 @@ impl EnergyNorm {
             weights,
             unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
-            taken: model.sliders.len() + 2 * model.stops.len(),
+            taken: taken(model),
         }
     }
 
@@ -73,7 +73,7 @@ impl EnergyNorm {
             weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
-            taken: model.sliders.len() + 2 * model.stops.len(),
+            taken: taken(model),
         }
     }
 
@@ -87,7 +87,8 @@ impl EnergyNorm {
         self.felt().len()
     }
 
-    /// Number of independent tangents that are left where every dry slider slips, and every rigid stop holds the structure.
+    /// Number of independent tangents that are left where every dry slider slips, every rigid stop holds the structure, and all
+    /// dry friction sticks.
     pub fn dimension_held(&self) -> usize {
         self.dimension().saturating_sub(self.taken)
     }
@@ -179,6 +180,12 @@ impl EnergyNorm {
             }
         }
     }
+}
+
+/// How many dimensions events may take from the tangents: one for each dry slider and each element of dry friction, two for
+/// each rigid stop.
+fn taken(model: &Model) -> usize {
+    model.sliders.len() + model.frictions.len() + 2 * model.stops.len()
 }
 
 /// Scale of the closed mesh `√(k Σ w·g)` \[rad/s\].

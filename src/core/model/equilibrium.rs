@@ -32,8 +32,8 @@ impl Standing {
     fn of(model: &Model, place: usize) -> Self {
         let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];
-        if contact.release.of_slider() || contact.release == Release::Rest {
-            // A slider starts without force: no motion closes it here.
+        if contact.release.of_slider() || !model.is_spring(place) {
+            // Sliders and dry friction start without force: no motion closes them here.
             let nothing = vec![0.0; model.modes()];
             return Self {
                 side: 1.0,

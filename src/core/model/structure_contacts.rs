@@ -7,7 +7,9 @@ use super::{
     Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
-use crate::structure::{ContactLaw, MOST_CYCLES, SliderPart, StopPart, StructureContact};
+use crate::structure::{
+    ContactLaw, FrictionPart, MOST_CYCLES, SliderPart, StopPart, StructureContact,
+};
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
@@ -119,7 +121,16 @@ pub(super) fn contact(
     let divisions = divisions(law);
     let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
     let smallest = smallest.unwrap_or(0.0);
-    positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    let [name, accepted] = match law.dry_friction {
+        Some(_) => ["force of dry friction", "above 0 N"],
+        None => [
+            "contact stiffness",
+            "above 0 N/m, or constant and below 0 N/m",
+        ],
+    };
+    // One level may be negative: the contact softens what acts beside it.
+    let softens = law.dry_friction.is_none() && smallest < 0.0 && law.is_constant();
+    positive(name, smallest, smallest > 0.0 || softens, accepted)?;
     positive(
         "contact damping",
         law.damping,
@@ -157,7 +168,8 @@ pub(super) fn contact(
     if let Some(block) = slider {
         w[block] = -1.0;
     }
-    let law_of_stop = law.stop;
+    let holds = matches!(law.stop, Some(StopPart::Rest))
+        || matches!(law.dry_friction, Some(FrictionPart::Stick { .. }));
     let mut known: Vec<([f64; 3], usize)> = Vec::new();
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
@@ -175,9 +187,10 @@ pub(super) fn contact(
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
         let gains = basis.gains(blocks, &seen, &acts);
-        let added = match law_of_stop {
-            Some(StopPart::Rest) => directions.add_resting((&gains, blocks), &error, on_bearings),
-            _ => directions.add(gains, -arm * own.sliding, &error, on_bearings),
+        let added = if holds {
+            directions.add_resting((&gains, blocks), &error, on_bearings)
+        } else {
+            directions.add(gains, -arm * own.sliding, &error, on_bearings)
         };
         known.push((law, added));
         added
@@ -193,10 +206,10 @@ pub(super) fn contact(
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
         band: f64::INFINITY,
-        side: match law.slider {
-            None | Some(SliderPart::Forwards) => 1.0,
-            Some(SliderPart::Backwards) => -1.0,
-            Some(SliderPart::Spring) => 0.0,
+        side: match (law.slider, law.dry_friction) {
+            (Some(SliderPart::Backwards), _) | (_, Some(FrictionPart::Backwards)) => -1.0,
+            (Some(SliderPart::Spring), _) | (_, Some(FrictionPart::Stick { .. })) => 0.0,
+            _ => 1.0,
         },
         half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },

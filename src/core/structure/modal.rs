@@ -1,6 +1,6 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
-use crate::structure::{MeshHarmonic, SliderPart, StaticShare, StopPart};
+use crate::structure::{FrictionPart, MeshHarmonic, SliderPart, StaticShare, StopPart};
 
 /// Most cycles of a contact and of the mesh in its base period: where it varies its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 10_000;
@@ -279,6 +279,9 @@ pub struct ContactLaw {
     /// The part of a rigid stop that it is; none of an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopPart>,
+    /// The part of dry friction that it is; none of an ordinary contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dry_friction: Option<FrictionPart>,
 }
 
 impl ContactLaw {

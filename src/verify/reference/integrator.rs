@@ -80,6 +80,9 @@ pub enum ReferenceError {
     /// The integration has no rule for it.
     #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
     RigidStop,
+    /// The integration has no rule for it.
+    #[error("the extended integrator cannot follow dry friction; replace it by a slider")]
+    DryFriction,
     /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
     #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
     Touch {
@@ -160,9 +163,16 @@ impl<'m> Reference<'m> {
     }
 }
 
+/// A direction of sliding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Way {
+    Forwards,
+    Backwards,
+}
+
 /// What may end a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Watched {
+pub(super) enum Watched {
     /// Its deflection, at its surface.
     Deflection,
     /// The push of its spring and damper, at zero.
@@ -173,6 +183,8 @@ enum Watched {
     Depth,
     /// The force of a rigid stop, at zero.
     Hold,
+    /// The force of dry friction that sticks, at its limit forwards and at that backwards.
+    Limit(Way),
 }
 
 /// An integration under way.
@@ -221,7 +233,7 @@ impl Integration<'_> {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
         for (index, contact) in model.contacts.iter().enumerate() {
-            if contact.release.of_stop() {
+            if contact.release.of_stop() || contact.release.of_friction() {
                 continue;
             }
             // A force that vanishes steps with the stiffness too.
@@ -245,10 +257,14 @@ impl Integration<'_> {
     fn watched(&self, contact: usize) -> &'static [Watched] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
-            (Release::Stick, _) | (Release::Rest, false) => &[],
+            (Release::Stick, _) | (Release::Rest | Release::Rub | Release::Grip, false) => &[],
+            (Release::Grip, true) => &[
+                Watched::Limit(Way::Forwards),
+                Watched::Limit(Way::Backwards),
+            ],
             (Release::Rest, true) => &[Watched::Hold],
             (Release::Impact, _) if self.contact.holds(contact + 1) => &[],
-            (Release::Slip, true) => &[Watched::Slide],
+            (Release::Slip | Release::Rub, true) => &[Watched::Slide],
             (Release::Force | Release::Film, true) => &[Watched::Push],
             (Release::Film, false) if self.compressed.passed.holds(contact) => &[Watched::Depth],
             _ if self.compressed.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
@@ -365,6 +381,10 @@ impl Integration<'_> {
             self.meet_stop(stop, contact, reached);
             return Ok(Some(reached));
         }
+        if let Some(friction) = model.friction_of(contact) {
+            self.meet_friction(friction, watched, reached);
+            return Ok(Some(reached));
+        }
         let Compressed { unladen, passed } = &mut self.compressed;
         let was_unladen = unladen.holds(contact);
         if watched == Watched::Depth {
@@ -459,6 +479,7 @@ impl Integration<'_> {
                 margin
             }
             Watched::Hold => self.hold(contact, state, time),
+            Watched::Limit(way) => self.room(contact, way, state, time),
             Watched::Depth => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let [gap, opening] = own.gap(segment, time);
@@ -466,7 +487,13 @@ impl Integration<'_> {
             }
             Watched::Slide => {
                 let slope = self.slope(state, time);
-                sliding(model, contact, segment, (self.cycle, time), (state, &slope))
+                let at = (self.cycle, time);
+                let mut margin = sliding(model, contact, segment, at, (state, &slope));
+                if let Some(friction) = model.friction_of(contact) {
+                    margin.value +=
+                        self.round_off_of_sliding(friction, state) - own.side * friction.belt_speed;
+                }
+                margin
             }
             Watched::Push => {
                 let slope = self.slope(state, time);

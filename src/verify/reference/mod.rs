@@ -18,6 +18,7 @@
 mod compressed;
 mod crossing;
 mod extended;
+mod friction;
 mod gauss;
 mod integrator;
 mod push;

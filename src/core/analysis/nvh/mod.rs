@@ -76,8 +76,9 @@ impl Nvh {
                 if model.of_mesh(contact) {
                     (usize::from(own.side < 0.0), own.side)
                 } else {
-                    // The spring of a slider has no side of its own.
-                    let side = if own.release == Release::Stick { 1.0 } else { own.side };
+                    // What bears on either side has no side of its own.
+                    let bears = matches!(own.release, Release::Stick | Release::Grip);
+                    let side = if bears { 1.0 } else { own.side };
                     (contact - model.flank_springs + FLANKS, side)
                 }
             })

@@ -5,8 +5,8 @@
 //! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
 //! where a line turns. Off the cell grid, windows of full length follow one another until one would
 //! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
-//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]) or
-//! rigid stops ([`super::impact`]).
+//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]), rigid
+//! stops ([`super::impact`]) or dry friction ([`super::stick`]).
 
 use super::Volterra;
 use super::feedback::ContactSolve;
@@ -182,15 +182,21 @@ impl Volterra<'_> {
             }
             return Ok(());
         };
-        if self.model.contacts[found.contact].release.of_stop() {
+        let release = self.model.contacts[found.contact].release;
+        if release.of_stop() || release.of_friction() {
             let scene = Scene {
+                model: &self.model,
                 position,
                 active,
                 changes,
                 observer,
                 counters,
             };
-            return self.meet_stop(found, track, scene, workspace);
+            return if release.of_stop() {
+                self.meet_stop(found, track, scene, workspace)
+            } else {
+                self.meet_friction(found, track, scene, workspace)
+            };
         }
         let met = self.met(&found, position, track, *active, workspace);
         if found.x > -1.0 {

@@ -17,7 +17,7 @@
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
 //! ```
 //!
-//! is eliminated. The force of a dry slider that slips is its limit, known from the start. A stiffness that varies multiplies values at the Gauss nodes: between series it is
+//! is eliminated. The force of a slip of a dry slider or of dry friction is its limit, known from the start. A stiffness that varies multiplies values at the Gauss nodes: between series it is
 //! a matrix.
 
 use super::feedback::ContactSolve;
@@ -132,7 +132,7 @@ impl JointWindow<'_> {
 
     /// Closes the contacts in turn; whether that settles.
     fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
-        let rests = self.active.iter().filter(|own| self.model.is_rest(*own));
+        let rests = self.active.iter().filter(|own| self.model.is_hold(*own));
         if rests.count() > 1 {
             // Each force of theirs acts on the others at once.
             return false;

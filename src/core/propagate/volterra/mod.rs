@@ -64,6 +64,7 @@ mod release;
 mod search;
 mod shapes;
 mod slide;
+mod stick;
 mod table_requests;
 mod tables;
 mod varying;
@@ -90,7 +91,7 @@ pub struct Volterra<'m> {
     instructions: InstructionSet,
     /// Contacts that let go where their force vanishes.
     never_pull: ActiveSet,
-    /// Contacts with a search of their own: states of dry sliders, parts of rigid stops.
+    /// Contacts with a search of their own: states of dry sliders and dry friction, parts of rigid stops.
     of_parts: ActiveSet,
     /// The fastest rate of the open structure, its excitation and the mesh cycle \[1/s\].
     fastest: f64,
@@ -150,7 +151,10 @@ impl<'m> Volterra<'m> {
             event_limit,
             instructions,
             never_pull,
-            of_parts: released_by(Release::of_slider).union(released_by(Release::of_stop)),
+            of_parts: [Release::of_slider, Release::of_stop, Release::of_friction]
+                .map(released_by)
+                .into_iter()
+                .fold(ActiveSet::FREE, ActiveSet::union),
             fastest: length::fastest_of_open(&model).max(TAU / model.period()),
             on_breakpoint: if never_pull.touching() {
                 // Where the stiffness steps a contact may take hold inside a window of free flight.

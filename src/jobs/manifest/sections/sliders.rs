@@ -1,4 +1,4 @@
-//! What can a drive with dry sliders or rigid stops not have?
+//! What can a drive with dry sliders, rigid stops or dry friction not have?
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -63,7 +63,32 @@ const EXCLUDED_BY_STOPS: [Excluded; 3] = [
     ),
 ];
 
-/// Reports what the sliders and the rigid stops of a model exclude.
+/// Keys that dry friction excludes.
+const EXCLUDED_BY_FRICTION: [Excluded; 3] = [
+    (
+        "run",
+        "kernel",
+        &["closed_modes", "stepping"],
+        "is a kernel that cannot follow dry friction",
+        "set kernel = \"volterra\" or \"auto\"",
+    ),
+    (
+        "analyses",
+        "covariant",
+        &[],
+        "is not available: dry friction that sticks forgets a direction, so that no vector goes backwards",
+        "remove the analysis, or replace `[[dry_friction]]` by a damper",
+    ),
+    (
+        "continuation",
+        "over",
+        &[],
+        "is not available: orbits with dry friction cannot be followed over a parameter",
+        "remove the table, or replace `[[dry_friction]]` by a damper",
+    ),
+];
+
+/// Reports what the sliders, the rigid stops and the dry friction of a model exclude.
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
     if sliders > 0 {
@@ -78,6 +103,11 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
     if stops > 0 {
         let label = format!("not with {stops} rigid stops");
         exclude(root, issues, &EXCLUDED_BY_STOPS, &label);
+    }
+    let frictions = model.map_or(0, |model| model.source.dry_frictions());
+    if frictions > 0 {
+        let label = format!("not with {frictions} elements of dry friction");
+        exclude(root, issues, &EXCLUDED_BY_FRICTION, &label);
     }
 }
 

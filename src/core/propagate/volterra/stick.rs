@@ -1,0 +1,193 @@
+//! When does dry friction begin to slip, when does it stick, and when does it slip back?
+//!
+//! Slipping ends where the speed v of sliding vanishes. The force λ that would hold the structure there decides what follows: it
+//! sticks, unless |λ| exceeds the static force F_s. Sticking ends where |λ| reaches F_s. With h the quantity that vanishes at an
+//! event and f the derivatives of the state on both sides, tangents change by
+//!
+//! ```text
+//! dx⁺ = dx + (f⁺ − f⁻) dh / h'
+//! slip s → stick:   dx⁺ = dx − g (r·dx) / ρ                    one dimension is lost
+//! slip s → −s:      dx⁺ = dx + 2 s F g (r·dx) / δ''
+//! stick → slip s:   dx⁺ = dx + s (F_s − F) g dλ / λ'
+//! ```
+//!
+//! with ρ, g, r of [`crate::model::Hold`]. Whatever else sticks moves along, so that its tangents keep no speed.
+//!
+//! Right after a stick with F_s = F the speed has a double root. It can only come back to zero behind the next zero of δ'', which is
+//! sought first, the known root divided out.
+
+use super::Volterra;
+use super::impact::Scene;
+use super::position::Track;
+use super::release::Place;
+use super::shapes::{Series, TERMS};
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, DryFriction};
+use crate::numerics::legendre::{self, evaluate, transforms24};
+use crate::propagate::events::{Crossing, ROUND_OFF};
+use crate::propagate::{Counters, Observer, Stop as End};
+
+/// What an element of dry friction sees over a window.
+struct Sliding {
+    /// Series of the speed v, times half the window \[m\].
+    speed: Series,
+    /// Series of the force that holds the structure; while it slips of δ''/ρ \[N\].
+    force: Series,
+    /// Round-off of both.
+    noise: [f64; 2],
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`, dry friction included, where `first` is that of all other contacts.
+    pub(super) fn first_with_frictions(
+        &self,
+        track: Track<'_>,
+        active: ActiveSet,
+        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
+        for &friction in &self.model.frictions {
+            let seen = self.sliding(friction, track, workspace);
+            for (slip, side) in friction.slips().into_iter().zip([1.0, -1.0]) {
+                let until = first.map_or(limit, |(found, _)| found.x);
+                let found = if active.holds(slip) {
+                    self.stops_sliding(side, &seen, until, counters)
+                } else if active.holds(friction.stick()) {
+                    let mut room = seen.force.map(|a| -side * a);
+                    room[0] += friction.static_force;
+                    let known = legendre::at_start(&room).abs() <= seen.noise[1];
+                    self.exit(&room, 1.0, seen.noise[1], known, until, counters)
+                } else {
+                    None
+                };
+                if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
+                    first = Some((Crossing { x, contact: slip }, Place::Elsewhere));
+                }
+            }
+        }
+        first
+    }
+
+    fn sliding(&self, own: DryFriction, track: Track<'_>, workspace: &Workspace) -> Sliding {
+        let [motion, stick] = [own.forwards, own.stick()]
+            .map(|contact| &workspace.solutions[track.place_of(contact)]);
+        let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
+        let mut speed = legendre::derivative(&motion.deflection);
+        speed[0] -= own.belt_speed * half;
+        let of_speed = TERMS as f64 * motion.size + (own.belt_speed * half).abs();
+        Sliding {
+            speed,
+            force: stick.deflection,
+            noise: [
+                ROUND_OFF * of_speed,
+                ROUND_OFF * (stick.size + own.static_force),
+            ],
+        }
+    }
+
+    /// Where a slip in the direction `side` ends.
+    fn stops_sliding(
+        &self,
+        side: f64,
+        seen: &Sliding,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let [noise, of_force] = seen.noise;
+        let starts = side * legendre::at_start(&seen.speed) <= noise;
+        let quickens = side * legendre::at_start(&seen.force);
+        if !starts || quickens.abs() > TERMS as f64 * of_force {
+            return self.exit(&seen.speed, side, noise, starts, limit, counters);
+        }
+        let turn = self.exit(&seen.force, side, of_force, true, limit, counters)?;
+        if turn >= limit {
+            return None;
+        }
+        let rest = transforms24().restrict(&seen.speed, turn, limit);
+        let x = self.exit(&rest, side, noise, false, 1.0, counters)?;
+        Some(turn + 0.5 * (limit - turn) * (x + 1.0))
+    }
+
+    /// Moves to an event of dry friction and lets it happen.
+    pub(super) fn meet_friction<O: Observer>(
+        &self,
+        found: Crossing,
+        track: Track<'_>,
+        mut scene: Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        let Some(own) = self.model.friction_of(found.contact) else {
+            unreachable!("a state of dry friction has an element");
+        };
+        let side = self.model.contacts[found.contact].side;
+        let seen = self.sliding(own, track, workspace);
+        let sticks = scene.active.holds(own.stick());
+        let mut jumps = Vec::new();
+        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &seen)) {
+            let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
+            let rate = evaluate(&legendre::derivative(&seen.force), found.x) / half;
+            let factor = side * (own.static_force - own.force) / rate;
+            jumps = self.changes_of_force(own, *scene.active, found.x, workspace);
+            jumps.iter_mut().for_each(|change| *change *= factor);
+        }
+        let slows = own.push * evaluate(&seen.force, found.x);
+        self.move_to_event(found.x, track, &mut scene, workspace);
+        let time = scene.position.time;
+        scene.toggle(found.contact, 0.0, time)?;
+        let turns = || side * self.force_that_holds(own, &scene, workspace) < -own.static_force;
+        if !sticks && turns() {
+            let felt = |column: [&mut [f64]; 2]| {
+                self.model
+                    .felt_along(own.direction, [&*column[0], &*column[1]])[1]
+            };
+            let factor = 2.0 * side * own.force / slows;
+            let tangents = workspace.columns_in_parts().skip(1);
+            jumps = tangents.map(|column| factor * felt(column)).collect();
+            scene.toggle(own.slip_towards(-side), 0.0, time)?;
+        }
+        let tangents = workspace.columns_in_parts().skip(1);
+        for (column, jump) in tangents.zip(jumps) {
+            self.model.push_along(own.direction, -jump, column);
+        }
+        self.keep_seated(*scene.active, scene.position, workspace);
+        Ok(())
+    }
+
+    /// Whether a stick starts a window at the limit of static friction.
+    fn is_at_limit(&self, own: DryFriction, side: f64, seen: &Sliding) -> bool {
+        let force = side * legendre::at_start(&seen.force);
+        (own.static_force - force).abs() <= seen.noise[1]
+    }
+
+    /// Changes of the force of a stick at a place of a window by all tangents \[N\].
+    fn changes_of_force(
+        &self,
+        own: DryFriction,
+        active: ActiveSet,
+        x: f64,
+        workspace: &Workspace,
+    ) -> Vec<f64> {
+        let columns = workspace.tangents() + 1;
+        let index = active.iter().position(|closed| closed == own.stick());
+        let forces = &workspace.joint.forces[index.unwrap_or(0) * columns..][..columns];
+        (forces[1..].iter())
+            .map(|force| evaluate(&force.0, x))
+            .collect()
+    }
+
+    /// The force \[N\] of an element that sticks in the present state.
+    fn force_that_holds<O: Observer>(
+        &self,
+        own: DryFriction,
+        scene: &Scene<'_, O>,
+        workspace: &Workspace,
+    ) -> f64 {
+        let model = &*self.model;
+        let at = (scene.position.cycle, scene.position.time);
+        let state = workspace.components(model.modes()).concat();
+        let forces = model.forces_of_holds(&workspace.segments, *scene.active, at, &state);
+        let place = model.holds().position(|hold| hold.contact == own.stick());
+        forces[place.unwrap_or(0)]
+    }
+}
