@@ -7,7 +7,7 @@ mod pieces;
 
 use crate::common::advance::{Events, advance_with, volterra};
 use gearatlas::analysis::EnergyAudit;
-use gearatlas::model::{Drive, Model, ModelError, OperatingPoint, TrajectoryState};
+use gearatlas::model::{ActiveSet, Drive, Model, ModelError, OperatingPoint, TrajectoryState};
 use gearatlas::numerics::random::Stream;
 use gearatlas::propagate::{Counters, Event, Kernel, Tangents};
 use gearatlas::reference::{Crossing, Extended, Reference, ReferenceError};
@@ -60,6 +60,7 @@ fn forced_motions_are_their_pieces() {
             "one stop",
             Rubbing {
                 force: 0.5,
+                static_force: 0.5,
                 frequency: 0.7,
                 load: 0.6,
                 ..plain
@@ -69,17 +70,19 @@ fn forced_motions_are_their_pieces() {
         (
             "two stops",
             Rubbing {
-                force: 0.25,
+                force: 0.15,
+                static_force: 0.15,
                 frequency: 0.28,
                 damping: 0.1,
                 ..plain
             },
-            None,
+            Some(2),
         ),
         (
             "no stop",
             Rubbing {
                 force: 0.2,
+                static_force: 0.2,
                 frequency: 0.7,
                 damping: 0.1,
                 ..plain
@@ -169,15 +172,6 @@ fn forced_motions_are_their_pieces() {
         if let Some(stops) = stops {
             assert_eq!(late_half.count(), stops * 12, "{name}");
         }
-        if name == "two stops" {
-            assert_eq!(
-                changes
-                    .iter()
-                    .filter(|(t, way)| *way == 0.0 && *t > 0.5 * length)
-                    .count(),
-                24
-            );
-        }
     }
 }
 
@@ -236,6 +230,18 @@ const POINT: OperatingPoint = OperatingPoint {
     speed: TAU / 2.3,
 };
 
+/// Times of events with the contacts closed behind them, those of one moment together.
+fn moments(events: impl Iterator<Item = (f64, ActiveSet)>) -> Vec<(f64, ActiveSet)> {
+    let mut all: Vec<(f64, ActiveSet)> = Vec::new();
+    for (time, to) in events {
+        match all.last_mut() {
+            Some(last) if time - last.0 < 1e-9 => last.1 = to,
+            _ => all.push((time, to)),
+        }
+    }
+    all
+}
+
 /// Cycle by cycle, so that no growth of errors adds up: events and states are those of the other integrator.
 #[test]
 fn random_elements_are_followed_as_by_another_integrator() {
@@ -268,22 +274,19 @@ fn random_elements_are_followed_as_by_another_integrator() {
                 faults.push((model.frictions.len(), fault));
                 break;
             };
-            let of_kernel = |own: &Event| (own.contact, own.to, own.time);
-            let of_other = |own: &Crossing| (own.contact, own.to, own.time);
-            let own: Vec<_> = seen.0.iter().map(of_kernel).collect();
-            let other: Vec<_> = exact.crossings.iter().map(of_other).collect();
-            let what = |list: &[(usize, _, f64)]| {
-                list.iter().map(|own| (own.0, own.1)).collect::<Vec<_>>()
-            };
+            // One element may free another at once: in which order does not matter.
+            let of_kernel = seen.0.iter().map(|own| (own.time, own.to));
+            let of_other = |own: &Crossing| (own.time, own.to);
+            let own = moments(of_kernel);
+            let other = moments(exact.crossings.iter().map(of_other));
+            let what = |list: &[(f64, ActiveSet)]| list.iter().map(|own| own.1).collect::<Vec<_>>();
             if what(&own) != what(&other) {
-                faults.push((
-                    model.frictions.len(),
-                    format!("{number} {cycle}: {own:?} {other:?}"),
-                ));
+                let fault = format!("{number} {cycle}: {own:?} {other:?}");
+                faults.push((model.frictions.len(), fault));
                 break;
             }
             for (a, b) in own.iter().zip(&other) {
-                late = late.max((a.2 - b.2).abs());
+                late = late.max((a.0 - b.0).abs());
             }
             let size = from.state.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
             let pairs = trajectory.state.iter().zip(&exact.end.state);
@@ -332,8 +335,11 @@ fn energy_balances_through_sticks_and_slips() {
         let start = TrajectoryState::new(&model, vec![0.0; 2 * modes], 0);
         let mut both = (EnergyAudit::new(&model), Events::default());
         let (end, _) = advance_with(&volterra(&model), &start, 30, &mut both);
-        worst = worst.max(both.0.residual(&end).unwrap());
-        events += both.1.0.len();
+        // Of what always sticks there is no energy to compare with.
+        if both.1.0.len() > 10 {
+            worst = worst.max(both.0.residual(&end).unwrap());
+            events += both.1.0.len();
+        }
     }
     println!("{events} events, residual {worst:.1e}");
     assert!(events > 500, "{events}");

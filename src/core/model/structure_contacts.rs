@@ -102,6 +102,39 @@ fn divisions(law: &ContactLaw) -> Vec<Division> {
         .collect()
 }
 
+/// Whether a contact holds the structure by a constraint.
+fn holds(law: &ContactLaw) -> bool {
+    let sticks = matches!(law.dry_friction, Some(FrictionPart::Stick { .. }));
+    sticks || law.stop == Some(StopPart::Rest)
+}
+
+/// The side of a contact: 0 of what bears on either side.
+fn side(law: &ContactLaw) -> f64 {
+    match (law.slider, law.dry_friction) {
+        (Some(SliderPart::Backwards), _) | (_, Some(FrictionPart::Backwards)) => -1.0,
+        (Some(SliderPart::Spring), _) | (_, Some(FrictionPart::Stick { .. })) => 0.0,
+        _ => 1.0,
+    }
+}
+
+/// That the stiffness of a contact is above 0 everywhere, or constant: one that is negative softens what acts beside it.
+///
+/// # Errors
+/// [`ModelError::OutOfRange`].
+fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), ModelError> {
+    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
+    let smallest = smallest.unwrap_or(0.0);
+    let [name, accepted] = match law.dry_friction {
+        Some(_) => ["force of dry friction", "above 0 N"],
+        None => [
+            "contact stiffness",
+            "above 0 N/m, or constant and below 0 N/m",
+        ],
+    };
+    let softens = law.dry_friction.is_none() && smallest < 0.0 && law.is_constant();
+    positive(name, smallest, smallest > 0.0 || softens, accepted)
+}
+
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
 /// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
 /// ([`crate::structure::StaticShare`]), `slider` is the block with the place of its slider, where it is a state of one.
@@ -119,18 +152,7 @@ pub(super) fn contact(
     let [p, q] = own.cycles;
     let law = &own.law;
     let divisions = divisions(law);
-    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
-    let smallest = smallest.unwrap_or(0.0);
-    let [name, accepted] = match law.dry_friction {
-        Some(_) => ["force of dry friction", "above 0 N"],
-        None => [
-            "contact stiffness",
-            "above 0 N/m, or constant and below 0 N/m",
-        ],
-    };
-    // One level may be negative: the contact softens what acts beside it.
-    let softens = law.dry_friction.is_none() && smallest < 0.0 && law.is_constant();
-    positive(name, smallest, smallest > 0.0 || softens, accepted)?;
+    check_stiffness(law, &divisions)?;
     positive(
         "contact damping",
         law.damping,
@@ -168,8 +190,7 @@ pub(super) fn contact(
     if let Some(block) = slider {
         w[block] = -1.0;
     }
-    let holds = matches!(law.stop, Some(StopPart::Rest))
-        || matches!(law.dry_friction, Some(FrictionPart::Stick { .. }));
+    let holds = holds(law);
     let mut known: Vec<([f64; 3], usize)> = Vec::new();
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
@@ -206,11 +227,7 @@ pub(super) fn contact(
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
         band: f64::INFINITY,
-        side: match (law.slider, law.dry_friction) {
-            (Some(SliderPart::Backwards), _) | (_, Some(FrictionPart::Backwards)) => -1.0,
-            (Some(SliderPart::Spring), _) | (_, Some(FrictionPart::Stick { .. })) => 0.0,
-            _ => 1.0,
-        },
+        side: side(law),
         half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },
         release,

@@ -3,12 +3,16 @@
 //! Where the speed of sliding vanishes the force that would hold the structure decides: it sticks, or slips back at once.
 
 use super::crossing::Margin;
-use super::integrator::{Integration, Watched, Way};
+use super::integrator::Integration;
+use super::watched::{Watched, Way};
 use crate::model::DryFriction;
 
 /// Round-off of a speed, in units of the terms that it is the sum of; [`Model::sliding_speed`](crate::model::Model::sliding_speed)
 /// has a multiple of it.
 const AT_REST: f64 = 0.1;
+
+/// Round-off of a force, in units of that of static friction.
+const OF_FORCE: f64 = 1e-13;
 
 impl Way {
     fn sign(self) -> f64 {
@@ -38,13 +42,14 @@ impl Integration<'_> {
         let model = self.reference.model;
         let (first, second) = state.split_at(model.modes());
         let [_, noise] = model.sliding_speed(own, [first, second]);
-        AT_REST * noise
+        AT_REST * (noise + OF_FORCE * own.static_force * own.push * self.reference.step)
     }
 
     /// Lets a state of dry friction end at a time \[s\] of a mesh cycle.
     pub(super) fn meet_friction(&mut self, own: DryFriction, watched: Watched, time: f64) {
         let model = self.reference.model;
         if let Watched::Limit(way) = watched {
+            self.still(time);
             self.cross(own.slip_towards(way.sign()), time, 0.0);
             return;
         }
@@ -55,6 +60,12 @@ impl Integration<'_> {
             self.cross(own.slip_towards(-side), time, 0.0);
             return;
         }
+        self.still(time);
+    }
+
+    /// Takes the round-off of the speed off what sticks.
+    fn still(&mut self, time: f64) {
+        let model = self.reference.model;
         let (first, second) = self.state.value.split_at_mut(model.modes());
         let held = model.held(self.contact);
         let levels = model.levels(&held, self.cycle, time);

@@ -24,6 +24,7 @@ mod integrator;
 mod push;
 mod rate;
 mod stops;
+mod watched;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
 pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};

@@ -134,8 +134,8 @@ fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
         let u = sin / (beta * (1.0 + cos));
         let at = |part: f64| {
             let force: f64 = part * most;
-            let amplitude = (v * v - (force * u).powi(2)).sqrt();
-            let sine = -force * u / v;
+            let amplitude = (v * v - (force * u).powi(2)).max(0.0).sqrt();
+            let sine = (-force * u / v).clamp(-1.0, 1.0);
             // The phase of the load where x is largest.
             let phase = f64::atan2(sine, v.signum() * (1.0 - sine * sine).sqrt());
             let law = FrictionLaw {
@@ -172,15 +172,17 @@ fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
         // Without a damper phase volume shrinks at the turns only, by the ratio of the accelerations after and before one.
         let spring = -exact + phase_of_load.cos();
         let ratio = (spring + force_of_friction) / (spring - force_of_friction);
+        // Round-off decides whether the turn at the end of the cycle is in it.
+        let expected = ratio.powi(events.len() as i32 / 2);
         let volume = columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0];
         assert!(
-            (volume / (ratio * ratio) - 1.0).abs() < 1e-9,
-            "{beta} {volume} {ratio}"
+            (volume / expected - 1.0).abs() < 1e-9,
+            "{beta} {volume} {expected}"
         );
         for (part, sticks) in [(0.98, false), (1.02, true)] {
             let (exact, model, _) = at(part);
             let start = TrajectoryState::new(&model, vec![exact, 0.0], 0);
-            let (.., events, _) = follow(&model, &start, 40);
+            let (.., events) = follow(&model, &start, 40);
             let stuck = |event: &Event| event.to.holds(own.stick());
             let times = times(&model, &events);
             let long = (events.iter().zip(&times).zip(&times[1..]))
@@ -201,7 +203,7 @@ fn a_free_motion_stops_where_friction_holds_the_spring() {
     let model = model(law, TAU, None);
     let start = TrajectoryState::new(&model, vec![1.05, 0.0], 0);
     let [own] = model.frictions[..] else { panic!() };
-    for (cycles, place) in [(1, 0.65), (2, 0.25), (3, 0.05), (50, 0.05)] {
+    for (cycles, place) in [(1, 0.65), (2, 0.25), (3, -0.05), (50, -0.05)] {
         let (end, columns, events) = follow(&model, &start, cycles);
         assert!(
             (end.state[0] - place).abs() < 1e-13,
@@ -209,7 +211,7 @@ fn a_free_motion_stops_where_friction_holds_the_spring() {
             end.state
         );
         if cycles >= 3 {
-            // 0.25 − 2 · 0.1 = 0.05 after five half cycles, where it stays.
+            // 1.05 − 5 · 2 · 0.1 = 0.05 after five half cycles, where it stays.
             assert_eq!(end.state[1], 0.0);
             assert!(end.contact.holds(own.stick()));
             let last = times(&model, &events);
@@ -335,7 +337,7 @@ fn a_contact_that_softens_lets_go_as_cosh() {
         load: 0.0,
         speed: TAU / 0.5,
     };
-    let model = Model::new(&structure, &Drive::constant(1.0, 1.0), point).unwrap();
+    let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap();
     let rest: f64 = 4.0 / 3.0;
     for start in [1.4, 1.3] {
         // x = r + (x₀ − r) cosh √3 t while x > 1.

@@ -3,7 +3,6 @@
 
 use gearatlas::model::{Model, TrajectoryState};
 use num_complex::{Complex64, c64};
-use std::f64::consts::TAU;
 
 /// The oscillator.
 #[derive(Debug, Clone, Copy)]

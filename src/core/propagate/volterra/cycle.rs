@@ -182,8 +182,7 @@ impl Volterra<'_> {
             }
             return Ok(());
         };
-        let release = self.model.contacts[found.contact].release;
-        if release.of_stop() || release.of_friction() {
+        if self.of_parts.holds(found.contact) && !self.model.is_of_slider(found.contact) {
             let scene = Scene {
                 model: &self.model,
                 position,
@@ -192,11 +191,7 @@ impl Volterra<'_> {
                 observer,
                 counters,
             };
-            return if release.of_stop() {
-                self.meet_stop(found, track, scene, workspace)
-            } else {
-                self.meet_friction(found, track, scene, workspace)
-            };
+            return self.meet_part(found, track, scene, workspace);
         }
         let met = self.met(&found, position, track, *active, workspace);
         if found.x > -1.0 {

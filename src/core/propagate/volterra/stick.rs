@@ -1,17 +1,17 @@
 //! When does dry friction begin to slip, when does it stick, and when does it slip back?
 //!
 //! Slipping ends where the speed v of sliding vanishes. The force λ that would hold the structure there decides what follows: it
-//! sticks, unless |λ| exceeds the static force F_s. Sticking ends where |λ| reaches F_s. With h the quantity that vanishes at an
-//! event and f the derivatives of the state on both sides, tangents change by
+//! sticks, unless |λ| exceeds the static force F_s. Sticking ends where |λ| reaches F_s. A tangent meets the event later, by dt,
+//! and is changed by what the force f of the element loses,
 //!
 //! ```text
-//! dx⁺ = dx + (f⁺ − f⁻) dh / h'
-//! slip s → stick:   dx⁺ = dx − g (r·dx) / ρ                    one dimension is lost
-//! slip s → −s:      dx⁺ = dx + 2 s F g (r·dx) / δ''
-//! stick → slip s:   dx⁺ = dx + s (F_s − F) g dλ / λ'
+//! dx⁺ = dx − (f⁻ − f⁺) g dt
+//! dt = −(r·dx) / δ''     where a slip ends: to stick, where this leaves r·dx⁺ = 0, or to slip back, f⁺ = −f⁻
+//! dt = −dλ / λ'          where a stick ends: f⁻ = ±F_s, f⁺ = ±F
 //! ```
 //!
-//! with ρ, g, r of [`crate::model::Hold`]. Whatever else sticks moves along, so that its tangents keep no speed.
+//! with g, r of [`crate::model::Hold`]. Whatever else sticks moves along, so that its tangents keep no speed. Where an event frees
+//! another element at once, by a step of the force that it bears, dt is that of the event.
 //!
 //! Right after a stick with F_s = F the speed has a double root. It can only come back to zero behind the next zero of δ'', which is
 //! sought first, the known root divided out.
@@ -109,47 +109,71 @@ impl Volterra<'_> {
         Some(turn + 0.5 * (limit - turn) * (x + 1.0))
     }
 
-    /// Moves to an event of dry friction and lets it happen.
-    pub(super) fn meet_friction<O: Observer>(
+    /// Moves to an event of a stop or of dry friction and lets it happen.
+    pub(super) fn meet_part<O: Observer>(
         &self,
         found: Crossing,
+        track: Track<'_>,
+        scene: Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        match self.model.friction_of(found.contact) {
+            Some(own) => self.meet_friction((own, found), track, scene, workspace),
+            None => self.meet_stop(found, track, scene, workspace),
+        }
+    }
+
+    /// Moves to an event of dry friction and lets it happen.
+    fn meet_friction<O: Observer>(
+        &self,
+        (own, found): (DryFriction, Crossing),
         track: Track<'_>,
         mut scene: Scene<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
-        let Some(own) = self.model.friction_of(found.contact) else {
-            unreachable!("a state of dry friction has an element");
-        };
         let side = self.model.contacts[found.contact].side;
         let seen = self.sliding(own, track, workspace);
         let sticks = scene.active.holds(own.stick());
-        let mut jumps = Vec::new();
-        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &seen)) {
+        let force = evaluate(&seen.force, found.x);
+        if !sticks || found.x > -1.0 || self.is_at_limit(own, side, &seen) {
             let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
             let rate = evaluate(&legendre::derivative(&seen.force), found.x) / half;
-            let factor = side * (own.static_force - own.force) / rate;
-            jumps = self.changes_of_force(own, *scene.active, found.x, workspace);
-            jumps.iter_mut().for_each(|change| *change *= factor);
+            workspace.shifts = if sticks {
+                let changes = self.changes_of_force(own, *scene.active, found.x, workspace);
+                changes.iter().map(|change| -change / rate).collect()
+            } else {
+                Vec::new()
+            };
+        } else if workspace.shifted != (scene.position.cycle, scene.position.time) {
+            workspace.shifts.clear();
         }
-        let slows = own.push * evaluate(&seen.force, found.x);
         self.move_to_event(found.x, track, &mut scene, workspace);
         let time = scene.position.time;
+        workspace.shifted = (scene.position.cycle, time);
         scene.toggle(found.contact, 0.0, time)?;
-        let turns = || side * self.force_that_holds(own, &scene, workspace) < -own.static_force;
-        if !sticks && turns() {
+        let mut less = force - side * own.force;
+        if !sticks {
             let felt = |column: [&mut [f64]; 2]| {
-                self.model
-                    .felt_along(own.direction, [&*column[0], &*column[1]])[1]
+                let [_, rate] = self
+                    .model
+                    .felt_along(own.direction, [&*column[0], &*column[1]]);
+                -rate / (own.push * force)
             };
-            let factor = 2.0 * side * own.force / slows;
             let tangents = workspace.columns_in_parts().skip(1);
-            jumps = tangents.map(|column| factor * felt(column)).collect();
-            scene.toggle(own.slip_towards(-side), 0.0, time)?;
+            workspace.shifts = tangents.map(felt).collect();
+            let holds = self.force_that_holds(own, &scene, workspace);
+            less = side * own.force - holds;
+            if side * holds < -own.static_force {
+                less = 2.0 * side * own.force;
+                scene.toggle(own.slip_towards(-side), 0.0, time)?;
+            }
         }
+        let shifts = std::mem::take(&mut workspace.shifts);
         let tangents = workspace.columns_in_parts().skip(1);
-        for (column, jump) in tangents.zip(jumps) {
-            self.model.push_along(own.direction, -jump, column);
+        for (column, shift) in tangents.zip(&shifts) {
+            self.model.push_along(own.direction, less * shift, column);
         }
+        workspace.shifts = shifts;
         self.keep_seated(*scene.active, scene.position, workspace);
         Ok(())
     }
