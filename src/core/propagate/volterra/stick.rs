@@ -135,15 +135,11 @@ impl Volterra<'_> {
         let seen = self.sliding(own, track, workspace);
         let sticks = scene.active.holds(own.stick());
         let force = evaluate(&seen.force, found.x);
-        if !sticks || found.x > -1.0 || self.is_at_limit(own, side, &seen) {
+        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &seen)) {
             let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
             let rate = evaluate(&legendre::derivative(&seen.force), found.x) / half;
-            workspace.shifts = if sticks {
-                let changes = self.changes_of_force(own, *scene.active, found.x, workspace);
-                changes.iter().map(|change| -change / rate).collect()
-            } else {
-                Vec::new()
-            };
+            let changes = self.changes_of_force(own, *scene.active, found.x, workspace);
+            workspace.shifts = changes.iter().map(|change| -change / rate).collect();
         } else if workspace.shifted != (scene.position.cycle, scene.position.time) {
             workspace.shifts.clear();
         }
@@ -151,31 +147,41 @@ impl Volterra<'_> {
         let time = scene.position.time;
         workspace.shifted = (scene.position.cycle, time);
         scene.toggle(found.contact, 0.0, time)?;
-        let mut less = force - side * own.force;
+        let mut lost = force - side * own.force;
         if !sticks {
-            let felt = |column: [&mut [f64]; 2]| {
-                let [_, rate] = self
-                    .model
-                    .felt_along(own.direction, [&*column[0], &*column[1]]);
-                -rate / (own.push * force)
-            };
-            let tangents = workspace.columns_in_parts().skip(1);
-            workspace.shifts = tangents.map(felt).collect();
-            let holds = self.force_that_holds(own, &scene, workspace);
-            less = side * own.force - holds;
-            if side * holds < -own.static_force {
-                less = 2.0 * side * own.force;
+            workspace.shifts = self.delays(own, force, workspace);
+            lost = 0.0;
+            if side * self.force_that_holds(own, &scene, workspace) < -own.static_force {
+                lost = 2.0 * side * own.force;
                 scene.toggle(own.slip_towards(-side), 0.0, time)?;
             }
         }
+        if lost != 0.0 {
+            self.shift(own, lost, workspace);
+        }
+        // Where a stick begins this is the saltation.
+        self.keep_seated(*scene.active, scene.position, workspace);
+        Ok(())
+    }
+
+    /// By how much later every tangent meets the end of a slip \[s\], where its line shows `δ''/ρ`.
+    fn delays(&self, own: DryFriction, quickening: f64, workspace: &mut Workspace) -> Vec<f64> {
+        let tangents = workspace.columns_in_parts().skip(1);
+        let delay = |[first, second]: [&mut [f64]; 2]| {
+            let [_, rate] = (self.model).felt_along(own.direction, [&*first, &*second]);
+            -rate / (own.push * quickening)
+        };
+        tangents.map(delay).collect()
+    }
+
+    /// Changes tangents by what the force of an element loses \[N\] at an event that they meet later.
+    fn shift(&self, own: DryFriction, lost: f64, workspace: &mut Workspace) {
         let shifts = std::mem::take(&mut workspace.shifts);
         let tangents = workspace.columns_in_parts().skip(1);
         for (column, shift) in tangents.zip(&shifts) {
-            self.model.push_along(own.direction, less * shift, column);
+            self.model.push_along(own.direction, lost * shift, column);
         }
         workspace.shifts = shifts;
-        self.keep_seated(*scene.active, scene.position, workspace);
-        Ok(())
     }
 
     /// Whether a stick starts a window at the limit of static friction.
