@@ -2,7 +2,7 @@
 
 use super::error::ModelError;
 use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
-use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model, Release};
+use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
 use std::f64::consts::TAU;

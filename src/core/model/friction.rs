@@ -44,8 +44,7 @@ fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), 
     for step in 0..all.len() {
         let (above, below) = rows.split_at_mut(step + 1);
         let top = &above[step];
-        // Written so that what is no number is refused.
-        if !(top[step] > SAME_LINE) {
+        if top[step].is_nan() || top[step] <= SAME_LINE {
             return Err(ModelError::FrictionsAlike { element: step + 1 });
         }
         for row in below {

@@ -47,7 +47,6 @@ impl Integration<'_> {
 
     /// Lets a state of dry friction end at a time \[s\] of a mesh cycle.
     pub(super) fn meet_friction(&mut self, own: DryFriction, watched: Watched, time: f64) {
-        let model = self.reference.model;
         if let Watched::Limit(way) = watched {
             self.still(time);
             self.cross(own.slip_towards(way.sign()), time, 0.0);
