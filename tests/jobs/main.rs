@@ -20,6 +20,7 @@ mod check;
 mod cut_table;
 mod damage;
 mod disk_full;
+mod dry_friction;
 mod fmu;
 mod follow;
 mod follow_bifurcations;

@@ -100,6 +100,48 @@ fn a_swept_gap_is_the_gap_of_a_file() {
     }
 }
 
+/// A mass on a belt: swept numbers are those of a file, and a belt that is too fast never sticks.
+#[test]
+fn a_swept_belt_is_the_belt_of_a_file() {
+    let belt = |force: f64, speed: f64| {
+        format!(
+            "frequency = [1.0]\ndamping = [0.05]\n\
+             [[dry_friction]]\nname = \"belt\"\nparticipation = [1.0]\nforce = {force:?}\n\
+             static_force = 1.0\nbelt_speed = {speed:?}\n"
+        )
+    };
+    let model = "length = 1.0";
+    let grid = "speed = 6.0\n\"dry_friction.belt.force\" = { values = [0.6, 0.8] }\n\
+                \"dry_friction.belt.belt_speed\" = { values = [0.2, 3.0] }";
+    let run_at_rest = |modal: &str, grid: &str| {
+        let manifest = job(model, grid, "").replace("[run]\n", "[run]\ninitial = \"rest\"\n");
+        run(
+            modal,
+            &manifest,
+            &["deflection_mean", "deflection_rms", "events_per_cycle"],
+        )
+    };
+    let swept = run_at_rest(&belt(0.5, 9.0), grid);
+    for (number, (force, speed)) in [(0.6, 0.2), (0.6, 3.0), (0.8, 0.2), (0.8, 3.0)]
+        .into_iter()
+        .enumerate()
+    {
+        let own = run_at_rest(&belt(force, speed), "speed = 6.0");
+        for (swept, own) in swept.iter().zip(&own) {
+            assert_eq!(swept[number].to_bits(), own[0].to_bits(), "{force} {speed}");
+        }
+        let [mean, rms, events] = [0, 1, 2].map(|column| swept[column][number]);
+        if speed > 1.0 {
+            assert!(
+                (mean - force).abs() < 1e-9 && rms < 1e-6 && events == 0.0,
+                "{mean} {rms}"
+            );
+        } else {
+            assert!(rms > 0.1 && events > 0.1, "{rms} {events}");
+        }
+    }
+}
+
 #[test]
 fn set_changes_a_number_as_an_axis_does() {
     let folder = tempfile::tempdir().unwrap();

@@ -39,6 +39,7 @@ mod coverage;
 mod cycle_map;
 mod doubling;
 mod drift;
+mod dry_friction;
 mod dynamics;
 mod events;
 mod exponents;

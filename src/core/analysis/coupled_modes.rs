@@ -77,7 +77,7 @@ impl CoupledModes {
             .zip(&self.load)
             .map(|(q, f)| (q * f).abs())
             .sum::<f64>();
-        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
+        let springs = (window.closed.iter()).filter(|closed| model.is_spring(closed.contact));
         for closed in springs {
             let segment = &window.segments[closed.contact];
             let contact = &model.contacts[closed.contact];

@@ -73,8 +73,13 @@ impl Frequencies {
             stuck.into_iter().map(|own| own.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        // Rigid stops have no stiffness.
-        let stops = (model.stops.iter()).map(|stop| stop.impact);
+        // Rigid stops and dry friction have no stiffness, and contacts that soften have none that vibrates.
+        let stiff = |contact: &usize| {
+            let own = &model.contacts[*contact];
+            let stands = own.release.of_stop() || own.release.of_friction();
+            !stands && own.cycles[0].mean_stiffness() > 0.0
+        };
+        let stops = (0..model.contacts.len()).filter(|contact| !stiff(contact));
         let stops = stops.fold(ActiveSet::FREE, ActiveSet::toggled);
         let bearing = model.bearing_contacts().without(stops);
         let contacts = match bearing {

@@ -57,7 +57,7 @@ impl EnergyNorm {
             weights,
             unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
-            taken: model.sliders.len() + 2 * model.stops.len(),
+            taken: taken(model),
         }
     }
 
@@ -74,7 +74,7 @@ impl EnergyNorm {
             weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
-            taken: model.sliders.len() + 2 * model.stops.len(),
+            taken: taken(model),
         }
     }
 
@@ -180,6 +180,12 @@ impl EnergyNorm {
             }
         }
     }
+}
+
+/// How many dimensions events may take from the tangents: one for each dry slider and each element of dry friction, two for
+/// each rigid stop.
+fn taken(model: &Model) -> usize {
+    model.sliders.len() + model.frictions.len() + 2 * model.stops.len()
 }
 
 /// Scale of the closed mesh `√(k Σ w·g)` \[rad/s\].

@@ -10,7 +10,7 @@ use super::{
 };
 use super::{bearing, flank_springs, one_set, structure_contacts};
 use crate::structure::{
-    FlankParticipation, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
+    FlankParticipation, FrictionPart, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
 };
 
 /// A tilt of a rotation about the shafts below this part of the largest of any mode is
@@ -217,12 +217,14 @@ impl Assembly<'_> {
         directions: &mut Directions,
     ) -> Result<Contact, ModelError> {
         let own = &structure_contacts::with_own_law(&self.structure.contacts[number], self.drive)?;
-        let release = match (own.law.slider, own.law.stop) {
-            (Some(SliderPart::Spring), _) => Release::Stick,
-            (Some(_), _) => Release::Slip,
-            (_, Some(StopPart::Impact { .. })) => Release::Impact,
-            (_, Some(StopPart::Rest)) => Release::Rest,
-            (None, None) => release(self.drive.release, own.law.damping),
+        let release = match (own.law.slider, own.law.stop, own.law.dry_friction) {
+            (Some(SliderPart::Spring), ..) => Release::Stick,
+            (Some(_), ..) => Release::Slip,
+            (_, Some(StopPart::Impact { .. }), _) => Release::Impact,
+            (_, Some(StopPart::Rest), _) => Release::Rest,
+            (.., Some(FrictionPart::Stick { .. })) => Release::Grip,
+            (.., Some(_)) => Release::Rub,
+            (None, None, None) => release(self.drive.release, own.law.damping),
         };
         let slider = (self.sliders.iter())
             .find(|slider| slider.has(flank_springs + number))

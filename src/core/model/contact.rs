@@ -160,8 +160,8 @@ impl Flanks {
 /// so that the δ of both flanks grows with the relative rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite. 0 of the spring of a dry slider, which
-    /// bears on either side.
+    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite. 0 of the spring of a dry slider and of dry
+    /// friction that sticks, which bear on either side.
     pub side: f64,
     /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]). Of a slip of a dry slider the
     /// stretch F/k of its spring.
@@ -202,10 +202,14 @@ impl Contact {
         if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
-    /// Force \[N\] along its direction of a slip of a dry slider, ±F; none of other contacts.
+    /// Force \[N\] along its direction of a slip of a dry slider or of dry friction, ±F; none of other contacts.
     pub fn constant_force(&self, segment: &Segment) -> Option<f64> {
-        let limit = || self.side * segment.stiffness.mean() * self.half_gap;
-        (self.release == Release::Slip).then(limit)
+        let force = self.side * segment.stiffness.mean();
+        match self.release {
+            Release::Slip => Some(force * self.half_gap),
+            Release::Rub => Some(force),
+            _ => None,
+        }
     }
 
     /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs

@@ -2,7 +2,7 @@
 
 use super::error::ModelError;
 use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
-use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model, Release};
+use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
 use std::f64::consts::TAU;
@@ -32,7 +32,7 @@ impl Standing {
     fn of(model: &Model, place: usize) -> Self {
         let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];
-        if contact.release.of_slider() || contact.release == Release::Rest {
+        if contact.release.of_slider() || !model.is_spring(place) {
             // A slider starts without a force: no motion closes it here.
             let nothing = vec![0.0; model.modes()];
             return Self {

@@ -55,6 +55,21 @@ pub enum ModelError {
         /// Size of the overlap; \[rad\] for stops against rotation \[m\].
         lack: f64,
     },
+    /// Dry friction beside rigid stops.
+    #[error(
+        "dry friction and rigid stops exclude each other: give the stops a stiffness in place of a restitution, or \
+         replace the dry friction by a slider"
+    )]
+    FrictionWithStops,
+    /// Elements of dry friction whose lines depend on each other.
+    #[error(
+        "the motion along element {element} of dry friction (counted from 1) follows from the motions along those \
+         before it: combine elements along one line, and give at most one element per mode"
+    )]
+    FrictionsAlike {
+        /// Which one, from 1.
+        element: usize,
+    },
     /// No static equilibrium under the mean load.
     #[error(
         "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \

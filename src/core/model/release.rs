@@ -25,6 +25,10 @@ pub enum Release {
     Impact,
     /// Where its force falls to zero: the rest of the structure on a rigid stop.
     Rest,
+    /// Where the speed of sliding vanishes: a slip of dry friction, whose force is constant.
+    Rub,
+    /// Where its force exceeds that of static friction: dry friction that sticks.
+    Grip,
 }
 
 impl Release {
@@ -34,7 +38,7 @@ impl Release {
         match self {
             Self::Deflection | Self::Impact => true,
             Self::Force => approach > 0.0,
-            Self::Slip | Self::Stick | Self::Film | Self::Rest => false,
+            Self::Slip | Self::Stick | Self::Film | Self::Rest | Self::Rub | Self::Grip => false,
         }
     }
 
@@ -46,6 +50,11 @@ impl Release {
     /// Whether it belongs to a state of a dry slider.
     pub fn of_slider(self) -> bool {
         matches!(self, Self::Slip | Self::Stick)
+    }
+
+    /// Whether it belongs to a state of dry friction.
+    pub fn of_friction(self) -> bool {
+        matches!(self, Self::Rub | Self::Grip)
     }
 
     /// Whether it belongs to a part of a rigid stop.
@@ -71,6 +80,8 @@ mod tests {
             (Release::Film, 1e-3, false),
             (Release::Impact, 1e-3, true),
             (Release::Rest, 1e-3, false),
+            (Release::Rub, 1e-3, false),
+            (Release::Grip, 1e-3, false),
         ] {
             assert_eq!(law.is_struck(approach), struck, "{law:?} {approach}");
         }

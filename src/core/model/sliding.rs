@@ -15,7 +15,11 @@ impl Model {
 
     /// Whether flanks or other contacts that can separate are closed; states of dry sliders do not count.
     pub fn touches(&self, active: ActiveSet) -> bool {
-        active.iter().any(|contact| !self.is_of_slider(contact))
+        let parts = |contact: usize| {
+            let release = self.contacts[contact].release;
+            !(release.of_slider() || release.of_friction())
+        };
+        active.iter().any(parts)
     }
 
     /// The closed contacts after a contact has opened or closed. At the start of a slip the spring of its slider opens.
@@ -26,8 +30,10 @@ impl Model {
             to = to.without(self.others_of_film(contact));
         }
         let own = |slider: &&Slider| slider.slips().contains(&contact);
-        match self.sliders.iter().find(own) {
-            Some(slider) => to.toggled(slider.spring()),
+        let slider = self.sliders.iter().find(own).map(|own| own.spring());
+        let stick = || self.friction_of(contact).map(|own| own.stick());
+        match slider.or_else(stick) {
+            Some(other) => to.toggled(other),
             None => to,
         }
     }
@@ -111,9 +117,9 @@ impl Model {
         self.contacts[contact].release.of_slider()
     }
 
-    /// Whether a contact is a slip of a dry slider.
+    /// Whether a contact is a slip of a dry slider or of dry friction.
     pub fn is_slip(&self, contact: usize) -> bool {
-        self.contacts[contact].release == Release::Slip
+        matches!(self.contacts[contact].release, Release::Slip | Release::Rub)
     }
 }
 

@@ -28,6 +28,17 @@ pub struct Stop {
     pub push: f64,
 }
 
+/// What holds a structure along a line while a contact is closed: a rigid stop on which it rests, or dry friction that sticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hold {
+    /// The contact, whose line shows the force λ.
+    pub contact: usize,
+    /// Direction of the force, among the model's, along the line of δ.
+    pub direction: usize,
+    /// Change of the rate δ' by a unit impulse ρ \[1/kg\].
+    pub push: f64,
+}
+
 /// Products of gains with a pair of components.
 pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
@@ -76,6 +87,15 @@ impl Stop {
     /// Place of its rest among the contacts.
     pub fn rest(self) -> usize {
         self.impact + 1
+    }
+
+    /// What holds the structure while it rests there.
+    pub fn hold(self) -> Hold {
+        Hold {
+            contact: self.rest(),
+            direction: self.direction,
+            push: self.push,
+        }
     }
 }
 

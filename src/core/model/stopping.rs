@@ -1,7 +1,7 @@
-//! What do rigid stops do to the states of a model, and with what forces do they hold it?
+//! What do rigid stops, and dry friction that sticks, do to the states of a model, and with what forces do they hold it?
 
 use super::stop::{product, pushed};
-use super::{ActiveSet, Model, Release, Segment, Stop};
+use super::{ActiveSet, Hold, Model, Release, Segment, Stop};
 use crate::numerics::linalg;
 use faer::Mat;
 
@@ -31,10 +31,30 @@ impl Model {
         self.contacts[contact].release == Release::Rest
     }
 
-    /// The direction along which a contact moves on a segment: of the rest on a stop that of its impacts.
+    /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of dry friction.
+    pub fn is_hold(&self, contact: usize) -> bool {
+        matches!(
+            self.contacts[contact].release,
+            Release::Rest | Release::Grip
+        )
+    }
+
+    /// Whether a contact has a spring that stores energy.
+    pub fn is_spring(&self, contact: usize) -> bool {
+        let release = self.contacts[contact].release;
+        !(release.of_friction() || release == Release::Rest)
+    }
+
+    /// The direction along which a contact moves on a segment: of what holds the structure that of its force.
     pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
-        let rest = self.stop_of(contact).filter(|_| self.is_rest(contact));
-        rest.map_or(segment.direction, |stop| stop.direction)
+        let held = self.holds().find(|own| own.contact == contact);
+        held.map_or(segment.direction, |own| own.direction)
+    }
+
+    /// All that can hold the structure: stops, then dry friction.
+    pub fn holds(&self) -> impl Iterator<Item = Hold> {
+        let stops = self.stops.iter().map(|own| own.hold());
+        stops.chain(self.frictions.iter().map(|own| own.hold()))
     }
 
     /// What inputs of the blocks add at once to what a line shows.
@@ -70,10 +90,10 @@ impl Model {
         }
     }
 
-    /// What the deflection and its rate at a stop feel of a state or a tangent, given by its first and second components: `w·x`
-    /// and `r·x`.
-    pub fn felt_at_stop(&self, stop: Stop, [first, second]: [&[f64]; 2]) -> [f64; 2] {
-        let gains = self.directions[stop.direction].gains.iter();
+    /// What a deflection along a direction and its rate feel of a state or a tangent, given by its first and second
+    /// components: `w·x` and `r·x`.
+    pub fn felt_along(&self, direction: usize, [first, second]: [&[f64]; 2]) -> [f64; 2] {
+        let gains = self.directions[direction].gains.iter();
         let parts = gains.zip(first.iter().zip(second));
         parts.fold([0.0; 2], |sum, (own, (x, y))| {
             let pair = [*x, *y];
@@ -84,29 +104,28 @@ impl Model {
         })
     }
 
-    /// Takes a multiple of g off a state or a tangent: an impulse of a stop \[N s\]. The rate δ' falls by ρ times as much.
-    pub fn push_from_stop(&self, stop: Stop, impulse: f64, parts: [&mut [f64]; 2]) {
-        let along = self.directions[stop.direction].gains.iter();
+    /// Takes a multiple of g off a state or a tangent: an impulse along a direction \[N s\]. The rate δ' falls by ρ times as
+    /// much.
+    pub fn push_along(&self, direction: usize, impulse: f64, parts: [&mut [f64]; 2]) {
+        let along = self.directions[direction].gains.iter();
         take(along.map(|own| own.mesh_input), impulse, parts);
     }
 
     /// Takes a multiple of `A g` off, A with the dampers of closed contacts: δ falls by ρ times as much, and what remains is
     /// moved as by two opposite impulses one shortly after the other.
-    pub fn shift_from_stop(
+    pub fn shift_along(
         &self,
-        stop: Stop,
+        direction: usize,
         amount: f64,
         (active, segments): (ActiveSet, &[Segment]),
         [first, second]: [&mut [f64]; 2],
     ) {
-        let gains = &self.directions[stop.direction].gains;
+        let gains = &self.directions[direction].gains;
         let moved = self.blocks.iter().zip(gains);
         let moved =
             moved.map(|(block, own)| block.generator.map(|row| product(row, own.mesh_input)));
         take(moved, amount, [&mut *first, &mut *second]);
-        let springs = active
-            .iter()
-            .filter(|own| !self.contacts[*own].release.of_stop());
+        let springs = active.iter().filter(|own| self.is_spring(*own));
         for segment in springs.map(|contact| &segments[contact]) {
             let own = self.gains(segment);
             let damped = -segment.damping * pushed(own, gains) * amount;
@@ -115,25 +134,30 @@ impl Model {
         }
     }
 
-    /// The stops that hold a state with these contacts closed.
-    pub fn held(&self, active: ActiveSet) -> Vec<Stop> {
-        let held = |stop: &&Stop| active.holds(stop.rest());
-        self.stops.iter().filter(held).copied().collect()
+    /// What holds a state with these contacts closed.
+    pub fn held(&self, active: ActiveSet) -> Vec<Hold> {
+        let held = |own: &Hold| active.holds(own.contact);
+        self.holds().filter(held).collect()
     }
 
-    /// Which of the stops that hold the structure go on while another one is hit, with their impulses per unit of its own;
-    /// and by how much a unit impulse then changes the rate at that one \[1/kg\]. A stop that would have to pull lets go.
-    pub fn held_beside(&self, stop: Stop, mut held: Vec<Stop>) -> (Vec<(Stop, f64)>, f64) {
-        let gains = |stop: &Stop| &self.directions[stop.direction].gains[..];
+    /// Which of the stops that hold the structure with these contacts closed go on while another one is hit, with their
+    /// impulses per unit of its own; and by how much a unit impulse then changes the rate at that one \[1/kg\]. A stop that
+    /// would have to pull lets go, and dry friction has no impulse.
+    pub fn held_beside(&self, stop: Stop, active: ActiveSet) -> (Vec<(Hold, f64)>, f64) {
+        let gains = |direction: usize| &self.directions[direction].gains[..];
+        let own = gains(stop.direction);
+        let mut held = self.held(active);
+        held.retain(|other| self.is_rest(other.contact));
         loop {
             let moved: Vec<f64> = (held.iter())
-                .map(|other| -pushed(gains(other), gains(&stop)))
+                .map(|other| -pushed(gains(other.direction), own))
                 .collect();
             let shares = self.against(&held, &moved);
             let least = (0..shares.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
             let Some(pulls) = least.filter(|own| shares[*own] < 0.0) else {
                 let beside = held.iter().zip(&shares);
-                let beside = beside.map(|(own, share)| share * pushed(gains(&stop), gains(own)));
+                let beside =
+                    beside.map(|(other, share)| share * pushed(own, gains(other.direction)));
                 let push = stop.push + beside.sum::<f64>();
                 return (held.into_iter().zip(shares).collect(), push);
             };
@@ -141,65 +165,75 @@ impl Model {
         }
     }
 
-    /// Takes the rates at stops off a state, which moves them at the rates `levels` \[m/s\], or off a tangent.
-    pub fn still(&self, held: &[Stop], levels: &[f64], [first, second]: [&mut [f64]; 2]) {
+    /// Takes the rates at what holds a state off it, which moves there at the rates `levels` \[m/s\], or off a tangent.
+    pub fn still(&self, held: &[Hold], levels: &[f64], [first, second]: [&mut [f64]; 2]) {
         let rates: Vec<f64> = (held.iter().zip(levels))
-            .map(|(stop, level)| self.felt_at_stop(*stop, [&*first, &*second])[1] - level)
+            .map(|(own, level)| self.felt_along(own.direction, [&*first, &*second])[1] - level)
             .collect();
-        for (stop, impulse) in held.iter().zip(self.against(held, &rates)) {
-            self.push_from_stop(*stop, impulse, [&mut *first, &mut *second]);
+        for (own, impulse) in held.iter().zip(self.against(held, &rates)) {
+            self.push_along(own.direction, impulse, [&mut *first, &mut *second]);
         }
     }
 
     /// Moves a state onto stops, which stand at `levels` with these rates \[m, m/s\], and takes its rates there; or a tangent.
+    /// Dry friction holds no place.
     pub fn seat(
         &self,
-        held: &[Stop],
-        levels: &[[f64; 2]],
+        held: &[Hold],
+        levels: &[(Option<f64>, f64)],
         closed: (ActiveSet, &[Segment]),
         [first, second]: [&mut [f64]; 2],
     ) {
         let beyond: Vec<f64> = (held.iter().zip(levels))
-            .map(|(stop, level)| self.felt_at_stop(*stop, [&*first, &*second])[0] - level[0])
+            .map(|(own, (level, _))| {
+                let felt = self.felt_along(own.direction, [&*first, &*second])[0];
+                level.map_or(0.0, |level| felt - level)
+            })
             .collect();
-        for (stop, amount) in held.iter().zip(self.against(held, &beyond)) {
-            self.shift_from_stop(*stop, amount, closed, [&mut *first, &mut *second]);
+        if levels.iter().any(|(level, _)| level.is_some()) {
+            for (own, amount) in held.iter().zip(self.against(held, &beyond)) {
+                self.shift_along(own.direction, amount, closed, [&mut *first, &mut *second]);
+            }
         }
-        let rates: Vec<f64> = levels.iter().map(|level| level[1]).collect();
+        let rates: Vec<f64> = levels.iter().map(|level| level.1).collect();
         self.still(held, &rates, [first, second]);
     }
 
-    /// Where the surfaces of stops stand along their lines, and their rates \[m, m/s\], at a time \[s\] within a mesh cycle.
-    pub fn levels_of_stops(&self, stops: &[Stop], cycle: u64, time: f64) -> Vec<[f64; 2]> {
-        let of_stop = |stop: &Stop| {
-            let line = &self.lines[self.directions[stop.direction].line];
+    /// Where the surfaces that hold a state stand along their lines, and their rates \[m, m/s\], at a time \[s\] within a mesh
+    /// cycle. Those of dry friction have a rate only.
+    pub fn levels(&self, held: &[Hold], cycle: u64, time: f64) -> Vec<(Option<f64>, f64)> {
+        let of_hold = |own: &Hold| {
+            if let Some(friction) = self.friction_of(own.contact) {
+                return (None, friction.belt_speed);
+            }
+            let line = &self.lines[self.directions[own.direction].line];
             let (error, rate) = line.transmission_error_at(cycle, time);
-            [error + self.contacts[stop.impact].half_gap, rate]
+            let gap = self
+                .stop_of(own.contact)
+                .map_or(0.0, |stop| self.contacts[stop.impact].half_gap);
+            (Some(error + gap), rate)
         };
-        stops.iter().map(of_stop).collect()
+        held.iter().map(of_hold).collect()
     }
 
     /// Takes off the derivative of a state what the stops on which it rests push, `Σ g λ`, so that no δ'' is left.
     pub(super) fn hold(&self, active: ActiveSet, (cycle, time): (u64, f64), slope: &mut [f64]) {
-        if self.stops.is_empty() {
-            return;
-        }
         let held = self.held(active);
         let forces = self.holding(&held, (cycle, time), slope);
-        for (stop, force) in held.iter().zip(forces) {
-            self.push_from_stop(*stop, force, halves(slope));
+        for (own, force) in held.iter().zip(forces) {
+            self.push_along(own.direction, force, halves(slope));
         }
     }
 
-    /// Forces \[N\] of stops that take all δ'' from the derivative of a state without them.
-    fn holding(&self, held: &[Stop], (cycle, time): (u64, f64), slope: &[f64]) -> Vec<f64> {
+    /// Forces \[N\] that take all δ'' from the derivative of a state without them.
+    fn holding(&self, held: &[Hold], (cycle, time): (u64, f64), slope: &[f64]) -> Vec<f64> {
         let n = self.blocks.len();
-        let gains = |stop: &Stop| &self.directions[stop.direction].gains[..];
         let quickening: Vec<f64> = (held.iter())
-            .map(|stop| {
-                let own = gains(stop).iter().enumerate();
-                let felt = own.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
-                let line = &self.lines[self.directions[stop.direction].line];
+            .map(|own| {
+                let direction = &self.directions[own.direction];
+                let gains = direction.gains.iter().enumerate();
+                let felt = gains.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
+                let line = &self.lines[direction.line];
                 let curved = (line.transmission_error.iter()).map(|own| {
                     let turned = own.turned(cycle, time) + own.phase;
                     own.amplitude * own.angular_frequency.powi(2) * turned.cos()
@@ -210,13 +244,13 @@ impl Model {
         self.against(held, &quickening)
     }
 
-    /// Forces or impulses of stops that together take off rates or accelerations at them.
-    fn against(&self, held: &[Stop], taken: &[f64]) -> Vec<f64> {
+    /// Forces or impulses that together take off rates or accelerations at what holds a state.
+    fn against(&self, held: &[Hold], taken: &[f64]) -> Vec<f64> {
         match held {
             [] => Vec::new(),
             [only] => vec![taken[0] / only.push],
             _ => {
-                let gains = |stop: usize| &self.directions[held[stop].direction].gains[..];
+                let gains = |own: usize| &self.directions[held[own].direction].gains[..];
                 let matrix =
                     Mat::from_fn(held.len(), held.len(), |i, j| pushed(gains(i), gains(j)));
                 linalg::solve(matrix.as_ref(), taken)
@@ -224,17 +258,17 @@ impl Model {
         }
     }
 
-    /// Forces \[N\] that the stops on which a state rests bear, in the order of the stops; of the others those that would
-    /// hold them alone.
-    pub fn forces_of_stops(
+    /// Forces \[N\] that hold a state, in the order of [`Self::holds`]; of what does not hold it the force that would be
+    /// needed on top of those that act.
+    pub fn forces_of_holds(
         &self,
         segments: &[Segment],
         active: ActiveSet,
         (cycle, time): (u64, f64),
         state: &[f64],
     ) -> Vec<f64> {
-        let rests = self.stops.iter().map(|stop| stop.rest());
-        let without = rests.fold(ActiveSet::FREE, ActiveSet::toggled);
+        let contacts = self.holds().map(|own| own.contact);
+        let without = contacts.fold(ActiveSet::FREE, ActiveSet::toggled);
         let mut slope = vec![0.0; state.len()];
         self.derivative(
             segments,
@@ -244,34 +278,32 @@ impl Model {
             state,
             &mut slope,
         );
-        let (held, open): (Vec<Stop>, Vec<Stop>) = self
-            .stops
-            .iter()
-            .partition(|stop| active.holds(stop.rest()));
+        let held = self.held(active);
         let mut forces = self.holding(&held, (cycle, time), &slope).into_iter();
         self.hold(active, (cycle, time), &mut slope);
-        let mut alone = (open.iter()).map(|stop| self.holding(&[*stop], (cycle, time), &slope)[0]);
-        (self.stops.iter())
-            .filter_map(
-                |stop| {
-                    if active.holds(stop.rest()) { forces.next() } else { alone.next() }
-                },
-            )
-            .collect()
+        let mut force = |own: Hold| {
+            if active.holds(own.contact) {
+                forces.next()
+            } else {
+                self.holding(&[own], (cycle, time), &slope).pop()
+            }
+        };
+        self.holds().filter_map(&mut force).collect()
     }
 
     /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there.
     pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         for &stop in &self.stops {
-            let [[level, level_rate]] = self.levels_of_stops(&[stop], cycle, 0.0)[..] else {
+            let hold = [stop.hold()];
+            let [(Some(level), level_rate)] = self.levels(&hold, cycle, 0.0)[..] else {
                 continue;
             };
             let [first, second] = halves(state);
-            let [felt, rate] = self.felt_at_stop(stop, [&*first, &*second]);
+            let [felt, rate] = self.felt_along(stop.direction, [&*first, &*second]);
             if felt > level {
-                let kept = [level, level_rate + (rate - level_rate).min(0.0)];
+                let kept = (Some(level), level_rate + (rate - level_rate).min(0.0));
                 let closed = (ActiveSet::FREE, segments);
-                self.seat(&[stop], &[kept], closed, halves(state));
+                self.seat(&hold, &[kept], closed, halves(state));
             }
         }
     }

@@ -7,7 +7,9 @@ use super::{
     Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
-use crate::structure::{ContactLaw, MOST_CYCLES, SliderPart, StopPart, StructureContact};
+use crate::structure::{
+    ContactLaw, FrictionPart, MOST_CYCLES, SliderPart, StopPart, StructureContact,
+};
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
@@ -100,6 +102,39 @@ fn divisions(law: &ContactLaw) -> Vec<Division> {
         .collect()
 }
 
+/// Whether a contact holds the structure by a constraint.
+fn holds(law: &ContactLaw) -> bool {
+    let sticks = matches!(law.dry_friction, Some(FrictionPart::Stick { .. }));
+    sticks || law.stop == Some(StopPart::Rest)
+}
+
+/// The side of a contact: 0 of what bears on either side.
+fn side(law: &ContactLaw) -> f64 {
+    match (law.slider, law.dry_friction) {
+        (Some(SliderPart::Backwards), _) | (_, Some(FrictionPart::Backwards)) => -1.0,
+        (Some(SliderPart::Spring), _) | (_, Some(FrictionPart::Stick { .. })) => 0.0,
+        _ => 1.0,
+    }
+}
+
+/// That the stiffness of a contact is above 0 everywhere, or constant: one that is negative softens what acts beside it.
+///
+/// # Errors
+/// [`ModelError::OutOfRange`].
+fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), ModelError> {
+    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
+    let smallest = smallest.unwrap_or(0.0);
+    let [name, accepted] = match law.dry_friction {
+        Some(_) => ["force of dry friction", "above 0 N"],
+        None => [
+            "contact stiffness",
+            "above 0 N/m, or constant and below 0 N/m",
+        ],
+    };
+    let softens = law.dry_friction.is_none() && smallest < 0.0 && law.is_constant();
+    positive(name, smallest, smallest > 0.0 || softens, accepted)
+}
+
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
 /// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
 /// ([`crate::structure::StaticShare`]), `slider` is the block with the place of its slider, where it is a state of one.
@@ -117,9 +152,7 @@ pub(super) fn contact(
     let [p, q] = own.cycles;
     let law = &own.law;
     let divisions = divisions(law);
-    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
-    let smallest = smallest.unwrap_or(0.0);
-    positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    check_stiffness(law, &divisions)?;
     positive(
         "contact damping",
         law.damping,
@@ -157,7 +190,7 @@ pub(super) fn contact(
     if let Some(block) = slider {
         w[block] = -1.0;
     }
-    let law_of_stop = law.stop;
+    let holds = holds(law);
     let mut known: Vec<([f64; 3], usize)> = Vec::new();
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
@@ -175,9 +208,10 @@ pub(super) fn contact(
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
         let gains = basis.gains(blocks, &seen, &acts);
-        let added = match law_of_stop {
-            Some(StopPart::Rest) => directions.add_resting((&gains, blocks), &error, on_bearings),
-            _ => directions.add(gains, -arm * own.sliding, &error, on_bearings),
+        let added = if holds {
+            directions.add_resting((&gains, blocks), &error, on_bearings)
+        } else {
+            directions.add(gains, -arm * own.sliding, &error, on_bearings)
         };
         known.push((law, added));
         added
@@ -193,11 +227,7 @@ pub(super) fn contact(
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
         band: f64::INFINITY,
-        side: match law.slider {
-            None | Some(SliderPart::Forwards) => 1.0,
-            Some(SliderPart::Backwards) => -1.0,
-            Some(SliderPart::Spring) => 0.0,
-        },
+        side: side(law),
         half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },
         release,

@@ -6,9 +6,9 @@ use super::contact::base_cycles;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    ActiveSet, BearingOutput, Block, Contact, Direction, Drive, Line, MeshCycle, MeshGain,
-    NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, Stop, TorqueRipple,
-    TransmissionErrorHarmonic,
+    ActiveSet, BearingOutput, Block, Contact, Direction, Drive, DryFriction, Line, MeshCycle,
+    MeshGain, NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, Stop,
+    TorqueRipple, TransmissionErrorHarmonic,
 };
 use super::{clearance, drive as laws};
 use crate::structure::ModalStructure;
@@ -77,6 +77,8 @@ pub struct Model {
     pub sliders: Vec<Slider>,
     /// Rigid stops.
     pub stops: Vec<Stop>,
+    /// Elements of dry friction.
+    pub frictions: Vec<DryFriction>,
 }
 
 impl Model {
@@ -128,6 +130,8 @@ impl Model {
         } = assembly.contacts()?;
         clearance::has_room(&contacts, &directions)?;
         let stops = Stop::of_structure(structure, flank_springs, &contacts, &directions)?;
+        let frictions =
+            DryFriction::of_structure(structure, flank_springs, &contacts, &directions)?;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
             .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
@@ -174,6 +178,7 @@ impl Model {
             shafts: shafts(structure),
             sliders,
             stops,
+            frictions,
         };
         model.static_equilibrium()?;
         Ok(model)
@@ -218,6 +223,13 @@ impl Model {
     /// Whether a contact belongs to the two flanks of the gear pair: a spring, or a layer of the film.
     pub fn of_mesh(&self, contact: usize) -> bool {
         contact < self.flank_springs
+    }
+
+    /// Whether a contact has a negative stiffness.
+    pub fn softens(&self) -> bool {
+        let cycles = self.contacts.iter().flat_map(|contact| &contact.cycles);
+        let mut segments = cycles.flat_map(|cycle| &cycle.segments);
+        segments.any(|segment| segment.stiffness.mean() < 0.0)
     }
 
     /// All harmonics of the transmission errors.
@@ -281,7 +293,8 @@ impl Model {
     ) -> ActiveSet {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
-            if contact.release.of_slider() || contact.release.of_stop() {
+            let release = contact.release;
+            if release.of_slider() || release.of_stop() || release.of_friction() {
                 continue;
             }
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
@@ -292,7 +305,10 @@ impl Model {
         for &slider in &self.sliders {
             active = active.toggled(self.state_of_slider(slider, segments, (cycle, time), state));
         }
-        active
+        if self.frictions.is_empty() {
+            return active;
+        }
+        self.with_frictions(segments, active, (cycle, time), state)
     }
 
     /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, with every
@@ -314,7 +330,7 @@ impl Model {
             out[i] = a[0] * x + a[1] * y + s[0];
             out[n + i] = b[0] * x + b[1] * y + s[1];
         }
-        for contact in active.iter().filter(|contact| !self.is_rest(*contact)) {
+        for contact in active.iter().filter(|contact| !self.is_hold(*contact)) {
             let segment = &segments[contact];
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
             let force = self.contacts[contact].force(segment, time, deflection, rate);

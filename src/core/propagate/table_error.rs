@@ -53,6 +53,16 @@ pub enum TableError {
          contact.*.stiffness in place of contact.*.restitution"
     )]
     RigidStop,
+    /// Dry friction that sticks.
+    #[error(
+        "the kernels closed_modes and stepping cannot follow dry friction; set run.kernel = \"volterra\""
+    )]
+    DryFriction,
+    /// A negative stiffness.
+    #[error(
+        "the kernels closed_modes and stepping cannot follow contacts with a negative stiffness; set run.kernel = \"volterra\""
+    )]
+    Softening,
     /// A film of oil.
     #[error(
         "the kernels closed_modes and stepping cannot follow a film of oil; set run.kernel = \"volterra\", or remove \

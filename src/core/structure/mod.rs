@@ -1,5 +1,7 @@
 //! A linear structure in modal coordinates, reduced to its contacts. Independent of gears, files and motion.
 
+mod dry_friction;
+mod friction_part;
 mod mesh_harmonic;
 mod modal;
 mod slider;
@@ -8,6 +10,8 @@ mod static_share;
 mod stop;
 mod stop_part;
 
+pub use dry_friction::FrictionLaw;
+pub use friction_part::FrictionPart;
 pub use mesh_harmonic::MeshHarmonic;
 pub use modal::{
     BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,

@@ -1,6 +1,6 @@
 //! How does a structure appear to the mesh? Frequencies, damping, participations.
 
-use crate::structure::{MeshHarmonic, SliderPart, StaticShare, StopPart};
+use crate::structure::{FrictionPart, MeshHarmonic, SliderPart, StaticShare, StopPart};
 
 /// Largest number of cycles of a contact, and of the mesh, in its base period: tables of a varying contact grow with
 /// it.
@@ -281,6 +281,9 @@ pub struct ContactLaw {
     /// Its part of a rigid stop; `None` for an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopPart>,
+    /// The part of dry friction that it is; none of an ordinary contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dry_friction: Option<FrictionPart>,
 }
 
 impl ContactLaw {

@@ -13,7 +13,13 @@ use std::borrow::Cow;
 const ROOT: &str = "modal file";
 
 /// Lists of tables that have names.
-const NAMED: [&str; 4] = ["contact", "harmonic_load", "slider", "bearing"];
+const NAMED: [&str; 5] = [
+    "contact",
+    "harmonic_load",
+    "slider",
+    "dry_friction",
+    "bearing",
+];
 
 /// The matrix whose entries across the diagonal are opposite.
 const SKEW: &str = "gyroscopic_matrix";

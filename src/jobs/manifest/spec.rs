@@ -198,6 +198,14 @@ impl StructureSource {
         }
     }
 
+    /// Number of elements of dry friction.
+    pub fn dry_frictions(&self) -> usize {
+        match self {
+            Self::Modal(structure) => structure.dry_frictions(),
+            _ => 0,
+        }
+    }
+
     /// Number of dry sliders.
     pub fn sliders(&self) -> usize {
         match self {

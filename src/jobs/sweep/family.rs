@@ -151,6 +151,11 @@ impl Family for PointFamily<'_> {
                 "no derivative by `{name}`: exact derivatives exclude dry sliders"
             ));
         }
+        if !model.frictions.is_empty() {
+            return Err(format!(
+                "no derivative by `{name}`: exact derivatives exclude dry friction"
+            ));
+        }
         let mut fault = None;
         for offsets in [central, sided(1.0), sided(-1.0)] {
             for step in STEPS {

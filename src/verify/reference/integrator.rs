@@ -5,6 +5,7 @@ use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
 use super::push::{push, round_off, sliding};
 use super::rate::fastest_rate;
+use super::watched::{Watched, Way};
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
@@ -80,6 +81,9 @@ pub enum ReferenceError {
     /// The integrator does not support rigid stops here.
     #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
     RigidStop,
+    /// The integration has no rule for it.
+    #[error("the extended integrator cannot follow dry friction; replace it by a slider")]
+    DryFriction,
     /// The trajectory touches a surface so closely that the arithmetic cannot distinguish a touch from a crossing.
     #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
     Touch {
@@ -160,21 +164,6 @@ impl<'m> Reference<'m> {
     }
 }
 
-/// Conditions that can end a contact's state.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Watched {
-    /// Its deflection reaches its surface.
-    Deflection,
-    /// The push of its spring and damper vanishes.
-    Push,
-    /// The velocity of its slider vanishes.
-    Slide,
-    /// Its depth reaches the next layer of its film.
-    Depth,
-    /// The force of a rigid stop vanishes.
-    Hold,
-}
-
 /// A running integration.
 pub(super) struct Integration<'r> {
     pub(super) reference: &'r Reference<'r>,
@@ -221,7 +210,7 @@ impl Integration<'_> {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
         for (index, contact) in model.contacts.iter().enumerate() {
-            if contact.release.of_stop() {
+            if contact.release.of_stop() || contact.release.of_friction() {
                 continue;
             }
             // A vanishing force also jumps with the stiffness.
@@ -245,10 +234,14 @@ impl Integration<'_> {
     fn watched(&self, contact: usize) -> &'static [Watched] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
-            (Release::Stick, _) | (Release::Rest, false) => &[],
+            (Release::Stick, _) | (Release::Rest | Release::Rub | Release::Grip, false) => &[],
+            (Release::Grip, true) => &[
+                Watched::Limit(Way::Forwards),
+                Watched::Limit(Way::Backwards),
+            ],
             (Release::Rest, true) => &[Watched::Hold],
             (Release::Impact, _) if self.contact.holds(contact + 1) => &[],
-            (Release::Slip, true) => &[Watched::Slide],
+            (Release::Slip | Release::Rub, true) => &[Watched::Slide],
             (Release::Force | Release::Film, true) => &[Watched::Push],
             (Release::Film, false) if self.compressed.passed.holds(contact) => &[Watched::Depth],
             _ if self.compressed.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
@@ -365,6 +358,10 @@ impl Integration<'_> {
             self.meet_stop(stop, contact, reached);
             return Ok(Some(reached));
         }
+        if let Some(friction) = model.friction_of(contact) {
+            self.meet_friction(friction, watched, reached);
+            return Ok(Some(reached));
+        }
         let Compressed { unladen, passed } = &mut self.compressed;
         let was_unladen = unladen.holds(contact);
         if watched == Watched::Depth {
@@ -459,6 +456,7 @@ impl Integration<'_> {
                 margin
             }
             Watched::Hold => self.hold(contact, state, time),
+            Watched::Limit(way) => self.room(contact, way, state, time),
             Watched::Depth => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let [gap, opening] = own.gap(segment, time);
@@ -466,7 +464,13 @@ impl Integration<'_> {
             }
             Watched::Slide => {
                 let slope = self.slope(state, time);
-                sliding(model, contact, segment, (self.cycle, time), (state, &slope))
+                let at = (self.cycle, time);
+                let mut margin = sliding(model, contact, segment, at, (state, &slope));
+                if let Some(friction) = model.friction_of(contact) {
+                    margin.value +=
+                        self.round_off_of_sliding(friction, state) - own.side * friction.belt_speed;
+                }
+                margin
             }
             Watched::Push => {
                 let slope = self.slope(state, time);

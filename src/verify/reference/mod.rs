@@ -17,11 +17,13 @@
 mod compressed;
 mod crossing;
 mod extended;
+mod friction;
 mod gauss;
 mod integrator;
 mod push;
 mod rate;
 mod stops;
+mod watched;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
 pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};

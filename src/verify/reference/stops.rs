@@ -36,23 +36,22 @@ impl Integration<'_> {
             return;
         }
         self.cross(stop.impact, time, speed);
-        let before = model.held(self.contact);
-        let (beside, push) = model.held_beside(stop, before.clone());
-        for other in before {
+        let (beside, push) = model.held_beside(stop, self.contact);
+        for other in model.held(self.contact) {
             if !beside.iter().any(|(own, _)| *own == other) {
-                self.cross(other.rest(), time, 0.0);
+                self.cross(other.contact, time, 0.0);
             }
         }
         let impulse = (1.0 + stop.restitution) * speed / push;
-        for (own, share) in beside.iter().copied().chain([(stop, 1.0)]) {
-            self.push(own, share * impulse);
+        for (own, share) in beside.iter().copied().chain([(stop.hold(), 1.0)]) {
+            self.push(own.direction, share * impulse);
         }
         self.cross(stop.impact, time, -stop.restitution * speed);
         let state = &self.state.value;
-        let forces = model.forces_of_stops(&self.segments, self.contact, at, state);
-        let places = model.stops.iter().zip(forces);
+        let forces = model.forces_of_holds(&self.segments, self.contact, at, state);
+        let places = model.holds().zip(forces);
         let force: f64 = places
-            .filter(|(own, _)| **own == stop)
+            .filter(|(own, _)| *own == stop.hold())
             .map(|(_, force)| force)
             .sum();
         let quickening = (1.0 - stop.restitution) * force * stop.push;
@@ -62,10 +61,9 @@ impl Integration<'_> {
         let steady = (held.rate * lasts).abs() <= LITTLE * held.value;
         let short = SHORT[usize::from(!steady)] * self.reference.step;
         if quickening > 0.0 && lasts <= short {
-            let held = model.held(self.contact);
-            let (beside, push) = model.held_beside(stop, held);
-            for (own, share) in beside.into_iter().chain([(stop, 1.0)]) {
-                self.push(own, -share * rebound / push);
+            let (beside, push) = model.held_beside(stop, self.contact);
+            for (own, share) in beside.into_iter().chain([(stop.hold(), 1.0)]) {
+                self.push(own.direction, -share * rebound / push);
             }
             self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
         } else if rebound == 0.0 {
@@ -73,18 +71,18 @@ impl Integration<'_> {
         }
     }
 
-    fn push(&mut self, stop: Stop, impulse: f64) {
+    fn push(&mut self, direction: usize, impulse: f64) {
         let (first, second) = self.state.value.split_at_mut(self.reference.model.modes());
-        (self.reference.model).push_from_stop(stop, impulse, [first, second]);
+        (self.reference.model).push_along(direction, impulse, [first, second]);
     }
 
-    /// Force \[N\] of the stop on which a state rests, and its rate \[N/s\].
+    /// Force \[N\] of a contact that holds a state, and its rate \[N/s\].
     pub(super) fn hold(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
-        let place = model.stops.iter().position(|stop| stop.rest() == contact);
+        let place = model.holds().position(|own| own.contact == contact);
         let force = |state: &[f64], time: f64| {
             let at = (self.cycle, time);
-            model.forces_of_stops(&self.segments, self.contact, at, state)[place.unwrap_or(0)]
+            model.forces_of_holds(&self.segments, self.contact, at, state)[place.unwrap_or(0)]
         };
         let slope = self.slope(state, time);
         let [behind, ahead] = [-1.0, 1.0].map(|sense| {

@@ -3,7 +3,7 @@
 use super::cause::Cause;
 use crate::analysis::coupled_modes::CoupledModes;
 use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
-use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, Stop, TrajectoryState};
+use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{ClosedContact, Window};
@@ -24,8 +24,8 @@ pub(in crate::analysis) struct Balance<'m> {
     coupled: Option<CoupledModes>,
     /// Exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
-    /// The impulses since the last window \[N s\], each with its stop.
-    pub(super) struck: Vec<(Stop, f64)>,
+    /// The impulses since the last window \[N s\], each with its direction.
+    pub(super) struck: Vec<(usize, f64)>,
 }
 
 /// The contacts at one end of a window.
@@ -51,8 +51,7 @@ impl Edge {
     }
 
     fn of(model: &Model, window: &Window<'_>, value: fn(&[f64]) -> f64, phase: f64) -> Self {
-        // A rigid stop stores nothing.
-        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
+        let springs = (window.closed.iter()).filter(|closed| model.is_spring(closed.contact));
         Self {
             segments: window.segments.to_vec(),
             closed: springs
@@ -181,7 +180,7 @@ impl<'m> Balance<'m> {
             .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
             .sum();
         let mut contacts = 0.0;
-        let springs = (window.closed.iter()).filter(|closed| !model.is_rest(closed.contact));
+        let springs = (window.closed.iter()).filter(|closed| model.is_spring(closed.contact));
         for closed in springs {
             let segment = &window.segments[closed.contact];
             let contact = &model.contacts[closed.contact];
@@ -323,6 +322,16 @@ impl<'m> Balance<'m> {
             for (d, lack) in deflection.iter_mut().zip(&lack) {
                 *d -= lack;
             }
+        }
+        if let Some(friction) = model.friction_of(closed.contact) {
+            // While it sticks its line shows its force and not its motion.
+            let moved = if model.is_slip(closed.contact) {
+                force[0] * (at_end(&deflection) - at_start(&deflection))
+            } else {
+                force[0] * friction.belt_speed * tau
+            };
+            work(Cause::Friction, -moved);
+            return;
         }
         if model.is_rest(closed.contact) {
             return;

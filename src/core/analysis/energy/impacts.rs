@@ -12,13 +12,11 @@ impl Balance<'_> {
         let stop = self.model().stop_of(event.contact);
         let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());
         if let Some(stop) = struck {
-            let (beside, push) = self
-                .model()
-                .held_beside(stop, self.model().held(event.from));
+            let (beside, push) = self.model().held_beside(stop, event.from);
             let impulse = (1.0 + stop.restitution) * event.rate / push;
-            let beside = beside.into_iter().chain([(stop, 1.0)]);
+            let beside = beside.into_iter().chain([(stop.hold(), 1.0)]);
             self.struck
-                .extend(beside.map(|(own, share)| (own, share * impulse)));
+                .extend(beside.map(|(own, share)| (own.direction, share * impulse)));
         }
     }
 
@@ -28,9 +26,9 @@ impl Balance<'_> {
             return 0.0;
         }
         let (mut before, mut rates) = (first.to_vec(), second.to_vec());
-        for &(stop, impulse) in &self.struck {
+        for &(direction, impulse) in &self.struck {
             let parts = [&mut before[..], &mut rates[..]];
-            self.model().push_from_stop(stop, -impulse, parts);
+            self.model().push_along(direction, -impulse, parts);
         }
         self.structure(first, second) - self.structure(&before, &rates)
     }

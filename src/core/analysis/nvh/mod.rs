@@ -77,7 +77,8 @@ impl Nvh {
                     (usize::from(own.side < 0.0), own.side)
                 } else {
                     // The spring of a slider has no side.
-                    let side = if own.release == Release::Stick { 1.0 } else { own.side };
+                    let bears = matches!(own.release, Release::Stick | Release::Grip);
+                    let side = if bears { 1.0 } else { own.side };
                     (contact - model.flank_springs + FLANKS, side)
                 }
             })

@@ -44,6 +44,9 @@ impl Sets {
             place: Vec::new(),
             count: 1,
         };
+        if model.softens() {
+            return Err(TableError::Softening);
+        }
         for contact in &model.contacts {
             match contact.release {
                 Release::Deflection => {}
@@ -51,6 +54,7 @@ impl Sets {
                 Release::Film => return Err(TableError::Film),
                 Release::Slip | Release::Stick => return Err(TableError::Slider),
                 Release::Impact | Release::Rest => return Err(TableError::RigidStop),
+                Release::Rub | Release::Grip => return Err(TableError::DryFriction),
             }
             let mut classes: Vec<Class> = Vec::new();
             let mut of_segment = Vec::new();

@@ -47,6 +47,11 @@ pub enum VaryingSpeedError {
         "a rigid stop cannot be integrated at a speed that varies; give contact.*.stiffness in place of contact.*.restitution"
     )]
     RigidStops,
+    /// It has dry friction that sticks.
+    #[error(
+        "dry friction cannot be integrated at a speed that varies; replace `[[dry_friction]]` by a damper"
+    )]
+    DryFriction,
 }
 
 /// A motion of a drive whose speed varies.
@@ -110,6 +115,9 @@ impl VaryingSpeed {
         }
         if !model.stops.is_empty() {
             return Err(VaryingSpeedError::RigidStops);
+        }
+        if !model.frictions.is_empty() {
+            return Err(VaryingSpeedError::DryFriction);
         }
         let loads = model.load_terms(structure);
         let system = System::new(model, &loads);

@@ -5,8 +5,8 @@
 //! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
 //! where a line turns. Off the cell grid, windows of full length follow one another until one would
 //! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
-//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]) or
-//! rigid stops ([`super::impact`]).
+//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]), rigid
+//! stops ([`super::impact`]) or dry friction ([`super::stick`]).
 
 use super::Volterra;
 use super::feedback::ContactSolve;
@@ -182,15 +182,16 @@ impl Volterra<'_> {
             }
             return Ok(());
         };
-        if self.model.contacts[found.contact].release.of_stop() {
+        if self.of_parts.holds(found.contact) && !self.model.is_of_slider(found.contact) {
             let scene = Scene {
+                model: &self.model,
                 position,
                 active,
                 changes,
                 observer,
                 counters,
             };
-            return self.meet_stop(found, track, scene, workspace);
+            return self.meet_part(found, track, scene, workspace);
         }
         let met = self.met(&found, position, track, *active, workspace);
         if found.x > -1.0 {

@@ -22,7 +22,7 @@ use super::position::{Position, Track};
 use super::release::Place;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, Stop};
+use crate::model::{ActiveSet, Hold, Model, Stop};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::{Changes, Crossing, ROUND_OFF};
 use crate::propagate::{Counters, Event, Observer, Stop as End};
@@ -48,6 +48,7 @@ impl Sight {
 
 /// Where contacts of stops change, and who is told.
 pub(super) struct Scene<'a, O> {
+    pub model: &'a Model,
     pub position: &'a mut Position,
     pub active: &'a mut ActiveSet,
     pub changes: &'a mut Changes,
@@ -57,8 +58,8 @@ pub(super) struct Scene<'a, O> {
 
 impl<O: Observer> Scene<'_, O> {
     /// Opens or closes a contact at a time \[s\] of the mesh cycle, its deflection having some rate \[m/s\].
-    fn toggle(&mut self, contact: usize, rate: f64, time: f64) -> Result<(), End> {
-        let to = self.active.toggled(contact);
+    pub fn toggle(&mut self, contact: usize, rate: f64, time: f64) -> Result<(), End> {
+        let to = self.model.toggled(*self.active, contact);
         let event = Event {
             cycle: self.position.cycle,
             time,
@@ -169,20 +170,7 @@ impl Volterra<'_> {
         let Some(stop) = self.model.stop_of(found.contact) else {
             unreachable!("a contact of a stop has one");
         };
-        if found.x > -1.0 {
-            let told = (&mut *scene.observer, &mut *scene.counters);
-            self.move_to_cut(
-                found.x,
-                scene.position,
-                track,
-                *scene.active,
-                workspace,
-                told,
-            );
-            scene.position.aligned = None;
-            scene.position.crossed = ActiveSet::FREE;
-            scene.position.forceless = ActiveSet::FREE;
-        }
+        self.move_to_event(found.x, track, &mut scene, workspace);
         let time = scene.position.time;
         if found.contact == stop.rest() {
             let held = scene.active.union(ActiveSet::FREE.toggled(stop.rest()));
@@ -194,6 +182,23 @@ impl Volterra<'_> {
             return scene.toggle(stop.rest(), 0.0, time);
         }
         self.strike((stop, found.x), track, &mut scene, workspace)
+    }
+
+    /// Moves to the place of an event on a window.
+    pub(super) fn move_to_event<O: Observer>(
+        &self,
+        x: f64,
+        track: Track<'_>,
+        scene: &mut Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) {
+        if x > -1.0 {
+            let told = (&mut *scene.observer, &mut *scene.counters);
+            self.move_to_cut(x, scene.position, track, *scene.active, workspace, told);
+            scene.position.aligned = None;
+            scene.position.crossed = ActiveSet::FREE;
+            scene.position.forceless = ActiveSet::FREE;
+        }
     }
 
     /// Reflects trajectory and tangents from a stop.
@@ -209,35 +214,35 @@ impl Volterra<'_> {
         let line = &model.lines[model.directions[stop.direction].line];
         let (_, error_rate) = line.transmission_error_at(cycle, time);
         let parts = workspace.components(model.modes());
-        let speed = model.felt_at_stop(stop, parts)[1] - error_rate;
+        let speed = model.felt_along(stop.direction, parts)[1] - error_rate;
         if speed <= 0.0 {
             // Touched without a speed, within round-off.
             scene.counters.grazings += 1;
             return Ok(());
         }
-        let force_of = |workspace: &Workspace, stop: Stop| {
-            let seen = &workspace.solutions[track.place_of(stop.rest())];
+        let force_of = |workspace: &Workspace, hold: Hold| {
+            let seen = &workspace.solutions[track.place_of(hold.contact)];
             evaluate(&seen.deflection, x)
         };
-        let force = force_of(workspace, stop);
+        let force = force_of(workspace, stop.hold());
         scene.toggle(stop.impact, speed, time)?;
+        let (beside, push) = model.held_beside(stop, active);
         let before = model.held(active);
-        let (beside, push) = model.held_beside(stop, before.clone());
-        let held: Vec<Stop> = beside.iter().map(|(other, _)| *other).collect();
+        let held: Vec<Hold> = beside.iter().map(|(other, _)| *other).collect();
         for other in before.into_iter().filter(|other| !held.contains(other)) {
             // Its force ends with the impulse.
             let ended = force_of(workspace, other);
             for column in workspace.columns_in_parts().skip(1) {
-                let [felt, _] = model.felt_at_stop(stop, [&*column[0], &*column[1]]);
-                model.push_from_stop(other, -ended * felt / speed, column);
+                let [felt, _] = model.felt_along(stop.direction, [&*column[0], &*column[1]]);
+                model.push_along(other.direction, -ended * felt / speed, column);
             }
-            scene.toggle(other.rest(), 0.0, time)?;
+            scene.toggle(other.contact, 0.0, time)?;
         }
         let factor = (1.0 + stop.restitution) / push;
         let segments = std::mem::take(&mut workspace.segments);
-        let levels = model.levels_of_stops(&held, cycle, time);
+        let levels = model.levels(&held, cycle, time);
         for (index, [first, second]) in workspace.columns_in_parts().enumerate() {
-            let [felt, rate] = model.felt_at_stop(stop, [&*first, &*second]);
+            let [felt, rate] = model.felt_along(stop.direction, [&*first, &*second]);
             let closed = (active, &segments[..]);
             let (impulse, amount) = match index {
                 0 => (factor * speed, 0.0),
@@ -246,11 +251,12 @@ impl Volterra<'_> {
                     factor * felt,
                 ),
             };
-            for &(own, share) in beside.iter().chain(&[(stop, 1.0)]) {
-                model.shift_from_stop(own, share * amount, closed, [&mut *first, &mut *second]);
-                model.push_from_stop(own, share * impulse, [&mut *first, &mut *second]);
+            for &(own, share) in beside.iter().chain(&[(stop.hold(), 1.0)]) {
+                let along = own.direction;
+                model.shift_along(along, share * amount, closed, [&mut *first, &mut *second]);
+                model.push_along(along, share * impulse, [&mut *first, &mut *second]);
             }
-            let at_rest = |level: &[f64; 2]| if index == 0 { level[1] } else { 0.0 };
+            let at_rest = |level: &(Option<f64>, f64)| if index == 0 { level.1 } else { 0.0 };
             let rates: Vec<f64> = levels.iter().map(at_rest).collect();
             model.still(&held, &rates, [first, second]);
         }
@@ -266,8 +272,8 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// Moves trajectory and tangents onto the stops that hold the structure, without a speed there: where one begins to do so,
-    /// and what round-off has moved.
+    /// Moves trajectory and tangents onto the stops that hold the structure, without a speed there, and takes the speed of sliding
+    /// from dry friction that sticks: where one begins to do so, and what round-off has moved.
     pub(super) fn keep_seated(
         &self,
         active: ActiveSet,
@@ -275,15 +281,18 @@ impl Volterra<'_> {
         workspace: &mut Workspace,
     ) {
         let model = &*self.model;
-        if model.stops.is_empty() {
+        let held = model.held(active);
+        if held.is_empty() {
             return;
         }
-        let held = model.held(active);
-        let mut levels = model.levels_of_stops(&held, position.cycle, position.time);
+        let mut levels = model.levels(&held, position.cycle, position.time);
         let segments = std::mem::take(&mut workspace.segments);
         for column in workspace.columns_in_parts() {
             model.seat(&held, &levels, (active, &segments[..]), column);
-            levels.fill([0.0; 2]);
+            levels.iter_mut().for_each(|(level, rate)| {
+                *level = level.map(|_| 0.0);
+                *rate = 0.0;
+            });
         }
         workspace.segments = segments;
     }

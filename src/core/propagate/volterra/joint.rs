@@ -130,7 +130,7 @@ impl JointWindow<'_> {
 
     /// Solves the contacts in turn. Returns whether the rounds converge.
     fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
-        let rests = self.active.iter().filter(|own| self.model.is_rest(*own));
+        let rests = self.active.iter().filter(|own| self.model.is_hold(*own));
         if rests.count() > 1 {
             // Each of their forces acts on the others at once.
             return false;

@@ -1,12 +1,17 @@
 //! How long is a window?
 
 use super::shapes::TERMS;
-use crate::model::{Block, Direction, Model, Segment};
+use crate::model::{Block, Direction, Model, Release, Segment};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Number of windows per mesh cycle, not rounded, that just satisfies the tolerance.
 pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
     0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
+}
+
+/// Whether a closed contact makes the structure faster: constraints and constant forces do not.
+fn stiffens(release: Release) -> bool {
+    !(release.of_stop() || release.of_friction())
 }
 
 /// The longest window \[s\] for the tolerance if all contacts that can be closed together are closed, each on one of
@@ -25,8 +30,7 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
         let opposite = one_line && model.contacts[i].side != model.contacts[j].side;
         !opposite && !model.take_turns(i, j)
     };
-    // A rigid stop that holds the structure does not make it faster.
-    let spring = |i: &usize| !model.contacts[*i].release.of_stop();
+    let spring = |i: &usize| stiffens(model.contacts[*i].release);
     let rows = (0..count).filter(spring).map(|i| {
         let [mut square, mut linear] = [0.0; 2];
         for j in (0..count).filter(spring).filter(|&j| can_join(i, j)) {
@@ -72,7 +76,7 @@ pub fn fastest_own_rate(model: &Model) -> f64 {
     let felt: Vec<[f64; 2]> = (model.directions.iter())
         .map(Direction::felt_at_most)
         .collect();
-    let springs = (model.contacts.iter()).filter(|contact| !contact.release.of_stop());
+    let springs = (model.contacts.iter()).filter(|contact| stiffens(contact.release));
     let cycles = springs.flat_map(|contact| &contact.cycles);
     cycles
         .flat_map(|cycle| &cycle.segments)

@@ -60,6 +60,7 @@ mod release;
 mod search;
 mod shapes;
 mod slide;
+mod stick;
 mod table_requests;
 mod tables;
 mod varying;
@@ -146,7 +147,10 @@ impl<'m> Volterra<'m> {
             event_limit,
             instructions,
             never_pull,
-            of_parts: released_by(Release::of_slider).union(released_by(Release::of_stop)),
+            of_parts: [Release::of_slider, Release::of_stop, Release::of_friction]
+                .map(released_by)
+                .into_iter()
+                .fold(ActiveSet::FREE, ActiveSet::union),
             fastest: length::fastest_of_open(&model).max(TAU / model.period()),
             on_breakpoint: if never_pull.touching() {
                 // At a step of the stiffness, a contact may take load again inside a window of free flight.

@@ -87,13 +87,14 @@ impl Volterra<'_> {
             return first;
         }
         let first = self.first_with_sliders(track, active, (limit, first), workspace, counters);
-        self.first_with_stops(
+        let first = self.first_with_stops(
             (position, track),
             active,
             (limit, first),
             workspace,
             counters,
-        )
+        );
+        self.first_with_frictions(track, active, (limit, first), workspace, counters)
     }
 
     /// As [`Self::first_event`], without the contacts `aside`.

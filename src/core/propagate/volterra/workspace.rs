@@ -30,6 +30,10 @@ pub struct Workspace {
     pub segments: Vec<Segment>,
     /// What a window with several closed contacts is solved with.
     pub joint: Joint,
+    /// By how much later every tangent meets the last event of dry friction \[s\].
+    pub shifts: Vec<f64>,
+    /// Cycle and time of that.
+    pub shifted: (u64, f64),
     /// Where a window was cut.
     pub cut: Cut,
     /// Of the present window, where its stiffness varies off the grid.
@@ -49,6 +53,8 @@ impl Workspace {
             solutions: vec![Solution::ZERO; model.lines.len()],
             segments: model.segments_at(0, 0.0),
             joint: Joint::default(),
+            shifts: Vec::new(),
+            shifted: (u64::MAX, 0.0),
             cut: Cut::new(layout.padded / LANES),
             factors: Factors::NONE,
         }

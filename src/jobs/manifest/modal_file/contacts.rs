@@ -1,11 +1,11 @@
-//! The tables `[[contact]]` and `[[slider]]` of a modal file: contacts beside the two flanks.
+//! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts beside the two flanks.
 
 use super::{column, optional};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
-use crate::structure::{SliderPart, StructureContact};
+use crate::structure::{FrictionLaw, SliderPart, StructureContact};
 
 /// Contacts that may stand beside the two flanks.
 const MOST: usize = MOST_CONTACTS - 2;
@@ -18,9 +18,11 @@ pub(super) fn read(
 ) -> Option<Vec<StructureContact>> {
     let tables = root.tables(issues, "contact");
     let sliders = root.tables(issues, "slider");
-    let (tables, sliders) = (tables?, sliders?);
+    let frictions = root.tables(issues, "dry_friction");
+    let (tables, sliders, frictions) = (tables?, sliders?, frictions?);
     let stops = tables.iter().filter(|table| table.has("restitution"));
-    let count = tables.len() + stops.count() + SliderPart::ALL.len() * sliders.len();
+    let elements = sliders.len() + frictions.len();
+    let count = tables.len() + stops.count() + SliderPart::ALL.len() * elements;
     if count > MOST {
         issues.push(
             Diagnostic::new(
@@ -30,7 +32,7 @@ pub(super) fn read(
                 format!("the file has {count} contacts in addition to the flanks"),
             )
             .label(format!(
-                "at most {MOST} are accepted, and a [[slider]] is three of them, a [[contact]] with a restitution two"
+                "at most {MOST} are accepted, and a [[slider]] or [[dry_friction]] is three of them, a [[contact]] with a restitution two"
             ))
             .remedy("combine contacts that act as one, or remove some"),
         );
@@ -45,6 +47,12 @@ pub(super) fn read(
     }
     for table in &sliders {
         match slider(table, issues, modes) {
+            Some(parts) => all.extend(parts.map(Some)),
+            None => all.push(None),
+        }
+    }
+    for table in &frictions {
+        match dry_friction(table, issues, modes) {
             Some(parts) => all.extend(parts.map(Some)),
             None => all.push(None),
         }
@@ -67,6 +75,47 @@ fn slider(
         stiffness?,
         limit?,
     ))
+}
+
+fn dry_friction(
+    table: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+) -> Option<[StructureContact; 3]> {
+    let name = table.text(issues, "name");
+    let participation = column(table, issues, "participation", modes);
+    let force = table.quantity(issues, "force");
+    let static_force = if table.has("static_force") {
+        table.quantity(issues, "static_force")
+    } else {
+        force
+    };
+    let belt_speed = if table.has("belt_speed") {
+        table.quantity(issues, "belt_speed")
+    } else {
+        Some(0.0)
+    };
+    let law = FrictionLaw {
+        force: force?,
+        static_force: static_force?,
+        belt_speed: belt_speed?,
+    };
+    if law.static_force < law.force {
+        let key = "static_force";
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                table.span_of(key),
+                &table.path_of(key),
+                "the static force is below the force of sliding friction".to_owned(),
+            )
+            .label(format!("at least {} N", law.force))
+            .remedy("raise static_force, or remove it: it is then equal to force"),
+        );
+        return None;
+    }
+    let parts = StructureContact::dry_friction(name?, &participation?, law);
+    Some(parts)
 }
 
 /// A contact; of a rigid stop with its coefficient of restitution.

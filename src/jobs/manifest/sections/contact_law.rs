@@ -98,7 +98,8 @@ pub(super) fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Divi
     Some(divisions)
 }
 
-/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0.
+/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0. Without harmonics it may be
+/// negative.
 pub(super) fn fourier(
     table: &Section,
     issues: &mut Issues,
@@ -111,7 +112,7 @@ pub(super) fn fourier(
     let smallest = (divisions.iter())
         .map(|division| division.stiffness.smallest())
         .fold(f64::INFINITY, f64::min);
-    if smallest > 0.0 {
+    if smallest > 0.0 || (smallest < 0.0 && harmonics.is_empty()) {
         return Some((mean, harmonics, divisions));
     }
     issues.push(
@@ -119,10 +120,13 @@ pub(super) fn fourier(
             DiagnosticKind::Inconsistent,
             table.span_of("stiffness_harmonics"),
             &table.path_of("stiffness_harmonics"),
-            format!("the harmonics reduce the stiffness to {smallest:.3e} N/m"),
+            format!("the stiffness falls to {smallest:.3e} N/m"),
         )
         .label(format!("about a mean of {mean:.3e} N/m"))
-        .remedy("reduce the amplitudes: the stiffness must stay above 0"),
+        .remedy(
+            "reduce the amplitudes: the stiffness must stay above 0; without harmonics it may be below 0, and softens \
+             other contacts",
+        ),
     );
     None
 }

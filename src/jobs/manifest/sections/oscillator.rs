@@ -112,13 +112,11 @@ fn own_length(structure: &ModalStructure) -> f64 {
 fn stiffness(structure: &ModalStructure) -> f64 {
     let square: f64 = structure.mesh.iter().map(|w| w * w).sum();
     let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);
-    let contact = structure
-        .contacts
-        .iter()
-        .find_map(|own| own.law.stiffness.first());
+    let mut springs = (structure.contacts.iter()).filter(|own| own.law.dry_friction.is_none());
+    let contact = springs.find_map(|own| own.law.stiffness.first());
     match (lowest, contact) {
         (Some(omega), _) => omega * omega / square,
-        (None, Some((_, series))) => series[0],
+        (None, Some((_, series))) => series[0].abs(),
         (None, None) => 1.0,
     }
 }

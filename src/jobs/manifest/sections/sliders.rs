@@ -63,7 +63,32 @@ const EXCLUDED_BY_STOPS: [Excluded; 3] = [
     ),
 ];
 
-/// Reports keys that cannot be combined with the sliders and rigid stops of a model.
+/// Keys that dry friction excludes.
+const EXCLUDED_BY_FRICTION: [Excluded; 3] = [
+    (
+        "run",
+        "kernel",
+        &["closed_modes", "stepping"],
+        "is a kernel that cannot follow dry friction",
+        "set kernel = \"volterra\" or \"auto\"",
+    ),
+    (
+        "analyses",
+        "covariant",
+        &[],
+        "is not available: dry friction that sticks forgets a direction, so that no vector goes backwards",
+        "remove the analysis, or replace `[[dry_friction]]` by a damper",
+    ),
+    (
+        "continuation",
+        "over",
+        &[],
+        "is not available: orbits with dry friction cannot be followed over a parameter",
+        "remove the table, or replace `[[dry_friction]]` by a damper",
+    ),
+];
+
+/// Reports keys that cannot be combined with the sliders, rigid stops and dry friction of a model.
 pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) {
     let sliders = model.map_or(0, |model| model.source.sliders());
     if sliders > 0 {
@@ -78,6 +103,11 @@ pub(super) fn check(root: &Section, issues: &mut Issues, model: Option<&ModelSpe
     if stops > 0 {
         let label = format!("not with {stops} rigid stops");
         exclude(root, issues, &EXCLUDED_BY_STOPS, &label);
+    }
+    let frictions = model.map_or(0, |model| model.source.dry_frictions());
+    if frictions > 0 {
+        let label = format!("not with {frictions} elements of dry friction");
+        exclude(root, issues, &EXCLUDED_BY_FRICTION, &label);
     }
 }
 

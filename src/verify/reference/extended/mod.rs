@@ -139,6 +139,9 @@ impl<'m> Extended<'m> {
         if !self.model.stops.is_empty() {
             return Err(ReferenceError::RigidStop);
         }
+        if !self.model.frictions.is_empty() {
+            return Err(ReferenceError::DryFriction);
+        }
         let mut integration = Integration {
             extended: self,
             cycle: start.cycle,

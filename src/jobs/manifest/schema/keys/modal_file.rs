@@ -6,7 +6,7 @@ use crate::manifest::schema::key::{
 use crate::units::Dimension::{
     Angle, AngularSpeed, Damping, Force, ForceByDisplacement, ForceByVelocity, Length,
     ModalDamping, ModalForce, ModalForceBySpeed, ModalStiffness, Participation,
-    ParticipationByLength, Ratio, Stiffness,
+    ParticipationByLength, Ratio, Stiffness, Velocity,
 };
 
 #[rustfmt::skip]
@@ -131,8 +131,9 @@ pub(super) const KEYS: &[Key] = &[
                 approach and multiplies it by this number. Impacts that accumulate bring the contact to rest on the stop \
                 until its force vanishes. A rigid stop counts as two contacts: impact, rest. The kernel `volterra` is \
                 necessary."),
-    quantity("contact.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required without `levels` or `restitution`")
-        .about("Stiffness of the closed contact, or its mean if it has harmonics."),
+    quantity("contact.*.stiffness", Stiffness, ANY, r#""1e8 N/m""#).otherwise("none; required without `levels` or `restitution`")
+        .about("Stiffness of the closed contact, or its mean if it has harmonics. Not 0. Without harmonics it may be negative: \
+                the contact then softens what acts beside it, and needs the kernel `volterra`."),
     key("contact.*.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "2e7 N/m" }]"#).or("[]")
         .about("Harmonics of the stiffness over the cycle of the contact."),
     table("contact.*.stiffness_harmonics.*"),
@@ -178,6 +179,23 @@ pub(super) const KEYS: &[Key] = &[
         .about("Stiffness of the spring while the slider sticks."),
     quantity("slider.*.limit", Force, POSITIVE, r#""20 N""#)
         .about("Friction force at which the slider slips."),
+    key("dry_friction", Kind::List("tables"), ANY, r#"[{ name = "belt", participation = [0.0, 0.4], force = "20 N" }]"#).or("[]")
+        .about("Dry friction that sticks, one table `[[dry_friction]]` per element, against a surface along d = sum of \
+                participation q. It opposes the sliding with a constant force. Where the sliding stops, it holds the structure \
+                exactly, until more than the static force would be necessary. Each counts as three contacts: slip \
+                forwards, slip backwards, stick. The kernel `volterra` is necessary. It excludes rigid stops."),
+    table("dry_friction.*"),
+    key("dry_friction.*.name", Kind::Text, ANY, r#""belt""#)
+        .about("Name of the element."),
+    key("dry_friction.*.participation", Kind::List("numbers in 1/sqrt(kg), one per mode"), ANY, "[0.0, 0.4, -0.1]")
+        .about("Deflection of the element per unit of each modal displacement."),
+    quantity("dry_friction.*.participation.*", Participation, ANY, "0.4"),
+    quantity("dry_friction.*.force", Force, POSITIVE, r#""20 N""#)
+        .about("Force of sliding friction."),
+    quantity("dry_friction.*.static_force", Force, POSITIVE, r#""25 N""#).otherwise("`force`")
+        .about("Largest force of static friction. It is at least `force`."),
+    quantity("dry_friction.*.belt_speed", Velocity, ANY, r#""0.2 m/s""#).or("0")
+        .about("Speed of the surface along the line. The element sticks where the deflection grows at this speed."),
     key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 x", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
         .about("Bearing forces to compute, one table `[[bearing]]` each."),
     table("bearing.*"),

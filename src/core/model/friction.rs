@@ -1,0 +1,202 @@
+//! What are the elements of dry friction of a model, and do they stick?
+//!
+//! With v = δ' − u the speed of sliding, a slip bears the constant force F sgn v. While v is 0 the constraint δ'' = 0 bears λ
+//! ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows `δ''/ρ`.
+
+use super::error::{ModelError, positive};
+use super::stop::{Hold, pushed};
+use super::{ActiveSet, Contact, Direction, Model, Segment};
+use crate::structure::{FrictionPart, ModalStructure};
+
+/// Round-off of a speed, in units of the sizes of the terms that it is the sum of.
+const ROUND_OFF: f64 = 1e-13;
+
+/// Part of a motion along a line that is left beside the motions along others, squared, below which there is none.
+const SAME_LINE: f64 = 1e-10;
+
+/// An element of dry friction of a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DryFriction {
+    /// Place of its slip forwards among the contacts. The slip backwards and the stick come next.
+    pub forwards: usize,
+    /// Direction of its force, among the model's, along the line of δ.
+    pub direction: usize,
+    /// Change of the rate δ' by a unit impulse ρ \[1/kg\].
+    pub push: f64,
+    /// Force F of sliding friction \[N\].
+    pub force: f64,
+    /// Largest force F_s of static friction \[N\].
+    pub static_force: f64,
+    /// Speed u of the surface \[m/s\].
+    pub belt_speed: f64,
+}
+
+/// That no element sticks only because others do: by elimination in the matrix `ρ_ij = r_i·g_j`.
+fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), ModelError> {
+    let gains = |own: &DryFriction| &directions[own.direction].gains[..];
+    let mut rows: Vec<Vec<f64>> = (all.iter())
+        .map(|own| {
+            (all.iter())
+                .map(|other| pushed(gains(own), gains(other)) / (own.push * other.push).sqrt())
+                .collect()
+        })
+        .collect();
+    for step in 0..all.len() {
+        let (above, below) = rows.split_at_mut(step + 1);
+        let top = &above[step];
+        if top[step].is_nan() || top[step] <= SAME_LINE {
+            return Err(ModelError::FrictionsAlike { element: step + 1 });
+        }
+        for row in below {
+            let factor = row[step] / top[step];
+            for (entry, above) in row.iter_mut().zip(top) {
+                *entry -= factor * above;
+            }
+        }
+    }
+    Ok(())
+}
+
+impl DryFriction {
+    /// Those of a structure, whose contacts follow `before` others.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] where the static force is below that of sliding, the speed is not finite, or the force does
+    /// not oppose the sliding; [`ModelError::FrictionWithStops`], [`ModelError::FrictionsAlike`].
+    pub(super) fn of_structure(
+        structure: &ModalStructure,
+        before: usize,
+        contacts: &[Contact],
+        directions: &[Direction],
+    ) -> Result<Vec<Self>, ModelError> {
+        let mut all = Vec::new();
+        for (own, stick) in structure.contacts.iter().zip(before..) {
+            let Some(FrictionPart::Stick {
+                static_force,
+                belt_speed,
+            }) = own.law.dry_friction
+            else {
+                continue;
+            };
+            let forwards = stick - 2;
+            let segment = &contacts[forwards].cycles[0].segments[0];
+            let force = segment.stiffness.mean();
+            let (name, accepted) = (
+                "static force of dry friction",
+                "at least the force of sliding friction",
+            );
+            positive(name, static_force, static_force >= force, accepted)?;
+            positive(
+                "belt speed of dry friction",
+                belt_speed,
+                true,
+                "a finite speed",
+            )?;
+            let gains = &directions[segment.direction].gains;
+            let push = pushed(gains, gains);
+            let name = "change of the sliding by its own friction";
+            positive(name, push, push > 0.0, "above 0 1/kg")?;
+            all.push(Self {
+                forwards,
+                direction: segment.direction,
+                push,
+                force,
+                static_force,
+                belt_speed,
+            });
+        }
+        if !all.is_empty() && structure.rigid_stops() > 0 {
+            return Err(ModelError::FrictionWithStops);
+        }
+        are_independent(&all, directions)?;
+        Ok(all)
+    }
+
+    /// Places of its two slips among the contacts: forwards, backwards.
+    pub fn slips(self) -> [usize; 2] {
+        [self.forwards, self.forwards + 1]
+    }
+
+    /// Place of its stick among the contacts.
+    pub fn stick(self) -> usize {
+        self.forwards + 2
+    }
+
+    /// The slip in a direction, by its sign.
+    pub fn slip_towards(self, way: f64) -> usize {
+        self.slips()[usize::from(way < 0.0)]
+    }
+
+    /// Whether a contact is one of its states.
+    pub fn has(self, contact: usize) -> bool {
+        (self.forwards..=self.stick()).contains(&contact)
+    }
+
+    /// What holds the structure while it sticks.
+    pub fn hold(self) -> Hold {
+        Hold {
+            contact: self.stick(),
+            direction: self.direction,
+            push: self.push,
+        }
+    }
+}
+
+impl Model {
+    /// The element of dry friction that a contact is a state of.
+    pub fn friction_of(&self, contact: usize) -> Option<DryFriction> {
+        let own = |friction: &&DryFriction| friction.has(contact);
+        self.frictions.iter().find(own).copied()
+    }
+
+    /// Speed v of sliding of a state, given by its first and second components \[m/s\], and its round-off.
+    pub fn sliding_speed(&self, friction: DryFriction, [first, second]: [&[f64]; 2]) -> [f64; 2] {
+        let gains = self.directions[friction.direction].gains.iter();
+        let terms = gains.zip(first.iter().zip(second)).map(|(own, (x, y))| {
+            let [a, b] = [own.rate[0] * x, own.rate[1] * y];
+            [a + b, a.abs() + b.abs()]
+        });
+        let u = friction.belt_speed;
+        let [speed, size] = terms.fold([-u, u.abs()], |sum, term| {
+            [sum[0] + term[0], sum[1] + term[1]]
+        });
+        [speed, ROUND_OFF * size]
+    }
+
+    /// The closed contacts with the states of all elements of dry friction in a state, those without a speed of sliding
+    /// sticking unless more than the static force would be needed.
+    pub(super) fn with_frictions(
+        &self,
+        segments: &[Segment],
+        mut active: ActiveSet,
+        at: (u64, f64),
+        state: &[f64],
+    ) -> ActiveSet {
+        let (first, second) = state.split_at(self.blocks.len());
+        for &friction in &self.frictions {
+            let [speed, noise] = self.sliding_speed(friction, [first, second]);
+            let own = if speed.abs() <= noise {
+                friction.stick()
+            } else {
+                friction.slip_towards(speed)
+            };
+            active = active.toggled(own);
+        }
+        // One after the other lets go, the one that is overcome by most first.
+        loop {
+            let forces = self.forces_of_holds(segments, active, at, state);
+            let overcome = (self.frictions.iter().zip(&forces[self.stops.len()..]))
+                .filter(|(own, force)| active.holds(own.stick()) && force.abs() > own.static_force)
+                .max_by(|(a, f), (b, g)| {
+                    let excess = [f.abs() - a.static_force, g.abs() - b.static_force];
+                    excess[0].total_cmp(&excess[1])
+                });
+            let Some((own, force)) = overcome else {
+                return active;
+            };
+            active = active
+                .toggled(own.stick())
+                .toggled(own.slip_towards(*force));
+        }
+    }
+}

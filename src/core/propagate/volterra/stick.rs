@@ -1,0 +1,223 @@
+//! When does dry friction begin to slip, when does it stick, and when does it slip back?
+//!
+//! Slipping ends where the speed v of sliding vanishes. The force λ that would hold the structure there decides what follows: it
+//! sticks, unless |λ| exceeds the static force F_s. Sticking ends where |λ| reaches F_s. A tangent meets the event later, by dt,
+//! and is changed by what the force f of the element loses,
+//!
+//! ```text
+//! dx⁺ = dx − (f⁻ − f⁺) g dt
+//! dt = −(r·dx) / δ''     where a slip ends: to stick, where this leaves r·dx⁺ = 0, or to slip back, f⁺ = −f⁻
+//! dt = −dλ / λ'          where a stick ends: f⁻ = ±F_s, f⁺ = ±F
+//! ```
+//!
+//! with g, r of [`crate::model::Hold`]. Whatever else sticks moves along, so that its tangents keep no speed. Where an event frees
+//! another element at once, by a step of the force that it bears, dt is that of the event.
+//!
+//! Right after a stick with F_s = F the speed has a double root. It can only come back to zero behind the next zero of δ'', which is
+//! sought first, the known root divided out.
+
+use super::Volterra;
+use super::impact::Scene;
+use super::position::Track;
+use super::release::Place;
+use super::shapes::{Series, TERMS};
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, DryFriction};
+use crate::numerics::legendre::{self, evaluate, transforms24};
+use crate::propagate::events::{Crossing, ROUND_OFF};
+use crate::propagate::{Counters, Observer, Stop as End};
+
+/// What an element of dry friction sees over a window.
+struct Sliding {
+    /// Series of the speed v, times half the window \[m\].
+    speed: Series,
+    /// Series of the force that holds the structure; while it slips of δ''/ρ \[N\].
+    force: Series,
+    /// Round-off of both.
+    noise: [f64; 2],
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`, dry friction included, where `first` is that of all other contacts.
+    pub(super) fn first_with_frictions(
+        &self,
+        track: Track<'_>,
+        active: ActiveSet,
+        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
+        for &friction in &self.model.frictions {
+            let seen = self.sliding(friction, track, workspace);
+            for (slip, side) in friction.slips().into_iter().zip([1.0, -1.0]) {
+                let until = first.map_or(limit, |(found, _)| found.x);
+                let found = if active.holds(slip) {
+                    self.stops_sliding(side, &seen, until, counters)
+                } else if active.holds(friction.stick()) {
+                    let mut room = seen.force.map(|a| -side * a);
+                    room[0] += friction.static_force;
+                    let known = legendre::at_start(&room).abs() <= seen.noise[1];
+                    self.exit(&room, 1.0, seen.noise[1], known, until, counters)
+                } else {
+                    None
+                };
+                if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
+                    first = Some((Crossing { x, contact: slip }, Place::Elsewhere));
+                }
+            }
+        }
+        first
+    }
+
+    fn sliding(&self, own: DryFriction, track: Track<'_>, workspace: &Workspace) -> Sliding {
+        let [motion, stick] = [own.forwards, own.stick()]
+            .map(|contact| &workspace.solutions[track.place_of(contact)]);
+        let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
+        let mut speed = legendre::derivative(&motion.deflection);
+        speed[0] -= own.belt_speed * half;
+        let of_speed = TERMS as f64 * motion.size + (own.belt_speed * half).abs();
+        Sliding {
+            speed,
+            force: stick.deflection,
+            noise: [
+                ROUND_OFF * of_speed,
+                ROUND_OFF * (stick.size + own.static_force),
+            ],
+        }
+    }
+
+    /// Where a slip in the direction `side` ends.
+    fn stops_sliding(
+        &self,
+        side: f64,
+        seen: &Sliding,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let [noise, of_force] = seen.noise;
+        let starts = side * legendre::at_start(&seen.speed) <= noise;
+        let quickens = side * legendre::at_start(&seen.force);
+        if !starts || quickens.abs() > TERMS as f64 * of_force {
+            return self.exit(&seen.speed, side, noise, starts, limit, counters);
+        }
+        let turn = self.exit(&seen.force, side, of_force, true, limit, counters)?;
+        if turn >= limit {
+            return None;
+        }
+        let rest = transforms24().restrict(&seen.speed, turn, limit);
+        let x = self.exit(&rest, side, noise, false, 1.0, counters)?;
+        Some(turn + 0.5 * (limit - turn) * (x + 1.0))
+    }
+
+    /// Moves to an event of a stop or of dry friction and lets it happen.
+    pub(super) fn meet_part<O: Observer>(
+        &self,
+        found: Crossing,
+        track: Track<'_>,
+        scene: Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        match self.model.friction_of(found.contact) {
+            Some(own) => self.meet_friction((own, found), track, scene, workspace),
+            None => self.meet_stop(found, track, scene, workspace),
+        }
+    }
+
+    /// Moves to an event of dry friction and lets it happen.
+    fn meet_friction<O: Observer>(
+        &self,
+        (own, found): (DryFriction, Crossing),
+        track: Track<'_>,
+        mut scene: Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> Result<(), End> {
+        let side = self.model.contacts[found.contact].side;
+        let seen = self.sliding(own, track, workspace);
+        let sticks = scene.active.holds(own.stick());
+        let force = evaluate(&seen.force, found.x);
+        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &seen)) {
+            let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
+            let rate = evaluate(&legendre::derivative(&seen.force), found.x) / half;
+            let changes = self.changes_of_force(own, *scene.active, found.x, workspace);
+            workspace.shifts = changes.iter().map(|change| -change / rate).collect();
+        } else if workspace.shifted != (scene.position.cycle, scene.position.time) {
+            workspace.shifts.clear();
+        }
+        self.move_to_event(found.x, track, &mut scene, workspace);
+        let time = scene.position.time;
+        workspace.shifted = (scene.position.cycle, time);
+        scene.toggle(found.contact, 0.0, time)?;
+        let mut lost = force - side * own.force;
+        if !sticks {
+            workspace.shifts = self.delays(own, force, workspace);
+            lost = 0.0;
+            if side * self.force_that_holds(own, &scene, workspace) < -own.static_force {
+                lost = 2.0 * side * own.force;
+                scene.toggle(own.slip_towards(-side), 0.0, time)?;
+            }
+        }
+        if lost != 0.0 {
+            self.shift(own, lost, workspace);
+        }
+        // Where a stick begins this is the saltation.
+        self.keep_seated(*scene.active, scene.position, workspace);
+        Ok(())
+    }
+
+    /// By how much later every tangent meets the end of a slip \[s\], where its line shows `δ''/ρ`.
+    fn delays(&self, own: DryFriction, quickening: f64, workspace: &mut Workspace) -> Vec<f64> {
+        let tangents = workspace.columns_in_parts().skip(1);
+        let delay = |[first, second]: [&mut [f64]; 2]| {
+            let [_, rate] = (self.model).felt_along(own.direction, [&*first, &*second]);
+            -rate / (own.push * quickening)
+        };
+        tangents.map(delay).collect()
+    }
+
+    /// Changes tangents by what the force of an element loses \[N\] at an event that they meet later.
+    fn shift(&self, own: DryFriction, lost: f64, workspace: &mut Workspace) {
+        let shifts = std::mem::take(&mut workspace.shifts);
+        let tangents = workspace.columns_in_parts().skip(1);
+        for (column, shift) in tangents.zip(&shifts) {
+            self.model.push_along(own.direction, lost * shift, column);
+        }
+        workspace.shifts = shifts;
+    }
+
+    /// Whether a stick starts a window at the limit of static friction.
+    fn is_at_limit(&self, own: DryFriction, side: f64, seen: &Sliding) -> bool {
+        let force = side * legendre::at_start(&seen.force);
+        (own.static_force - force).abs() <= seen.noise[1]
+    }
+
+    /// Changes of the force of a stick at a place of a window by all tangents \[N\].
+    fn changes_of_force(
+        &self,
+        own: DryFriction,
+        active: ActiveSet,
+        x: f64,
+        workspace: &Workspace,
+    ) -> Vec<f64> {
+        let columns = workspace.tangents() + 1;
+        let index = active.iter().position(|closed| closed == own.stick());
+        let forces = &workspace.joint.forces[index.unwrap_or(0) * columns..][..columns];
+        (forces[1..].iter())
+            .map(|force| evaluate(&force.0, x))
+            .collect()
+    }
+
+    /// The force \[N\] of an element that sticks in the present state.
+    fn force_that_holds<O: Observer>(
+        &self,
+        own: DryFriction,
+        scene: &Scene<'_, O>,
+        workspace: &Workspace,
+    ) -> f64 {
+        let model = &*self.model;
+        let at = (scene.position.cycle, scene.position.time);
+        let state = workspace.components(model.modes()).concat();
+        let forces = model.forces_of_holds(&workspace.segments, *scene.active, at, &state);
+        let place = model.holds().position(|hold| hold.contact == own.stick());
+        forces[place.unwrap_or(0)]
+    }
+}

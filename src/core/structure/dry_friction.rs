@@ -1,0 +1,57 @@
+//! Which contacts does a structure have for an element of dry friction?
+
+use super::{ContactLaw, FrictionPart, ModalStructure, SliderPart, StructureContact};
+
+/// The law of an element of dry friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionLaw {
+    /// F of sliding friction \[N\], \[N m\].
+    pub force: f64,
+    /// F_s of static friction \[N\], \[N m\], at least F.
+    pub static_force: f64,
+    /// Speed of the surface along the line \[m/s\], \[rad/s\].
+    pub belt_speed: f64,
+}
+
+impl StructureContact {
+    /// The three contacts of dry friction along a line: the slips forwards and backwards, then the stick.
+    ///
+    /// * `participation`: of its deflection, one entry per mode \[1/√kg\].
+    pub fn dry_friction(name: &str, participation: &[f64], law: FrictionLaw) -> [Self; 3] {
+        let parts = [
+            (FrictionPart::Forwards, law.force),
+            (FrictionPart::Backwards, law.force),
+            (
+                FrictionPart::Stick {
+                    static_force: law.static_force,
+                    belt_speed: law.belt_speed,
+                },
+                1.0,
+            ),
+        ];
+        let suffixes = SliderPart::ALL.map(|(_, suffix)| suffix);
+        let mut suffixes = suffixes.into_iter();
+        parts.map(|(part, force)| {
+            // The force of a slip, and what the stick bears per newton that its line shows.
+            let mut series = [0.0; 8];
+            series[0] = force;
+            let law = ContactLaw {
+                stiffness: vec![(1.0, series)],
+                dry_friction: Some(part),
+                ..ContactLaw::default()
+            };
+            let name = format!("{name}, {}", suffixes.next().unwrap_or_default());
+            Self::plain(name, participation.to_vec(), law)
+        })
+    }
+}
+
+impl ModalStructure {
+    /// Number of elements of dry friction.
+    pub fn dry_frictions(&self) -> usize {
+        let parts = self.contacts.iter().map(|own| own.law.dry_friction);
+        parts
+            .filter(|part| *part == Some(FrictionPart::Forwards))
+            .count()
+    }
+}

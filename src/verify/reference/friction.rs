@@ -1,0 +1,74 @@
+//! When does dry friction stick and slip?
+//!
+//! Where the speed of sliding vanishes the force that would hold the structure decides: it sticks, or slips back at once.
+
+use super::crossing::Margin;
+use super::integrator::Integration;
+use super::watched::{Watched, Way};
+use crate::model::DryFriction;
+
+/// Round-off of a speed, in units of the terms that it is the sum of; [`Model::sliding_speed`](crate::model::Model::sliding_speed)
+/// has a multiple of it.
+const AT_REST: f64 = 0.1;
+
+/// Round-off of a force, in units of that of static friction.
+const OF_FORCE: f64 = 1e-13;
+
+impl Way {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Forwards => 1.0,
+            Self::Backwards => -1.0,
+        }
+    }
+}
+
+impl Integration<'_> {
+    /// What static friction can bear on top of what it bears in one direction \[N\], and its rate.
+    pub(super) fn room(&self, contact: usize, way: Way, state: &[f64], time: f64) -> Margin {
+        let held = self.hold(contact, state, time);
+        let model = self.reference.model;
+        let most = model
+            .friction_of(contact)
+            .map_or(0.0, |own| own.static_force);
+        Margin {
+            value: most - way.sign() * held.value,
+            rate: -way.sign() * held.rate,
+        }
+    }
+
+    /// Round-off of the speed of sliding \[m/s\].
+    pub(super) fn round_off_of_sliding(&self, own: DryFriction, state: &[f64]) -> f64 {
+        let model = self.reference.model;
+        let (first, second) = state.split_at(model.modes());
+        let [_, noise] = model.sliding_speed(own, [first, second]);
+        AT_REST * (noise + OF_FORCE * own.static_force * own.push * self.reference.step)
+    }
+
+    /// Lets a state of dry friction end at a time \[s\] of a mesh cycle.
+    pub(super) fn meet_friction(&mut self, own: DryFriction, watched: Watched, time: f64) {
+        if let Watched::Limit(way) = watched {
+            self.still(time);
+            self.cross(own.slip_towards(way.sign()), time, 0.0);
+            return;
+        }
+        let side = if self.contact.holds(own.forwards) { 1.0 } else { -1.0 };
+        self.cross(own.slip_towards(side), time, 0.0);
+        let force = self.hold(own.stick(), &self.state.value, time).value;
+        if side * force < -own.static_force {
+            self.cross(own.slip_towards(-side), time, 0.0);
+            return;
+        }
+        self.still(time);
+    }
+
+    /// Takes the round-off of the speed off what sticks.
+    fn still(&mut self, time: f64) {
+        let model = self.reference.model;
+        let (first, second) = self.state.value.split_at_mut(model.modes());
+        let held = model.held(self.contact);
+        let levels = model.levels(&held, self.cycle, time);
+        let rates: Vec<f64> = levels.iter().map(|level| level.1).collect();
+        model.still(&held, &rates, [first, second]);
+    }
+}
