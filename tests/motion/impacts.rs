@@ -17,6 +17,13 @@ const WIDE: f64 = 1e3;
 /// Speed of impact below which impacts accumulate: each integrator ends them differently.
 const SLOW: f64 = 1e-4;
 
+/// Difference of states, as a part of their size, that impacts which alternate between stops may leave: the other integrator
+/// resolves their times by round-off of the place over their speed.
+const AT_SEVERAL: f64 = 1e-8;
+
+/// Time \[s\] within which a rest that ends is one of impacts that accumulate at several stops.
+const SHORT: f64 = 1e-6;
+
 /// A structure of one to four modes with one to three rigid stops, every other one with a spring as well, and every
 /// third one with stops that move.
 fn structure(number: u64, stream: &mut Stream) -> ModalStructure {
@@ -81,20 +88,31 @@ type Seen = (f64, usize, bool, f64);
 
 /// Events without the accumulating impacts.
 fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
-    let slow = |own: &Seen| {
-        model
-            .stop_of(own.1)
-            .is_some_and(|stop| stop.impact == own.1)
-            && own.3.abs() < SLOW
-    };
-    events.filter(|own| !slow(own)).collect()
+    let mut kept: Vec<Seen> = Vec::new();
+    for event in events {
+        if model.is_rest(event.1) {
+            let last = kept.iter().rposition(|own| own.1 == event.1);
+            if let Some(last) = last.filter(|last| event.0 - kept[*last].0 < SHORT) {
+                kept.remove(last);
+                continue;
+            }
+        }
+        let slow = model
+            .stop_of(event.1)
+            .is_some_and(|stop| stop.impact == event.1)
+            && event.3.abs() < SLOW;
+        if !slow {
+            kept.push(event);
+        }
+    }
+    kept
 }
 
 /// Cycle by cycle, so that errors do not accumulate: events and states are those of the other integrator.
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
-    let mut faults: Vec<(usize, String)> = Vec::new();
+    let mut faults: Vec<String> = Vec::new();
     let (mut rests, mut impacts, mut worst, mut late) = (0, 0, 0.0_f64, 0.0_f64);
     for number in 0..100 {
         let structure = structure(number, &mut stream);
@@ -125,7 +143,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             let exact = reference.advance(&from, 1);
             let (Ok(()), Ok(exact)) = (advanced, &exact) else {
                 let fault = format!("{number} {cycle}: {advanced:?} {:?}", exact.err());
-                faults.push((model.stops.len(), fault));
+                faults.push(fault);
                 break;
             };
             let of_kernel = seen
@@ -140,7 +158,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             if what(&own) != what(&other) {
                 let last = |list: &[Seen]| list[list.len().saturating_sub(9)..].to_vec();
                 let fault = format!("{number} {cycle}: {:?} {:?}", last(&own), last(&other));
-                faults.push((model.stops.len(), fault));
+                faults.push(fault);
                 break;
             }
             for (a, b) in own.iter().zip(&other) {
@@ -153,11 +171,12 @@ fn random_stops_are_followed_as_by_another_integrator() {
                 .zip(&exact.end.state)
                 .map(|(a, b)| (a - b).abs() / size);
             let off = off.fold(0.0, f64::max);
-            if off > 1e-10 || trajectory.contact != exact.end.contact {
-                faults.push((model.stops.len(), format!("{number} {cycle}: {off:e}")));
+            let limit = if model.stops.len() > 1 { AT_SEVERAL } else { 1e-11 };
+            if off > limit || trajectory.contact != exact.end.contact {
+                faults.push(format!("{number} {cycle}: {off:e}"));
                 break;
             }
-            worst = worst.max(off);
+            worst = worst.max(off / limit);
             rests += own
                 .iter()
                 .filter(|own| model.is_rest(own.1) && own.2)
@@ -168,12 +187,41 @@ fn random_stops_are_followed_as_by_another_integrator() {
                 .count();
         }
     }
-    println!("{impacts} impacts, {rests} rests, states off by {worst:.1e}, events by {late:.1e} s");
-    // With several stops a few drives differ, or have impacts that do not end in the arithmetic of the reference.
-    assert!(faults.iter().all(|(stops, _)| *stops > 1), "{faults:?}");
-    assert!(faults.len() <= 5, "{faults:?}");
+    println!(
+        "{impacts} impacts, {rests} rests, states off by {worst:.1e} of the limit, events by {late:.1e} s"
+    );
+    assert!(faults.is_empty(), "{faults:?}");
     assert!(impacts > 1000 && rests > 200, "{impacts} {rests}");
-    assert!(worst < 1e-11 && late < 1e-5, "{worst:e} {late:e}");
+    assert!(late < 1e-5, "{worst:e} {late:e}");
+}
+
+/// Opposite stops need a place between them; crossed lines and a gap of zero have one.
+#[test]
+fn opposite_stops_leave_room() {
+    let built = |felt: [f64; 2], gap: f64| {
+        let mut structure = ModalStructure::of_modes(&[1.0, 2.0], 0.03, &[1.0; 2], &[1.0; 2]);
+        for (felt, gap) in [([1.0, 0.5], -0.2), (felt, gap)] {
+            let law = ContactLaw {
+                gap,
+                ..ContactLaw::default()
+            };
+            let own = StructureContact::plain("stop".to_owned(), felt.to_vec(), law);
+            structure.contacts.extend(own.rigid(0.5));
+        }
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &Drive::constant(WIDE, 1.0), point).map(|_| ())
+    };
+    let error = built([-2.0, -1.0], 0.39).unwrap_err().to_string();
+    assert!(
+        error.contains("clearance between opposite rigid stops"),
+        "{error}"
+    );
+    assert!(built([-2.0, -1.0], 0.4).is_ok());
+    assert!(built([-2.0, -1.1], 0.39).is_ok());
+    assert!(built([2.0, 1.0], -0.4).is_ok());
 }
 
 /// Impulses, rests and springs convert exactly the reported energy, with modal damping and with a matrix.

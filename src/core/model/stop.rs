@@ -39,6 +39,9 @@ pub struct Hold {
     pub push: f64,
 }
 
+/// Deviation of a cosine from −1 at which the lines of two stops count as opposite.
+const OPPOSITE: f64 = 1e-12;
+
 /// Products of gains with a pair of components.
 pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
@@ -55,7 +58,8 @@ impl Stop {
     /// Those of a structure, whose contacts follow `before` others.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] where the force of one does not push its contact open.
+    /// [`ModelError::OutOfRange`] if the force of a stop does not push its contact open, or if the gaps of opposite stops
+    /// leave no place between them.
     pub(super) fn of_structure(
         structure: &ModalStructure,
         before: usize,
@@ -81,7 +85,33 @@ impl Stop {
                 push,
             });
         }
+        for (place, stop) in all.iter().enumerate() {
+            let mut before = all[..place].iter();
+            before.try_for_each(|other| stop.leaves_room(*other, contacts, directions))?;
+        }
         Ok(all)
+    }
+
+    /// Checks that a place exists outside two stops, if these act against each other along one line.
+    fn leaves_room(
+        self,
+        other: Self,
+        contacts: &[Contact],
+        directions: &[Direction],
+    ) -> Result<(), ModelError> {
+        let line = |stop: Self| directions[stop.direction].gains.iter();
+        let both = |a: Self, b: Self| -> f64 {
+            let pairs = line(a).zip(line(b));
+            pairs
+                .map(|(a, b)| product(a.deflection, b.deflection))
+                .sum()
+        };
+        let [own, across, others] = [both(self, self), both(self, other), both(other, other)];
+        let opposite = across <= -(1.0 - OPPOSITE) * (own * others).sqrt();
+        let gap = |stop: Self| contacts[stop.impact].half_gap;
+        let room = gap(self) + (own / others).sqrt() * gap(other);
+        let name = "clearance between opposite rigid stops";
+        positive(name, room, !opposite || room >= 0.0, "at least 0 m")
     }
 
     /// Place of its rest among the contacts.

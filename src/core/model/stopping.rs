@@ -291,20 +291,27 @@ impl Model {
         self.holds().filter_map(&mut force).collect()
     }
 
-    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there.
+    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there. A stop that it
+    /// comes beyond by this move joins the others.
     pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
-        for &stop in &self.stops {
-            let hold = [stop.hold()];
-            let [(Some(level), level_rate)] = self.levels(&hold, cycle, 0.0)[..] else {
-                continue;
-            };
-            let [first, second] = halves(state);
-            let [felt, rate] = self.felt_along(stop.direction, [&*first, &*second]);
-            if felt > level {
-                let kept = (Some(level), level_rate + (rate - level_rate).min(0.0));
-                let closed = (ActiveSet::FREE, segments);
-                self.seat(&hold, &[kept], closed, halves(state));
+        let holds: Vec<Hold> = self.stops.iter().map(|stop| stop.hold()).collect();
+        let levels = self.levels(&holds, cycle, 0.0);
+        let (mut seated, mut kept): (Vec<Hold>, Vec<(Option<f64>, f64)>) = Default::default();
+        loop {
+            let before = seated.len();
+            for (hold, &(level, level_rate)) in holds.iter().zip(&levels) {
+                let [first, second] = halves(state);
+                let [felt, rate] = self.felt_along(hold.direction, [&*first, &*second]);
+                if !seated.contains(hold) && level.is_some_and(|level| felt > level) {
+                    seated.push(*hold);
+                    kept.push((level, level_rate + (rate - level_rate).min(0.0)));
+                }
             }
+            if seated.len() == before {
+                return;
+            }
+            let closed = (ActiveSet::FREE, segments);
+            self.seat(&seated, &kept, closed, halves(state));
         }
     }
 }

@@ -301,6 +301,10 @@ impl Integration<'_> {
     /// One step from `left` to `right`, or to the first crossing, whose time is returned; `last` if it is the last one
     /// of a smooth piece without a crossing.
     fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
+        if let Some(stop) = self.struck(left) {
+            self.meet_stop(stop, stop.impact, left);
+            return Ok(Some(left));
+        }
         let h = right - left;
         let model = self.reference.model;
         self.advance(left, h);

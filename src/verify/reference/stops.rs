@@ -5,13 +5,17 @@
 
 use super::crossing::Margin;
 use super::integrator::Integration;
+use super::push::round_off;
 use crate::model::{ActiveSet, Stop};
 
 /// Duration of the impacts that are left out, in units of the fastest rate: while the force hardly changes, and otherwise.
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
 /// Part of the force by which it hardly changes.
-const LITTLE: f64 = 1e-2;
+const LITTLE: f64 = 1e-5;
+
+/// Speed, in units of its round-off, below which impacts that alternate between stops are left out.
+const AT_SEVERAL: f64 = 1e3;
 
 /// Part of a step over which the rate of a force is a difference.
 const APART: f64 = 1e-4;
@@ -20,7 +24,6 @@ impl Integration<'_> {
     /// Lets a contact of a stop happen at a time \[s\] of a mesh cycle.
     pub(super) fn meet_stop(&mut self, stop: Stop, contact: usize, time: f64) {
         let model = self.reference.model;
-        let at = (self.cycle, time);
         if contact == stop.rest() {
             self.cross(contact, time, 0.0);
             self.leaving = self.leaving.union(ActiveSet::FREE.toggled(stop.impact));
@@ -35,6 +38,17 @@ impl Integration<'_> {
             self.leaving = leaving;
             return;
         }
+        let noise = round_off(model, stop.impact, state) / self.reference.step;
+        let slow = if stop.restitution > 0.0 && self.meets_another(stop, time, 0.0) {
+            AT_SEVERAL * noise
+        } else {
+            noise
+        };
+        if speed <= slow && self.force(stop, time) > 0.0 {
+            self.halt(stop, speed);
+            self.cross(stop.rest(), time, 0.0);
+            return;
+        }
         self.cross(stop.impact, time, speed);
         let (beside, push) = model.held_beside(stop, self.contact);
         for other in model.held(self.contact) {
@@ -47,28 +61,75 @@ impl Integration<'_> {
             self.push(own.direction, share * impulse);
         }
         self.cross(stop.impact, time, -stop.restitution * speed);
-        let state = &self.state.value;
-        let forces = model.forces_of_holds(&self.segments, self.contact, at, state);
-        let places = model.holds().zip(forces);
-        let force: f64 = places
-            .filter(|(own, _)| *own == stop.hold())
-            .map(|(_, force)| force)
-            .sum();
+        let force = self.force(stop, time);
         let quickening = (1.0 - stop.restitution) * force * stop.push;
         let rebound = stop.restitution * speed;
         let lasts = 2.0 * rebound / quickening;
         let held = self.hold(stop.rest(), &self.state.value, time);
         let steady = (held.rate * lasts).abs() <= LITTLE * held.value;
         let short = SHORT[usize::from(!steady)] * self.reference.step;
-        if quickening > 0.0 && lasts <= short {
-            let (beside, push) = model.held_beside(stop, self.contact);
-            for (own, share) in beside.into_iter().chain([(stop.hold(), 1.0)]) {
-                self.push(own.direction, -share * rebound / push);
-            }
+        if quickening > 0.0 && lasts <= short && !self.meets_another(stop, time, lasts) {
+            self.halt(stop, -rebound);
             self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
         } else if rebound == 0.0 {
             self.leaving = leaving;
         }
+    }
+
+    /// Force \[N\] of a stop that holds the state, or would do so.
+    fn force(&self, stop: Stop, time: f64) -> f64 {
+        let model = self.reference.model;
+        let at = (self.cycle, time);
+        let forces = model.forces_of_holds(&self.segments, self.contact, at, &self.state.value);
+        let mut own = model
+            .holds()
+            .zip(forces)
+            .filter(|(own, _)| *own == stop.hold());
+        own.next().map_or(0.0, |(_, force)| force)
+    }
+
+    /// Takes a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
+    fn halt(&mut self, stop: Stop, rate: f64) {
+        let (beside, push) = self.reference.model.held_beside(stop, self.contact);
+        for (own, share) in beside.into_iter().chain([(stop.hold(), 1.0)]) {
+            self.push(own.direction, share * rate / push);
+        }
+    }
+
+    /// Distance \[m\] beyond an open stop, rate of approach \[m/s\] and round-off of the distance; `None` of a stop that holds
+    /// the state.
+    fn beyond(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
+        let (model, state) = (self.reference.model, &self.state.value);
+        let (contact, segment) = (stop.impact, &self.segments[stop.impact]);
+        let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
+        let [gap, _] = model.contacts[contact].gap(segment, time);
+        let open = !self.contact.holds(stop.rest());
+        open.then(|| [deflection - gap, rate, round_off(model, contact, state)])
+    }
+
+    /// A stop at which the state is and which it approaches.
+    pub(super) fn struck(&self, time: f64) -> Option<Stop> {
+        let mut stops = self.reference.model.stops.iter().copied();
+        stops.find(|stop| {
+            self.beyond(*stop, time)
+                .is_some_and(|[beyond, rate, noise]| {
+                    beyond >= -noise && rate * self.reference.step > noise
+                })
+        })
+    }
+
+    /// Whether the state comes to a further stop within a duration \[s\], at its present rate.
+    fn meets_another(&self, stop: Stop, time: f64, lasts: f64) -> bool {
+        let mut others = self
+            .reference
+            .model
+            .stops
+            .iter()
+            .filter(|own| **own != stop);
+        others.any(|own| {
+            self.beyond(*own, time)
+                .is_some_and(|[beyond, rate, noise]| beyond + rate.max(0.0) * lasts >= -noise)
+        })
     }
 
     fn push(&mut self, direction: usize, impulse: f64) {

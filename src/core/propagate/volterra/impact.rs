@@ -12,7 +12,8 @@
 //! flights take `2 ε v / a` and the factor ε less each time, `τ = 2 ε v / (a (1 − ε))` together. Impacts are followed one by
 //! one until the square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third
 //! power only: its velocity is taken away, and the structure rests. The event has the time at which the impacts would have
-//! ended. The capture takes two dimensions from tangents, along g and `A g`.
+//! ended. The capture takes two dimensions from tangents, along g and `A g`. If the structure hits a further stop within τ,
+//! speeds at both stops depend on each other: impacts are then followed until round-off hides their speed.
 //!
 //! While it rests, λ is what its line shows, and the stop is a contact that bears 1 N per unit of that. It ends where λ falls to
 //! zero. δ then has a triple root: it comes back only behind the next zeros of λ and of δ', which are sought first.
@@ -263,13 +264,44 @@ impl Volterra<'_> {
         workspace.segments = segments;
         scene.toggle(stop.impact, -stop.restitution * speed, time)?;
         let quickening = (1.0 - stop.restitution) * force * stop.push;
-        if quickening > 0.0 && 2.0 * speed / quickening * self.fastest <= f64::EPSILON.sqrt() {
+        let lasts = 2.0 * stop.restitution * speed / quickening;
+        let short = 2.0 * speed / quickening * self.fastest <= f64::EPSILON.sqrt();
+        if quickening > 0.0
+            && short
+            && !self.meets_another((stop, x), lasts, track, scene, workspace)
+        {
             let held = scene.active.toggled(stop.rest());
             self.keep_seated(held, scene.position, workspace);
-            let lasts = 2.0 * stop.restitution * speed / quickening;
             scene.toggle(stop.rest(), 0.0, (time + lasts).min(model.period()))?;
         }
         Ok(())
+    }
+
+    /// Whether the structure hits a further stop during the last impacts on one, which end after `lasts` \[s\]. The impacts on
+    /// each stop then drive those on the other, and only round-off ends them: see [`Volterra::hits`].
+    fn meets_another<O>(
+        &self,
+        (stop, x): (Stop, f64),
+        lasts: f64,
+        track: Track<'_>,
+        scene: &Scene<'_, O>,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let open = self
+            .model
+            .stops
+            .iter()
+            .filter(|other| **other != stop && !scene.active.holds(other.rest()));
+        let mut open = open.copied();
+        open.any(|other| {
+            let sight = self.sight(other, track, workspace);
+            let line = &self.model.lines[self.model.directions[other.direction].line];
+            let (_, error_rate) =
+                line.transmission_error_at(scene.position.cycle, scene.position.time);
+            let parts = workspace.components(self.model.modes());
+            let rate = self.model.felt_along(other.direction, parts)[1] - error_rate;
+            evaluate(&sight.depth, x) + rate.max(0.0) * lasts >= -sight.noise[0]
+        })
     }
 
     /// Moves trajectory and tangents onto the stops that hold the structure, without a speed there, and takes the speed of sliding
