@@ -107,7 +107,10 @@ fn dry_friction(
                 DiagnosticKind::OutOfRange,
                 table.span_of(key),
                 &table.path_of(key),
-                "the static force is below the force of sliding friction".to_owned(),
+                format!(
+                    "`{}` is below the force of sliding friction",
+                    table.path_of(key)
+                ),
             )
             .label(format!("at least {} N", law.force))
             .remedy("raise static_force, or remove it: it is then equal to force"),
