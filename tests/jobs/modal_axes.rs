@@ -122,7 +122,7 @@ fn a_swept_belt_is_the_belt_of_a_file() {
         )
     };
     let swept = run_at_rest(&belt(0.5, 9.0), grid);
-    for (number, (force, speed)) in [(0.6, 0.2), (0.6, 3.0), (0.8, 0.2), (0.8, 3.0)]
+    for (number, (force, speed)) in [(0.6, 0.2), (0.8, 0.2), (0.6, 3.0), (0.8, 3.0)]
         .into_iter()
         .enumerate()
     {
