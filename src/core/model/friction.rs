@@ -1,15 +1,12 @@
-//! What are the elements of dry friction of a model, and do they stick?
+//! What are the elements of dry friction of a model?
 //!
 //! With v = δ' − u the speed of sliding, a slip bears the constant force F sgn v. While v is 0 the constraint δ'' = 0 bears λ
 //! ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows `δ''/ρ`.
 
 use super::error::{ModelError, positive};
 use super::stop::{Hold, pushed};
-use super::{ActiveSet, Contact, Direction, Model, Segment};
+use super::{Contact, Direction};
 use crate::structure::{FrictionPart, ModalStructure};
-
-/// Round-off of a speed, in units of the sizes of the terms that it is the sum of.
-const ROUND_OFF: f64 = 1e-13;
 
 /// Part of a motion along a line that is left beside the motions along others, squared, below which there is none.
 const SAME_LINE: f64 = 1e-10;
@@ -138,65 +135,6 @@ impl DryFriction {
             contact: self.stick(),
             direction: self.direction,
             push: self.push,
-        }
-    }
-}
-
-impl Model {
-    /// The element of dry friction that a contact is a state of.
-    pub fn friction_of(&self, contact: usize) -> Option<DryFriction> {
-        let own = |friction: &&DryFriction| friction.has(contact);
-        self.frictions.iter().find(own).copied()
-    }
-
-    /// Speed v of sliding of a state, given by its first and second components \[m/s\], and its round-off.
-    pub fn sliding_speed(&self, friction: DryFriction, [first, second]: [&[f64]; 2]) -> [f64; 2] {
-        let gains = self.directions[friction.direction].gains.iter();
-        let terms = gains.zip(first.iter().zip(second)).map(|(own, (x, y))| {
-            let [a, b] = [own.rate[0] * x, own.rate[1] * y];
-            [a + b, a.abs() + b.abs()]
-        });
-        let u = friction.belt_speed;
-        let [speed, size] = terms.fold([-u, u.abs()], |sum, term| {
-            [sum[0] + term[0], sum[1] + term[1]]
-        });
-        [speed, ROUND_OFF * size]
-    }
-
-    /// The closed contacts with the states of all elements of dry friction in a state, those without a speed of sliding
-    /// sticking unless more than the static force would be needed.
-    pub(super) fn with_frictions(
-        &self,
-        segments: &[Segment],
-        mut active: ActiveSet,
-        at: (u64, f64),
-        state: &[f64],
-    ) -> ActiveSet {
-        let (first, second) = state.split_at(self.blocks.len());
-        for &friction in &self.frictions {
-            let [speed, noise] = self.sliding_speed(friction, [first, second]);
-            let own = if speed.abs() <= noise {
-                friction.stick()
-            } else {
-                friction.slip_towards(speed)
-            };
-            active = active.toggled(own);
-        }
-        // One after the other lets go, the one that is overcome by most first.
-        loop {
-            let forces = self.forces_of_holds(segments, active, at, state);
-            let overcome = (self.frictions.iter().zip(&forces[self.stops.len()..]))
-                .filter(|(own, force)| active.holds(own.stick()) && force.abs() > own.static_force)
-                .max_by(|(a, f), (b, g)| {
-                    let excess = [f.abs() - a.static_force, g.abs() - b.static_force];
-                    excess[0].total_cmp(&excess[1])
-                });
-            let Some((own, force)) = overcome else {
-                return active;
-            };
-            active = active
-                .toggled(own.stick())
-                .toggled(own.slip_towards(*force));
         }
     }
 }

@@ -46,6 +46,7 @@ mod rest;
 mod rolling;
 mod slider;
 mod sliding;
+mod sticking;
 mod stiffness;
 mod stop;
 mod stopping;

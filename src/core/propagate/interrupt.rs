@@ -45,23 +45,6 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
         };
         (self.kernel).advance_cycle(trajectory, tangents, workspace, &mut attentive, counters)
     }
-
-    fn advance_cycles<O: Observer>(
-        &self,
-        cycles: u64,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut K::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        let mut attentive = Attentive {
-            observer,
-            called_off: self.called_off,
-        };
-        let own = &mut attentive;
-        (self.kernel).advance_cycles(cycles, trajectory, tangents, workspace, own, counters)
-    }
 }
 
 /// An observer that checks the flag.

@@ -180,30 +180,10 @@ pub trait Kernel {
         counters: &mut Counters,
     ) -> Result<(), Stop>;
 
-    /// Integrates some consecutive mesh cycles as [`Kernel::advance_cycle`] does. A kernel with internal coordinates may
-    /// keep them until the last cycle: the result is the same up to round-off.
+    /// Integrates some mesh cycles without tangents.
     ///
     /// # Errors
     /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before.
-    fn advance_cycles<O: Observer>(
-        &self,
-        cycles: u64,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        for _ in 0..cycles {
-            self.advance_cycle(trajectory, tangents, workspace, observer, counters)?;
-        }
-        Ok(())
-    }
-
-    /// The same without tangents.
-    ///
-    /// # Errors
-    /// As [`Kernel::advance_cycles`].
     fn advance<O: Observer>(
         &self,
         cycles: u64,
@@ -212,8 +192,11 @@ pub trait Kernel {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let none = &mut Tangents::none();
-        self.advance_cycles(cycles, trajectory, none, workspace, observer, counters)
+        let mut none = Tangents::none();
+        for _ in 0..cycles {
+            self.advance_cycle(trajectory, &mut none, workspace, observer, counters)?;
+        }
+        Ok(())
     }
 }
 

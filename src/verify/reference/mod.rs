@@ -16,6 +16,7 @@
 
 mod compressed;
 mod crossing;
+mod error;
 mod extended;
 mod friction;
 mod gauss;
@@ -25,5 +26,6 @@ mod rate;
 mod stops;
 mod watched;
 
+pub use error::ReferenceError;
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
-pub use integrator::{Crossing, Moment, Passage, Reference, ReferenceError};
+pub use integrator::{Crossing, Moment, Passage, Reference};

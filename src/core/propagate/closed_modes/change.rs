@@ -20,43 +20,13 @@ impl ClosedModes<'_> {
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
         w.put(&trajectory.state, tangents);
         self.of_modes(self.sets.at(self.model, trajectory.contact, cycle, 0.0), w)?;
-        self.set_out(trajectory, w);
-        Ok(())
-    }
-
-    /// Goes on where a cycle has ended, to the system in force at the start of the next one.
-    pub(super) fn go_on(
-        &self,
-        trajectory: &TrajectoryState,
-        w: &mut Workspace,
-    ) -> Result<(), TableError> {
-        let (model, cycle) = (self.model, trajectory.cycle);
-        self.frequencies.write(cycle, 0.0, &mut w.inputs);
-        let to = self.sets.at(model, trajectory.contact, cycle, 0.0);
-        let state = |contact: usize| self.sets.state(to, contact);
-        let mut changed = (self.slot(w.set).states.iter().enumerate())
-            .filter(|&(contact, &before)| state(contact) != before)
-            .map(|(contact, _)| contact);
-        match (changed.next(), changed.next()) {
-            (None, _) => {}
-            (Some(contact), None) => self.change(contact, state(contact), w)?,
-            (Some(_), Some(_)) => {
-                self.to_modes(w);
-                self.of_modes(to, w)?;
-            }
-        }
-        self.set_out(trajectory, w);
-        Ok(())
-    }
-
-    /// Sees what there is to see at the start of a cycle.
-    fn set_out(&self, trajectory: &TrajectoryState, w: &mut Workspace) {
-        let (model, cycle) = (self.model, trajectory.cycle);
+        let model = self.model;
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
         w.watch(&model.contacts, trajectory.contact);
         self.plan(cycle, 0.0, w);
         self.see_start(w);
+        Ok(())
     }
 
     /// Takes trajectory and tangents back to modal states.

@@ -23,31 +23,11 @@ impl Kernel for ClosedModes<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        self.advance_cycles(1, trajectory, tangents, workspace, observer, counters)
-    }
-
-    /// Stays in the coordinates of the systems from the first cycle to the last.
-    fn advance_cycles<O: Observer>(
-        &self,
-        cycles: u64,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        for passed in 0..cycles {
-            let cycle = trajectory.cycle;
-            match passed {
-                0 => self.begin(trajectory, tangents, workspace),
-                _ => self.go_on(trajectory, workspace),
-            }
+        let cycle = trajectory.cycle;
+        self.begin(trajectory, tangents, workspace)
             .map_err(|error| Stop::Refused { cycle, error })?;
-            self.pass_cycle(trajectory, workspace, observer, counters)?;
-        }
-        if cycles > 0 {
-            self.end(trajectory, tangents, workspace);
-        }
+        self.pass_cycle(trajectory, workspace, observer, counters)?;
+        self.end(trajectory, tangents, workspace);
         Ok(())
     }
 }
