@@ -25,7 +25,7 @@ pub use face_coupling::FaceCoupling;
 /// Pairs in contact at the same time share the gear bodies, and the load of one moves the other
 /// ([`Flanks::body_coupling`]). Of two pairs with forces F₁ and F₂ the first yields by
 /// `(tooth + hertz + foundation₁) F₁ + coupling F₂`. That is a spring of compliance
-/// [`Self::own`] per pair, and one of the coupling's compliance that carries `F₁ + F₂`.
+/// [`Self::uncoupled`] per pair, and one of the coupling's compliance that carries `F₁ + F₂`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairCompliance {
     /// Each tooth above its root circle, with its foot clamped.
