@@ -21,6 +21,9 @@ const SLOW: f64 = 1e-4;
 /// resolves their times by round-off of the place over their speed.
 const AT_SEVERAL: f64 = 1e-8;
 
+/// Events of a cycle above which impacts alternate between stops.
+const ALTERNATE: usize = 200;
+
 /// Time \[s\] within which a rest that ends is one of impacts that accumulate at several stops.
 const SHORT: f64 = 1e-6;
 
@@ -193,6 +196,83 @@ fn random_stops_are_followed_as_by_another_integrator() {
     assert!(faults.is_empty(), "{faults:?}");
     assert!(impacts > 1000 && rests > 200, "{impacts} {rests}");
     assert!(late < 1e-5, "{worst:e} {late:e}");
+}
+
+/// Tangents are the limits of differences of trajectories with the same events, also if a stop lets go while another is hit.
+#[test]
+fn tangents_of_several_stops_are_differences_of_trajectories() {
+    let mut stream = Stream::new(29, 0, 0);
+    let (mut compared, mut let_go, mut worst) = (0, 0, 0.0_f64);
+    for number in (0..150).filter(|number| number % 4 > 0 && number / 4 % 3 > 0) {
+        let structure = structure(number, &mut stream);
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: TAU / 2.3,
+        };
+        let Ok(model) = Model::new(&structure, &Drive::constant(WIDE, 1.0), point) else {
+            continue;
+        };
+        let (kernel, size) = (volterra(&model), 2 * model.modes());
+        let start = (0..size).map(|_| 0.3 * stream.normal()).collect();
+        let mut from = TrajectoryState::new(&model, start, 0);
+        for _ in 0..12 {
+            let direction: Vec<f64> = (0..size).map(|_| stream.normal()).collect();
+            let follow = |part: f64| {
+                let mut end = from.clone();
+                end.state
+                    .iter_mut()
+                    .zip(&direction)
+                    .for_each(|(x, d)| *x += part * d);
+                let mut tangents = Tangents::zeros(model.modes(), 1);
+                tangents.vector_mut(0).copy_from_slice(&direction);
+                let (mut seen, mut workspace) = (Events::default(), kernel.workspace());
+                let counters = &mut Counters::default();
+                (kernel.advance_cycle(
+                    &mut end,
+                    &mut tangents,
+                    &mut workspace,
+                    &mut seen,
+                    counters,
+                ))
+                .unwrap();
+                (end, tangents.vector(0).to_vec(), seen.0)
+            };
+            let held = model.held(from.contact).is_empty();
+            let step = 1e-7;
+            let [ahead, middle, behind] = [step, 0.0, -step].map(follow);
+            from = middle.0.clone();
+            let met = |seen: &[Event]| {
+                seen.iter()
+                    .map(|own| (own.contact, own.to))
+                    .collect::<Vec<_>>()
+            };
+            if !held || met(&ahead.2) != met(&middle.2) || met(&behind.2) != met(&middle.2) {
+                continue;
+            }
+            // The step of a damper's force frees a stop, or impacts alternate between stops until round-off hides them.
+            let freed = |pair: &[Event]| {
+                let frees = model.is_rest(pair[1].contact) && !pair[1].closes();
+                frees && model.stop_of(pair[0].contact).is_none() && pair[0].time == pair[1].time
+            };
+            if middle.2.windows(2).any(freed) || middle.2.len() > ALTERNATE {
+                continue;
+            }
+            compared += 1;
+            let ends = |pair: &[Event]| {
+                let frees = model.is_rest(pair[1].contact) && !pair[1].closes();
+                frees && !model.is_rest(pair[0].contact)
+            };
+            let_go += middle.2.windows(2).filter(|pair| ends(pair)).count();
+            let largest = middle.1.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            for i in 0..size {
+                let difference = (ahead.0.state[i] - behind.0.state[i]) / (2.0 * step);
+                worst = worst.max((difference - middle.1[i]).abs() / largest);
+            }
+        }
+    }
+    println!("{compared} cycles, {let_go} stops let go, off by {worst:.1e}");
+    assert!(compared > 300 && let_go > 100, "{compared} {let_go}");
+    assert!(worst < 1e-4, "{worst:e}");
 }
 
 /// Opposite stops need a place between them; crossed lines and a gap of zero have one.

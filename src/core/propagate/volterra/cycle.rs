@@ -230,6 +230,8 @@ impl Volterra<'_> {
             position.aligned = None;
         }
         *active = to;
+        // The force of a damper steps, and so does the force of a stop that holds the structure.
+        self.keep_seated(to, position, workspace);
         if position.crossed.holds(found.contact) != on_surface {
             position.crossed = position.crossed.toggled(found.contact);
         }

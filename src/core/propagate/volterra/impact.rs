@@ -230,13 +230,9 @@ impl Volterra<'_> {
         let (beside, push) = model.held_beside(stop, active);
         let before = model.held(active);
         let held: Vec<Hold> = beside.iter().map(|(other, _)| *other).collect();
+        let mut ended = Vec::new();
         for other in before.into_iter().filter(|other| !held.contains(other)) {
-            // Its force ends with the impulse.
-            let ended = force_of(workspace, other);
-            for column in workspace.columns_in_parts().skip(1) {
-                let [felt, _] = model.felt_along(stop.direction, [&*column[0], &*column[1]]);
-                model.push_along(other.direction, -ended * felt / speed, column);
-            }
+            ended.push((other.direction, force_of(workspace, other)));
             scene.toggle(other.contact, 0.0, time)?;
         }
         let factor = (1.0 + stop.restitution) / push;
@@ -252,6 +248,16 @@ impl Volterra<'_> {
                     factor * felt,
                 ),
             };
+            if index > 0 {
+                // The forces of stops that let go end with the impulse.
+                for &(direction, force) in &ended {
+                    model.push_along(
+                        direction,
+                        -force * felt / speed,
+                        [&mut *first, &mut *second],
+                    );
+                }
+            }
             for &(own, share) in beside.iter().chain(&[(stop.hold(), 1.0)]) {
                 let along = own.direction;
                 model.shift_along(along, share * amount, closed, [&mut *first, &mut *second]);
