@@ -1,4 +1,4 @@
-//! `run.kernel = "auto"`: which kernel a drive gets by its structure, and why.
+//! Which kernel does `run.kernel = "auto"` choose for a drive, and why?
 
 use super::table_error::megabytes;
 use super::{ClosedModes, KernelChoice, TableError, TableSize};
@@ -7,20 +7,20 @@ use serde::{Serialize, Serializer};
 use std::fmt;
 use strum::EnumCount;
 
-/// What `run.kernel` says.
+/// The value of `run.kernel`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KernelSetting {
-    /// Closed modes where these take the drive and cost less ([`Why::of`]), else the structured kernel.
+    /// Closed modes if they support the drive and cost less ([`Why::of`]), else the structured kernel.
     Auto,
-    /// This one.
+    /// A given kernel.
     Named(KernelChoice),
 }
 
 impl KernelSetting {
-    /// The word for a choice by structure.
+    /// The word for a choice by the drive's structure.
     pub const AUTO: &'static str = "auto";
 
-    /// What can be set, each with the settings that it has in `[run]`.
+    /// All values, each with its settings in `[run]`.
     pub const SETTINGS: [(&'static str, &'static [&'static str]); KernelChoice::COUNT + 1] = {
         let mut all = [(Self::AUTO, &[] as &[&str]); KernelChoice::COUNT + 1];
         let mut kernel = 0;
@@ -41,7 +41,7 @@ impl KernelSetting {
 }
 
 impl Serialize for KernelSetting {
-    /// A kernel by its name is that kernel.
+    /// A named kernel is serialized as [`KernelChoice`].
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Auto => Self::AUTO.serialize(serializer),
@@ -50,17 +50,18 @@ impl Serialize for KernelSetting {
     }
 }
 
-/// Most modes at which a cycle of closed modes costs less than one of the structured kernel
+/// Largest number of modes at which a cycle of closed modes costs less than one of the structured kernel
 /// (`benches/runs/2026-11-26-closed-modes-a68263b`).
 const MOST_MODES: usize = 24;
 
-/// The same of many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate beyond.
+/// The same with many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate above.
 const MOST_MODES_MET: usize = 80;
 
-/// Most sets of closed contacts at which they were seen to cost less: of more, a motion meets too many.
+/// Largest number of sets of closed contacts at which closed modes were seen to cost less. With more, a motion meets
+/// too many.
 const MOST_SETS_MET: usize = 1 << 20;
 
-/// Why `auto` takes a kernel.
+/// Why `auto` chooses a kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Why {
     /// Closed modes: the drive is small enough.
@@ -70,41 +71,41 @@ pub enum Why {
         /// The tables.
         size: TableSize,
     },
-    /// Closed modes: the contacts are many, and few of the ways in which they may be closed will be met.
+    /// Closed modes: there are many contacts, but a motion will meet few of their sets.
     Met {
         /// Modes of the structure.
         modes: usize,
         /// Sets of closed contacts.
         sets: usize,
     },
-    /// A motion has come to a set of closed contacts without a table.
+    /// A motion has met a set of closed contacts without a table.
     NoTable,
-    /// Gyroscopic terms change the structure with the speed: every speed would have tables of its own.
+    /// Gyroscopic terms change the structure with the speed: every speed would need its own tables.
     Turns,
     /// The structured kernel costs less.
     ManyModes {
         /// Modes of the structure.
         modes: usize,
-        /// The most at which closed modes are taken.
+        /// Largest number for closed modes.
         most: usize,
     },
     /// The structured kernel costs less: a motion meets many sets, and each is computed when it is met.
     ManySets {
         /// Sets of closed contacts.
         sets: usize,
-        /// The most at which closed modes are taken.
+        /// Largest number for closed modes.
         most: usize,
     },
-    /// Tables are not the same on every processor.
+    /// Tables differ between processors.
     Portable,
-    /// Closed modes do not take the drive.
+    /// Closed modes do not support the drive.
     Refused(TableError),
 }
 
 impl Why {
-    /// Whether the shape of a drive is one for closed modes ([`Why::Small`]), or why it is not.
+    /// Whether a drive is suitable for closed modes ([`Why::Small`]), or why it is not.
     ///
-    /// * `portable`: whether the bits are to be the same on every processor.
+    /// * `portable`: whether the bits must be the same on every processor.
     pub fn of(model: &Model, portable: bool) -> Self {
         let modes = model.modes();
         if portable {
@@ -130,7 +131,7 @@ impl Why {
         }
     }
 
-    /// Which tables closed modes have of a structure of so many modes.
+    /// Which tables of closed modes a structure with these modes has.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
         let sets = size.systems;
         if sets <= ClosedModes::FEW {
@@ -172,8 +173,8 @@ mod tests {
     use super::*;
     use crate::model::{Release, fixtures};
 
-    /// Three modes suit, and what they say of their tables is the size of these; twenty-five are too many; a contact that lets go
-    /// by force is refused, and portable bits come before all.
+    /// Three modes are suitable, and the reported size of their tables is the actual one. Twenty-five modes are too
+    /// many. A contact that opens by force is refused. Portable bits take precedence.
     #[test]
     fn drives_get_a_kernel_by_their_shape() {
         let model = |modes: usize, release| {

@@ -1,4 +1,4 @@
-//! The kernels by name, each with its settings: the one place that tells them apart.
+//! The kernels by name, each with its settings: the only module that distinguishes them.
 
 use super::{ClosedModes, InstructionSet, KeptTables, Kernel, Stepping, TableError, Volterra};
 use crate::model::Model;
@@ -16,22 +16,22 @@ pub enum KernelChoice {
     ClosedModes,
     /// Fixed small steps.
     Stepping {
-        /// Steps a mesh cycle.
+        /// Steps per mesh cycle.
         steps: u32,
     },
 }
 
-/// What is done with a kernel, whichever it is.
+/// An operation with any kernel.
 pub trait KernelUse {
-    /// What comes of it.
+    /// Its result.
     type Output;
 
-    /// Does it.
+    /// Performs the operation.
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output;
 }
 
 impl KernelChoice {
-    /// Names of all kernels, each with the settings that it has in `[run]`.
+    /// Names of all kernels, each with its settings in `[run]`.
     pub const SETTINGS: [(&'static str, &'static [&'static str]); Self::COUNT] = [
         ("volterra", &[]),
         ("closed_modes", &[]),
@@ -43,7 +43,7 @@ impl KernelChoice {
         self.into()
     }
 
-    /// Whether it reads tables that are kept.
+    /// Whether it reads kept tables.
     pub fn keeps_tables(&self) -> bool {
         *self == Self::ClosedModes
     }
@@ -51,10 +51,10 @@ impl KernelChoice {
     /// Builds the kernel of a model and uses it.
     ///
     /// * `event_limit`: most events in a mesh cycle before integration stops.
-    /// * `kept`: gives the tables of [`ClosedModes`], which are worth keeping.
+    /// * `kept`: returns the tables of [`ClosedModes`], which are worth keeping.
     ///
     /// # Errors
-    /// Tables do not fit the model, or kept ones cannot be had.
+    /// Tables do not fit the model, or kept tables could not be loaded or computed.
     pub fn apply<U, T, E>(
         self,
         model: &Model,
@@ -74,7 +74,7 @@ impl KernelChoice {
                 let set = InstructionSet::best();
                 let kernel = ClosedModes::of_kept(model, event_limit, &*systems, set)?;
                 let done = user.with(&kernel);
-                // Part of what was to be done is missing.
+                // Part of the result is missing.
                 kernel.refusal().map_or(Ok(done), Err)?
             }
             Self::Stepping { .. } if !model.sliders.is_empty() => {

@@ -1,4 +1,4 @@
-//! The eigenvectors of each system of a structure and its mesh, and the products that lead from one to another.
+//! The eigenvectors of each system of a structure and its mesh, and the products that lead from one system to another.
 
 use super::basis::{Basis, Found, Map, columns, padded};
 use super::lanes::Mixed;
@@ -11,27 +11,27 @@ use std::sync::Arc;
 /// The bases of a structure and its mesh.
 #[derive(Debug)]
 pub enum Bases<'t> {
-    /// Of all systems, where these are few.
+    /// The bases of all systems, if these are few.
     All {
-        /// System after system.
+        /// One per system, in order.
         bases: Vec<Arc<Basis<'t>>>,
-        /// Of each system what leads to closed neighbours: contact, state behind, the map.
+        /// For each system the maps to closed neighbours: contact, its state afterwards, map.
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
-    /// Of those that are met.
+    /// The bases of the systems that are met.
     Met {
         /// Fastest rate of all \[1/s\].
         fastest: f64,
-        /// The bases so far.
+        /// The bases computed so far.
         met: Arc<MetSets>,
     },
 }
 
 impl<'t> Bases<'t> {
-    /// Computes them.
+    /// Computes the bases.
     ///
     /// # Errors
-    /// As of [`arrays`].
+    /// As for [`arrays`].
     pub fn new(model: &Model, sets: &Sets) -> Result<Self, TableError> {
         if !sets.are_few() {
             return Ok(Self::Met {
@@ -59,10 +59,11 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// Those handed over by [`arrays`]; `beside` is where kernels of the structure share those that they meet.
+    /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases that they meet in
+    /// `beside`.
     ///
     /// # Errors
-    /// They are of another model.
+    /// They belong to another model.
     pub fn read(
         model: &Model,
         sets: &Sets,
@@ -98,10 +99,10 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// That of a set.
+    /// The basis of a set.
     ///
     /// # Errors
-    /// It is met for the first time, and its eigenvectors are too nearly parallel.
+    /// The set is met for the first time, and its eigenvectors are too nearly parallel.
     pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, TableError> {
         match self {
             Self::All { bases, .. } => Ok(bases[set].clone()),
@@ -109,7 +110,8 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// What leads from a closed set to a closed neighbour, in which a contact has another state; none where there is no such table.
+    /// The map from a closed set to a closed neighbour, in which a contact has another state; `None` without such a
+    /// table.
     #[inline]
     pub fn change(&self, set: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
         let Self::All { changes, .. } = self else {
@@ -120,7 +122,7 @@ impl<'t> Bases<'t> {
             .map(|(_, _, map)| map)
     }
 
-    /// The modes that maps between systems mix: all, where these maps are not known beforehand.
+    /// The modes that maps between systems mix: all modes, if these maps are not known beforehand.
     pub fn mixed(&self, modes: usize) -> Mixed {
         let padded = padded(modes);
         let is_mixed = |mode: &usize| match self {
@@ -166,7 +168,7 @@ fn leaves_alone(map: &[f64], mode: usize, modes: usize) -> bool {
     })
 }
 
-/// Fastest rate of some blocks, four numbers each \[1/s\].
+/// Fastest rate of some blocks, four numbers per block \[1/s\].
 fn fastest(generators: &[f64]) -> f64 {
     let rate = |&[a, b, c, d]: &[f64; 4]| {
         let block = Block {
@@ -180,7 +182,7 @@ fn fastest(generators: &[f64]) -> f64 {
     blocks.iter().map(rate).fold(0.0, f64::max)
 }
 
-/// The blocks of the system in which every contact is closed at its stiffest: none turns faster.
+/// The blocks of the system in which every contact is closed at its stiffest: no system has a faster rate.
 fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, TableError> {
     let found = Found::new(model, sets, sets.stiffest())?;
     Ok(found.generators.as_flattened().as_flattened().to_vec())
@@ -194,7 +196,7 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
     sets.changes(set).into_iter().filter(closed)
 }
 
-/// Size of the arrays of so many modes; of many sets what each of them takes that is met.
+/// Size of the arrays for a number of modes. With many sets, the size that each set takes when it is met.
 pub fn size(modes: usize, sets: &Sets) -> TableSize {
     let maps = |set| match set {
         Sets::FREE => 0,
@@ -211,7 +213,7 @@ pub fn size(modes: usize, sets: &Sets) -> TableSize {
     }
 }
 
-/// The bases of a model as arrays to be kept: they serve every load and gap, and every speed that does not
+/// The bases of a model as arrays to be kept. They are valid for every load and gap, and for every speed that does not
 /// change the structure.
 ///
 /// # Errors

@@ -1,11 +1,11 @@
 //! The eigenvectors of one system.
 //!
 //! In modal displacements and velocities x a system obeys `x' = A x`, with
-//! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, sums over its closed contacts; K and D are diagonal, or full where dampers,
-//! drag, gyroscopic terms or cross-coupled bearings couple modes. Its coordinates z make A fall apart into
-//! 2 × 2 blocks: `x = T z`, `z' = G z`. Neither load nor gap is in it, and the speed only with gyroscopic terms. The
-//! coordinates of free flight are the model's own blocks, which are the modes where nothing couples these; what leads from
-//! and to "modes" here leads from and to those.
+//! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, with sums over its closed contacts. K and D are diagonal; they are full
+//! if dampers, drag, gyroscopic terms or cross-coupled bearings couple modes. The coordinates z decompose A into 2 × 2
+//! blocks: `x = T z`, `z' = G z`. They do not depend on load or gap, and on the speed only with gyroscopic terms. The
+//! coordinates of free flight are the model's blocks, which are the modes if nothing couples these. Maps to and from
+//! "modes" in this file are maps to and from the model's blocks.
 
 use super::sets::Sets;
 use crate::model::{Block, Model};
@@ -19,20 +19,20 @@ use std::ops::Deref;
 /// Largest error of `A T = T G`, relative.
 const LARGEST_ERROR: f64 = 1e-11;
 
-/// Frequency by which rigid displacements are measured, relative to the fastest rate.
+/// Frequency that scales rigid displacements, relative to the fastest rate.
 const SLOW: f64 = 1e-2;
 
-/// Components of a state, padded: first ones in whole lane groups, then second ones.
+/// Length of a padded component of a state: first components fill whole lane groups, then second ones.
 pub fn padded(modes: usize) -> usize {
     modes.next_multiple_of(LANES)
 }
 
-/// A map between padded states: one column of `2 padded` numbers for each of the `2 modes` components, column after column.
+/// A map between padded states: one column of `2 padded` numbers for each of the `2 modes` components, in order.
 #[derive(Debug)]
 pub enum Map<'t> {
-    /// In kept tables.
+    /// Borrowed from kept tables.
     Kept(&'t [f64]),
-    /// In memory of its own.
+    /// Computed by this kernel.
     Own(Aligned),
 }
 
@@ -51,9 +51,9 @@ impl Deref for Map<'_> {
 /// The coordinates of a system.
 #[derive(Debug)]
 pub struct Basis<'t> {
-    /// Blocks G, four numbers each \[1/s\].
+    /// Blocks G, four numbers per block \[1/s\].
     pub generators: Cow<'t, [f64]>,
-    /// T and its inverse; none where the coordinates are the modes.
+    /// T and its inverse; `None` if the coordinates are the modes.
     pub maps: Option<[Map<'t>; 2]>,
 }
 
@@ -67,17 +67,17 @@ impl<'t> Basis<'t> {
         }
     }
 
-    /// What leads to modes; nothing where the coordinates are these.
+    /// The map to modes; `None` if the coordinates are the modes.
     pub fn to_modes(&self) -> Option<&Map<'t>> {
         self.maps.as_ref().map(|[to, _]| to)
     }
 
-    /// What leads back from them.
+    /// The map back from modes.
     pub fn of_modes(&self) -> Option<&Map<'t>> {
         self.maps.as_ref().map(|[_, from]| from)
     }
 
-    /// What a row over the states of the model's blocks is over padded coordinates.
+    /// Converts a row over the states of the model's blocks to a row over padded coordinates.
     pub fn row(&self, felt: &[[f64; 2]]) -> Vec<f64> {
         let (n, padded) = (felt.len(), padded(felt.len()));
         let mut row = vec![0.0; 2 * padded];
@@ -96,7 +96,7 @@ impl<'t> Basis<'t> {
         row
     }
 
-    /// What inputs of the model's blocks are to the padded coordinates.
+    /// Converts inputs of the model's blocks to inputs of the padded coordinates.
     pub fn input(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
         let (n, padded) = (inputs.len(), padded(inputs.len()));
         let mut out = vec![0.0; 2 * padded];
@@ -189,7 +189,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Computes that of a set.
+    /// Computes the basis of a set.
     ///
     /// # Errors
     /// Its eigenvectors are too nearly parallel.
@@ -250,7 +250,7 @@ impl Found {
         }
     }
 
-    /// The same as a basis.
+    /// Converts to a [`Basis`].
     pub fn basis(&self, set: usize) -> Basis<'static> {
         let maps = [&self.to_modes, &self.from_modes];
         Basis {
@@ -264,8 +264,8 @@ impl Found {
         }
     }
 
-    /// Largest entry of `A T − T G`, by the fastest rate and the size of each column, and of `T T⁻¹ − I`; displacements are
-    /// measured by their frequencies, rigid ones by a slow one.
+    /// Largest relative error of `A T − T G` and of `T T⁻¹ − I`. The first is relative to the fastest rate and the size
+    /// of each column. Displacements are scaled by their frequencies, rigid ones by a slow frequency.
     fn error(&self, frequency: &[f64], damping: &[f64], stiffness: &[f64]) -> f64 {
         let n = self.generators.len();
         let block = |generator: &[[f64; 2]; 2]| Block {
@@ -273,7 +273,7 @@ impl Found {
             static_input: [0.0; 2],
         };
         let rates = self.generators.iter().map(|own| block(own).fastest());
-        // A rotation alone has no rate.
+        // A rotation without other modes has no rate.
         let rate = rates.fold(1.0, f64::max);
         let (t, inverse) = (&self.to_modes, &self.from_modes);
         let product = t * inverse;
@@ -319,8 +319,8 @@ mod tests {
     use super::*;
     use crate::model::{OperatingPoint, fixtures};
 
-    /// `x' = A x` in every system: what leads to modes and back is the identity, blocks are those of A; a basis that is
-    /// off by 1e-9 is refused.
+    /// `x' = A x` in every system: the maps to modes and back give the identity, and the blocks are those of A. A basis
+    /// with an error of 1e-9 is refused.
     #[test]
     fn bases_take_systems_apart() {
         let structure = fixtures::structure(

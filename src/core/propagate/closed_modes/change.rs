@@ -1,4 +1,4 @@
-//! From one system to another: at events and stops, and to modal states and back.
+//! Changes from one system to another, at events and stops, and conversions to modal states and back.
 
 use super::ClosedModes;
 use super::glance;
@@ -9,7 +9,7 @@ use crate::model::TrajectoryState;
 use crate::propagate::{TableError, Tangents};
 
 impl ClosedModes<'_> {
-    /// Takes trajectory and tangents to the coordinates of the system in force at the start of a cycle.
+    /// Converts trajectory and tangents to the coordinates of the system in force at the start of a cycle.
     pub(super) fn begin(
         &self,
         trajectory: &TrajectoryState,
@@ -29,7 +29,7 @@ impl ClosedModes<'_> {
         Ok(())
     }
 
-    /// Takes trajectory and tangents back to modal states.
+    /// Converts trajectory and tangents back to modal states.
     pub(super) fn end(
         &self,
         trajectory: &mut TrajectoryState,
@@ -40,7 +40,7 @@ impl ClosedModes<'_> {
         w.take(trajectory, tangents);
     }
 
-    /// From the coordinates of the present system to modes.
+    /// Converts from the coordinates of the present system to modes.
     fn to_modes(&self, w: &mut Workspace) {
         let slot = self.slot(w.set);
         let responses = &slot.system.steady.responses;
@@ -50,7 +50,7 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// From modes to the coordinates of a system.
+    /// Converts from modes to the coordinates of a system.
     fn of_modes(&self, set: usize, w: &mut Workspace) -> Result<(), TableError> {
         let slot = self.enter(set)?;
         w.set = set;
@@ -63,7 +63,8 @@ impl ClosedModes<'_> {
         Ok(())
     }
 
-    /// `states = map states`, the trajectory's behind the steady response of the first and before that of the second.
+    /// Computes `states = map states`. Adds the steady response of the first system to the trajectory before the map,
+    /// and subtracts that of the second after it.
     fn map(&self, columns: &[f64], responses: [&[f64]; 2], w: &mut Workspace) {
         lanes::map(
             self.instructions,
@@ -84,10 +85,10 @@ impl ClosedModes<'_> {
         lanes::shift(self.instructions, responses, &w.inputs, factor, state);
     }
 
-    /// Gives a contact another state.
+    /// Changes the state of a contact.
     ///
     /// # Errors
-    /// The system behind has no table.
+    /// The new system has no table.
     pub(super) fn change(
         &self,
         contact: usize,
@@ -100,7 +101,7 @@ impl ClosedModes<'_> {
         }
         let to = self.sets.with(w.set, contact, state);
         let behind = self.enter(to)?;
-        // Free flight is in modes: other systems have what leads there and back.
+        // The coordinates of free flight are modes, so the other system's maps lead there and back.
         let direct = match (own.basis.to_modes(), behind.basis.of_modes()) {
             (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
             (leads, None) | (None, leads) => leads,
@@ -120,7 +121,7 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// Deflections and rates now along the lines of all contacts.
+    /// Deflections and their rates at the present time along the lines of all contacts.
     pub(super) fn see_start(&self, w: &mut Workspace) {
         glance::see_now(
             self.instructions,
@@ -147,7 +148,7 @@ impl ClosedModes<'_> {
         w.stop = stops[w.next_stop..].iter().find(concerns).copied();
     }
 
-    /// Takes contacts to their classes and lines behind a stop.
+    /// Changes contacts to their classes and lines after a stop.
     pub(super) fn pass_stops(
         &self,
         place: &Place,

@@ -33,7 +33,7 @@ impl Kernel for ClosedModes<'_> {
 }
 
 impl ClosedModes<'_> {
-    /// Passes one cycle, in the coordinates of the systems.
+    /// Integrates one cycle in the coordinates of the systems.
     fn pass_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

@@ -1,4 +1,4 @@
-//! Systems are made when a motion first meets them, and beforehand where there are few.
+//! When are systems built? When a motion first meets them, and beforehand if there are few.
 
 use super::ClosedModes;
 use super::excitation::unresonant;
@@ -20,17 +20,17 @@ impl<'m> ClosedModes<'m> {
         }
     }
 
-    /// The same without its surroundings.
+    /// The system of a slot.
     #[inline]
     pub(super) fn system(&self, set: usize) -> &System {
         &self.slot(set).system
     }
 
-    /// Enters a system, which is made where it is met for the first time.
+    /// Returns the slot of a system and builds it if a motion meets it for the first time.
     ///
     /// # Errors
-    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met take
-    /// too much room.
+    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met
+    /// take too much memory.
     #[inline]
     pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, TableError> {
         match self.slots.get(set) {
@@ -70,7 +70,8 @@ impl<'m> ClosedModes<'m> {
         })
     }
 
-    /// Counts bytes of what a motion meets. That depends on nothing else, so that every point has its limit at the same place.
+    /// Counts the bytes of systems that a motion meets. The count depends on nothing else, so every point stops at the
+    /// same place.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
         if taken <= MOST_BYTES {

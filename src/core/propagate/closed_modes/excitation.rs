@@ -1,7 +1,8 @@
-//! What drives a system at one operating point, and its steady responses.
+//! The excitation of a system at one operating point, and its steady responses.
 //!
-//! Inputs are 1 and (cos θ, sin θ) of each frequency of loads and transmission errors. A system's state is
-//! `z = y + Σ steady · inputs`, with `y' = G y`. Blocks so slow that they would rest far away keep their constant input.
+//! Inputs are 1 and (cos θ, sin θ) of each frequency of loads and transmission errors. The state of a system is
+//! `z = y + Σ steady · inputs`, with `y' = G y`. Very slow blocks would come to rest far away; they keep their constant
+//! input.
 
 use super::basis::{Basis, padded};
 use super::sets::Class;
@@ -9,7 +10,7 @@ use crate::model::{Block, Model, turned};
 use crate::propagate::TableError;
 use num_complex::{Complex64, c64};
 
-/// Mesh radians that a block turns in a cycle, below which it drifts.
+/// Angle in rad by which a block turns in a mesh cycle; a slower block drifts.
 const DRIFT: f64 = 0.1;
 
 /// Smallest relative distance of an eigenvalue from a harmonic.
@@ -18,12 +19,12 @@ const RESONANCE: f64 = 1e-7;
 /// The frequencies of a model's excitation.
 #[derive(Debug)]
 pub struct Frequencies {
-    /// Each with its turns a mesh cycle, (rad/s, 1).
+    /// Each frequency with its turns per mesh cycle, (rad/s, 1).
     pub all: Vec<[f64; 2]>,
 }
 
 impl Frequencies {
-    /// Those of a model, each once.
+    /// The distinct frequencies of a model.
     pub fn new(model: &Model) -> Self {
         let loads = (model.ripple.iter()).map(|r| [r.angular_frequency, r.turns_per_cycle]);
         let errors =
@@ -37,7 +38,7 @@ impl Frequencies {
         Self { all }
     }
 
-    /// How many inputs there are.
+    /// Number of inputs.
     pub fn inputs(&self) -> usize {
         1 + 2 * self.all.len()
     }
@@ -52,7 +53,7 @@ impl Frequencies {
         }
     }
 
-    /// Turns the inputs' values on by a time for which `turns` are (cos, sin) of all frequencies.
+    /// Advances the inputs' values by a time for which `turns` are (cos, sin) of all frequencies.
     #[inline]
     pub fn turn(turns: &[[f64; 2]], inputs: &mut [f64]) {
         for (pair, turn) in inputs[1..].chunks_exact_mut(2).zip(turns) {
@@ -60,8 +61,8 @@ impl Frequencies {
         }
     }
 
-    /// Turns the inputs' values on to a time which the turns of a node, where there are any, and a short rest \[s\] make up, as
-    /// [`super::lanes::SHORT`] has it.
+    /// Advances the inputs' values to a later time: the turns of a node, if given, then a short rest \[s\] as defined
+    /// by [`super::lanes::SHORT`].
     #[inline]
     pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &mut [f64]) {
         for (h, pair) in inputs[1..].as_chunks_mut::<2>().0[..self.all.len()]
@@ -72,7 +73,7 @@ impl Frequencies {
         }
     }
 
-    /// What the inputs add to a deflection and two derivatives of it at such a time.
+    /// Contribution of the inputs to a deflection and its first two derivatives at such a time.
     #[inline]
     pub fn driven(
         &self,
@@ -92,7 +93,7 @@ impl Frequencies {
         sums
     }
 
-    /// Cosine and sine of a frequency later on.
+    /// Cosine and sine of a frequency at a later time.
     #[inline]
     fn later(&self, h: usize, node: Option<&[[f64; 2]]>, rest: f64, pair: [f64; 2]) -> [f64; 2] {
         let there = node.map_or(pair, |turns| turned_over(pair, turns[h]));
@@ -113,7 +114,7 @@ impl Frequencies {
     }
 }
 
-/// Cosine and sine of an angle that is larger by one below 1/2 \[rad\].
+/// Cosine and sine of an angle increased by x, below 1/2 \[rad\].
 #[inline]
 fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
     const TERMS: usize = 8;
@@ -127,13 +128,13 @@ fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
     turned_over(pair, [cos, x * sin])
 }
 
-/// The same for an angle of which these are cosine and sine.
+/// Cosine and sine of an angle increased by another, which is given by its cosine and sine.
 #[inline]
 fn turned_over([c, s]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [c * cos - s * sin, s * cos + c * sin]
 }
 
-/// Error of a line as amplitudes of all frequencies, `e = Re Σ e_h e^{iθ_h}` \[m\].
+/// Transmission error of a line as amplitudes of all frequencies, `e = Re Σ e_h e^{iθ_h}` \[m\].
 pub fn error_amplitudes(model: &Model, line: usize, frequencies: &Frequencies) -> Vec<Complex64> {
     let mut out = vec![Complex64::ZERO; frequencies.all.len()];
     for h in &model.lines[line].transmission_error {
@@ -143,20 +144,21 @@ pub fn error_amplitudes(model: &Model, line: usize, frequencies: &Frequencies) -
     out
 }
 
-/// A block that a constant input moves without end, or to a rest far away.
+/// A block that a constant input moves without limit, or to a distant rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Drift {
-    /// Its place among the blocks.
+    /// Index of the block.
     pub lane: usize,
     /// Generator \[1/s\].
     pub generator: [[f64; 2]; 2],
     /// Constant input.
     pub input: [f64; 2],
-    /// Terms of the series of its integral that matter.
+    /// Number of significant terms of the series of its integral.
     pub terms: usize,
 }
 
-/// Most terms of the series of a drift's integral, for times at which its block turns by [`super::lanes::SHORT`].
+/// Largest number of terms of the series of a drift's integral. It suffices for times in which the block turns by
+/// [`super::lanes::SHORT`].
 const TERMS: usize = 16;
 
 /// `1/(k + 2)`.
@@ -200,14 +202,14 @@ impl Drift {
         sum.map(|x| time * x)
     }
 
-    /// Rates of its coordinates.
+    /// Rates of the block's coordinates.
     #[inline]
     pub fn rates(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (g, s) = (self.generator, self.input);
         [0, 1].map(|i| g[i][0] * x + g[i][1] * y + s[i])
     }
 
-    /// Where a displacement and a rate are after a short time under the input.
+    /// Displacement and rate after a short time under the input.
     pub fn pushed(&self, [x, y]: [f64; 2], time: f64) -> [f64; 2] {
         let moved = Self {
             input: self.rates([x, y]),
@@ -218,17 +220,17 @@ impl Drift {
     }
 }
 
-/// The steady responses of a system, one padded state after another: to each input.
+/// The steady responses of a system to each input, one padded state per input.
 #[derive(Debug)]
 pub struct Steady {
     /// Padded states.
     pub responses: Vec<f64>,
-    /// Blocks whose constant input is kept.
+    /// Blocks that keep their constant input.
     pub drifts: Vec<Drift>,
 }
 
 impl Steady {
-    /// Those of a system with some closed contacts at the operating point of a model.
+    /// The steady responses of a system with some closed contacts at the operating point of a model.
     pub fn new(
         model: &Model,
         basis: &Basis<'_>,
@@ -312,7 +314,7 @@ fn solve(block: &Block, s: Complex64, f: [Complex64; 2]) -> [Complex64; 2] {
     [(q * f[0] + b * f[1]) / det, (c * f[0] + p * f[1]) / det]
 }
 
-/// Whether an undamped block turns with a harmonic \[rad/s\].
+/// Whether an undamped block is in resonance with a harmonic \[rad/s\].
 fn in_resonance(block: &Block, omega: f64) -> bool {
     let [[a, b], [c, d]] = block.generator;
     let s = c64(0.0, omega);
@@ -320,7 +322,7 @@ fn in_resonance(block: &Block, omega: f64) -> bool {
     det.norm() < RESONANCE * (block.natural_frequency().powi(2) + omega * omega)
 }
 
-/// Refuses an undamped block of a system that turns with a harmonic.
+/// Refuses a system with an undamped block in resonance with a harmonic.
 ///
 /// # Errors
 /// [`TableError::Resonance`].
@@ -350,7 +352,7 @@ mod tests {
         }
     }
 
-    /// A free rotation under a torque, and one with drag: closed forms.
+    /// A free rotation under a torque, and one with drag, compared with closed forms.
     #[test]
     fn drifts_are_those_of_constant_torques() {
         let free = Drift::new(0, [[0.0, 1.0], [0.0, 0.0]], [0.0, 3.0]);

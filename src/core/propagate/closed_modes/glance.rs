@@ -1,4 +1,4 @@
-//! A look at a block: deflections at its nodes, and between which of them something may happen.
+//! Between which nodes of a block may an event happen? The deflections at the nodes and bounds between them decide.
 
 use super::lanes::{SHORT, applied, pair, read};
 use super::search::{Known, rises};
@@ -12,47 +12,47 @@ use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_s
 /// Rates of contacts that have just crossed their surfaces, positive away from it \[m/s\].
 pub type Rates = [f64; MOST_CONTACTS];
 
-/// Mark of a contact that stands beyond its surface where the block starts.
+/// Mark of a contact that is beyond its surface at the start of the block.
 pub const BEYOND: u32 = 1 << LANES;
 
-/// What a look at a block needs.
+/// Inputs and outputs of the check of a block.
 pub struct Glance<'a> {
     /// The system in force.
     pub system: &'a System,
-    /// The trajectory where the block starts, and the inputs there.
+    /// State of the trajectory at the start of the block.
     pub state: &'a [f64],
-    /// Values of the inputs there.
+    /// Values of the inputs at the start of the block.
     pub inputs: &'a [f64],
     /// The lines of all contacts, each once.
     pub lines: &'a [usize],
-    /// What each line of the model sees.
+    /// Deflections and bounds of each line of the model.
     pub seen: &'a mut [Seen],
     /// Contacts that may open or close.
     pub watched: &'a mut [Watched],
-    /// Those that opened or closed where the block starts.
+    /// Contacts that opened or closed at the start of the block.
     pub crossed: ActiveSet,
-    /// Their rates there.
+    /// Rates of these contacts at the start.
     pub rates: &'a Rates,
-    /// Room for the amplitudes of all blocks.
+    /// Memory for the amplitudes of all blocks.
     pub amplitudes: &'a mut [f64],
-    /// Whether bounds of an earlier block in the same system hold.
+    /// Whether bounds of an earlier block in the same system are still valid.
     pub bounded: bool,
-    /// Distance of nodes \[s\].
+    /// Distance between nodes \[s\].
     pub step: f64,
-    /// Whole intervals between nodes, or part of one, that the block has.
+    /// Number of intervals between nodes in the block; the last may be partial.
     pub count: usize,
     /// The backlash half gap \[m\].
     pub half_gap: f64,
 }
 
 for_each_set! {
-    /// Deflections along all lines now, and their rates.
+    /// Deflections and their rates along all lines at the present time.
     fn see_now(system: &System, state: &[f64], inputs: &[f64], lines: &[usize], seen: &mut [Seen])
         = see_now_body
 }
 
-/// Looks along all lines. Gives the intervals between nodes, the first one in bit 0, on which some contact may open or
-/// close, and [`BEYOND`] where one stands beyond its surface; each contact's own are in [`Watched::open`].
+/// Checks all lines. Returns the intervals between nodes, the first in bit 0, in which some contact may open or close,
+/// and [`BEYOND`] if a contact is beyond its surface. [`Watched::open`] has the result of each contact.
 #[inline(always)]
 pub fn look_body<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     for lines in glance.lines.chunks(2) {
@@ -68,12 +68,12 @@ pub fn look_body<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     if open == 0 || !glance.bounded {
         return open;
     }
-    // Nearer bounds may prove more.
+    // Updated bounds are tighter and may prove more.
     bound::<V>(glance);
     judge::<V>(glance)
 }
 
-/// Deflections of some lines at the nodes: a row for each coordinate and input.
+/// Deflections of some lines at the nodes, from one row per coordinate and input.
 #[inline(always)]
 fn nodes<V: Vector, const L: usize>(glance: &mut Glance<'_>, lines: [usize; L]) {
     let system = glance.system;
@@ -104,7 +104,7 @@ fn nodes<V: Vector, const L: usize>(glance: &mut Glance<'_>, lines: [usize; L]) 
     }
 }
 
-/// Bounds of what the waves add to each line.
+/// Bounds of the contribution of the waves to each line.
 #[inline(always)]
 fn bound<V: Vector>(glance: &mut Glance<'_>) {
     /// `√(x² + y²) ≤ max + (√2 − 1) min` of the sizes of two numbers; not more than 1.09 times the root.
@@ -132,7 +132,7 @@ fn bound<V: Vector>(glance: &mut Glance<'_>) {
     }
 }
 
-/// The intervals that bounds leave open.
+/// The intervals in which the bounds do not exclude an event.
 #[inline(always)]
 fn judge<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     let (state, half) = (glance.state, glance.state.len() / 2);
@@ -154,7 +154,7 @@ fn judge<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     for own in glance.watched.iter_mut() {
         let seen = &glance.seen[own.line];
         let crossed = glance.crossed.holds(own.contact);
-        // The start of a contact that has just crossed its surface is looked at by its rate.
+        // For a contact that has just crossed its surface, the first interval is checked by its rate.
         let looked_at = ((1 << glance.count) - 1) & !u32::from(crossed);
         own.open = looked_at & open::<V>(own, seen, glance.step, looked_at);
         if crossed {
@@ -169,14 +169,14 @@ fn judge<V: Vector>(glance: &mut Glance<'_>) -> u32 {
     any
 }
 
-/// Intervals on which a margin may come to its round-off, if its curvature bends it below a chord as far as it can:
-/// [`super::search::stays`] for all of those looked at.
+/// Intervals in which a margin may fall to its round-off if its curvature bends it below the chord as far as possible:
+/// the test of [`super::search::stays`] for all intervals of `looked_at`.
 #[inline(always)]
 fn open<V: Vector>(own: &Watched, seen: &Seen, step: f64, looked_at: u32) -> u32 {
     let sag = 0.125 * seen.known.curvature * step * step;
     let start = own.value(seen.start);
     let b = V::read(&seen.nodes.0).multiply_add(V::splat(own.scale), V::splat(own.shift));
-    // Far from the surface at both ends is enough.
+    // A large distance from the surface at both ends is sufficient.
     let near = sag + seen.known.noise;
     let low = b.at_most(V::splat(near));
     if (low | low << 1 | u32::from(start <= near)) & looked_at == 0 {
@@ -184,7 +184,7 @@ fn open<V: Vector>(own: &Watched, seen: &Seen, step: f64, looked_at: u32) -> u32
     }
     let a = b.behind(start);
     let difference = b.minus(a).size();
-    // The lowest point of the parabola that sags most, where it lies between the ends.
+    // The lowest point of the parabola with the largest sag, if it lies between the ends.
     let bend = V::splat(-1.0 / (16.0 * sag).max(f64::MIN_POSITIVE));
     let lowest = difference
         .times(difference)
@@ -194,7 +194,7 @@ fn open<V: Vector>(own: &Watched, seen: &Seen, step: f64, looked_at: u32) -> u32
     a.at_most(zero) | b.at_most(zero) | (bends & lowest.at_most(V::splat(seen.known.noise)))
 }
 
-/// As [`see_now`], where the instruction set is chosen.
+/// As [`see_now`], for callers that have chosen the instruction set.
 #[inline(always)]
 pub fn see_now_body<V: Vector>(
     system: &System,

@@ -1,4 +1,4 @@
-//! How far apart are the nodes at which deflections are looked at?
+//! How far apart are the nodes at which deflections are computed?
 
 use super::bases::Bases;
 use super::excitation::Frequencies;
@@ -6,14 +6,14 @@ use super::lanes::SHORT;
 use crate::model::Model;
 use crate::propagate::vectors::LANES;
 
-/// Nodes of a block, the last at its end: one a lane.
+/// Nodes of a block, one per lane; the last is at the end of the block.
 pub const NODES: usize = LANES;
 
-/// Fewest blocks a mesh cycle: the certificate of a longer one would seldom hold.
+/// Smallest number of blocks per mesh cycle: longer blocks could seldom be proved free of events.
 const FEWEST: f64 = 3.0;
 
-/// Distance of nodes \[s\] at which the fastest wave of any system turns little, a whole number of blocks a mesh cycle; and
-/// that number.
+/// Distance between nodes \[s\] and blocks per mesh cycle, a whole number. The fastest wave of any system turns little
+/// between two nodes.
 pub fn step(model: &Model, bases: &Bases<'_>, frequencies: &Frequencies) -> (f64, f64) {
     let driven = frequencies.all.iter().map(|frequency| frequency[0]);
     let fastest = driven.fold(bases.fastest(), f64::max);

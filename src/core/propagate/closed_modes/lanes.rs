@@ -1,9 +1,9 @@
-//! The inner loops of closed modes. States are padded: first components in whole lane groups, then second ones.
+//! The inner loops of closed modes. In padded states first components fill whole lane groups, then second ones.
 
 use super::series::{AT_ONCE, GROUPS, Terms};
 use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Row, Vector, for_each_set};
 
-/// What a lane group of blocks is made of: `G = μ I + M`, `M² = s I`.
+/// The matrices of a lane group of blocks: `G = μ I + M`, `M² = s I`.
 #[derive(Debug, Clone, Copy)]
 pub struct Chunk {
     /// μ \[1/s\].
@@ -29,27 +29,27 @@ pub type Move = [Lanes; 4];
 /// Terms of cos, sin, cosh and sinh.
 const TERMS: usize = 8;
 
-/// Largest `(|μ| + √|s|) t` of short times, for which these series are exact to round-off.
+/// Largest `(|μ| + √|s|) t` of short times, for which [`TERMS`] terms of these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
 
-/// Largest one of times for which two powers of G are exact to round-off.
+/// Largest `(|μ| + √|s|) t` for which two powers of G are exact to round-off.
 pub const LITTLE: f64 = 5e-6;
 
-/// Which modes a map between padded states mixes; it leaves the others as they are.
+/// The modes that a map between padded states mixes; it does not change the others.
 #[derive(Debug)]
 pub struct Mixed {
-    /// How many modes there are.
+    /// Number of modes.
     pub all: usize,
-    /// Those that are mixed.
+    /// The mixed modes.
     pub modes: Vec<usize>,
     /// 1 at the components of the others, 0 elsewhere.
     pub alone: Vec<f64>,
 }
 
 for_each_set! {
-    /// `out = map x`, one padded state after another; the map has a column of as many numbers for
-    /// each of the first and second components. The first state moves by `Σ input · response` with the first
-    /// responses before that, and back with the others behind it.
+    /// `out = map x` for each padded state. The map has one column for each first and second component. Before the map
+    /// `Σ input · response` with the first responses is added to the first state; after it, that with the second
+    /// responses is subtracted.
     fn map(
         columns: &[f64],
         mixed: &Mixed,
@@ -61,12 +61,12 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Adds `factor Σ input · response` to a state, of one response after another.
+    /// Adds `factor Σ input · response` to a state.
     fn shift(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) = shift_body
 }
 
 for_each_set! {
-    /// A series as the sum of those of all coordinates and inputs, each times its weight.
+    /// The weighted sum of the series of all coordinates and inputs.
     fn series(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) = series_body
 }
 
@@ -76,8 +76,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `out = e^{Gt} x` of all states for a short time, behind `before` where there is one; gives products of three rows with
-    /// the first state there.
+    /// `out = e^{Gt} x` of all states for a short time, after `before` if given. Returns the products of three rows
+    /// with the new first state.
     fn advance_to(
         chunks: &[Chunk],
         before: Option<&[Move]>,
@@ -112,8 +112,8 @@ fn shifted_map_body<V: Vector>(
     shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
 }
 
-/// A batch of states, so many lane groups of rows after one another that the registers hold their sums. Returns their
-/// count.
+/// Maps a batch of states. Processes as many lane groups of rows at a time as have their sums in registers. Returns the
+/// number of states.
 #[inline(always)]
 fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
     columns: &[f64],
@@ -137,7 +137,7 @@ fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
     COUNT
 }
 
-/// Some lane groups of rows. Each state has its sums in the same order in every batch.
+/// Maps some lane groups of rows. The order of the sums of a state is the same in every batch.
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],
@@ -147,7 +147,7 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     out: &mut [f64],
 ) {
     let length = mixed.alone.len();
-    // The sums of first and second components side by side hide the latency of the multiply-add.
+    // Separate sums of first and second components hide the latency of the multiply-add.
     let mut sums = [[[V::zero(); G]; COUNT]; 2];
     for c in 0..COUNT {
         for g in 0..G {
@@ -205,7 +205,7 @@ fn series_body<V: Vector>(of: &[Terms; GROUPS], weights: &[f64], out: &mut Row) 
     }
 }
 
-/// Adds series of G groups of terms.
+/// Adds the series that have G groups of terms.
 #[inline(always)]
 fn add_series<V: Vector, const G: usize>(
     terms: &Terms,
@@ -223,7 +223,7 @@ fn add_series<V: Vector, const G: usize>(
     }
 }
 
-/// `x = e^{Gt} x` of all states by a table.
+/// `x = e^{Gt} x` of all states, with tabulated matrices.
 #[inline(always)]
 pub fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     let half = moves.len() * LANES;
@@ -240,14 +240,14 @@ pub fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
     }
 }
 
-/// `e^{Gt}` of a lane group for a short time, row by row, by [`TERMS`] terms.
+/// `e^{Gt}` of a lane group for a short time, row by row, with [`TERMS`] terms.
 #[inline(always)]
 fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
     let one = V::splat(1.0);
     let x = V::read(&chunk.growth.0).times(time);
     let square = V::read(&chunk.square.0).times(time).times(time);
     let x_square = x.times(x);
-    // Four short chains side by side: cosh and sinh/x of μt, cos and sin/x of νt.
+    // Four short independent chains: cosh and sinh/x of μt, cos and sin/x of νt.
     let (mut even, mut odd, mut grown_even, mut grown_odd) = (one, one, one, one);
     for k in (1..TERMS).rev() {
         let (a, b) = ((2 * k - 1) * 2 * k, 2 * k * (2 * k + 1));
@@ -277,14 +277,14 @@ pub fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
     ]
 }
 
-/// A table's matrix of a lane group.
+/// Reads the matrices of a lane group from a table.
 #[inline(always)]
 pub fn read<V: Vector>(own: &Move) -> [V; 4] {
     let [a, b, c, d] = own;
     [V::read(&a.0), V::read(&b.0), V::read(&c.0), V::read(&d.0)]
 }
 
-/// A lane group of first components and one of second ones.
+/// A lane group of first components and the group of second ones.
 #[inline(always)]
 pub fn pair<V: Vector>(state: &[f64], half: usize, index: usize) -> [V; 2] {
     let at = index * LANES;
@@ -303,7 +303,7 @@ fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut
     }
 }
 
-/// As [`advance_to`], where the instruction set is chosen.
+/// As [`advance_to`], for callers that have chosen the instruction set.
 #[inline(always)]
 pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
@@ -339,7 +339,7 @@ pub fn advance_to_body<V: Vector>(
     [sums[0].sum(), sums[1].sum(), sums[2].sum()]
 }
 
-/// `x = (I + G t + G² t² / 2) x` of all states, for a time of which that is exact to round-off.
+/// `x = (I + G t + G² t² / 2) x` of all states, for a time so short that this is exact to round-off.
 #[inline(always)]
 pub fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
     let half = chunks.len() * LANES;

@@ -1,4 +1,4 @@
-//! Bases of the sets that some motion met, where there are too many sets to make them all.
+//! Bases of the sets that motions have met, if there are too many sets to compute all.
 
 use super::basis::{Basis, Found, padded};
 use super::sets::Sets;
@@ -7,23 +7,23 @@ use crate::propagate::{Beside, TableError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Most bytes of the tables of a structure, or of the sets that are met.
+/// Limit in bytes for the tables of a structure, or of the sets that are met.
 pub const MOST_BYTES: usize = 256_000_000;
 
-/// Bases of the sets that the motions of a structure and its mesh have met: each a function of its set alone, whoever
-/// meets it first. What leads from one to another goes by way of modes: tables of its own would be used too seldom to stay in
-/// a cache.
+/// Bases of the sets that the motions of a structure and its mesh have met. Each basis depends on its set only, not on
+/// the motion that meets it first. Changes between sets go through modes: direct tables would be used too seldom to
+/// stay in a cache.
 #[derive(Debug, Default)]
 pub struct MetSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
 
 impl MetSets {
-    /// Those that kernels of a structure share, or none yet.
+    /// The bases that kernels of a structure share, or an empty collection.
     pub fn beside(place: Option<&Beside>) -> Arc<Self> {
         let shared = place.map(|place| place.get_or_init(|| Arc::<Self>::default()).clone());
         (shared.and_then(|shared| shared.downcast().ok())).unwrap_or_default()
     }
 
-    /// That of a set.
+    /// The basis of a set.
     ///
     /// # Errors
     /// Its eigenvectors are too nearly parallel.
@@ -36,20 +36,21 @@ impl MetSets {
         if let Some(known) = self.lock().get(&set) {
             return Ok(known.clone());
         }
-        // Not under the lock: others go on meanwhile, and what two make at once is the same.
+        // Computed without the lock, so other threads continue; two threads that compute the same basis get the same
+        // result.
         let made = Arc::new(Found::new(model, sets, set)?.basis(set));
         let mut all = self.lock();
         if let Some(known) = all.get(&set) {
             return Ok(known.clone());
         }
-        // What is met beyond is made by each kernel for itself.
+        // Above the limit each kernel computes the bases that it meets.
         if all.len() * bytes(model.modes()) < MOST_BYTES {
             all.insert(set, made.clone());
         }
         Ok(made)
     }
 
-    /// How many sets were met.
+    /// Number of sets that were met.
     #[cfg(test)]
     pub fn count(&self) -> usize {
         self.lock().len()
@@ -60,7 +61,7 @@ impl MetSets {
     }
 }
 
-/// Bytes of the two maps of a set of so many modes.
+/// Bytes of the two maps of a set.
 pub fn bytes(modes: usize) -> usize {
     8 * modes * padded(modes) * size_of::<f64>()
 }

@@ -1,11 +1,12 @@
-//! The kernel of closed modes: each set of closed contacts in its own eigenvectors.
+//! The kernel of closed modes: it integrates each set of closed contacts in the eigenvectors of that set.
 //!
-//! While no contact opens, closes or changes its stiffness the drive is linear, and in the eigenvectors of its present
-//! system ([`bases`]) every coordinate pair moves by itself. A block of a mesh cycle costs one 2 × 2 product a pair, and
-//! the deflection of each line at eight nodes one small product. Bounds of the deflection's second derivative prove that
-//! nothing happens between the nodes ([`search`]); what they cannot prove is halved. A change of the system is one dense
-//! product. The bases depend on neither speed nor load nor gap: they are made once for a structure and its mesh, all of them
-//! where contacts may be closed in few ways, else those of the sets that a motion meets ([`enter`]).
+//! While no contact opens, closes or changes its stiffness, the drive is linear. In the eigenvectors of its present
+//! system ([`bases`]) every coordinate pair moves independently. A block of a mesh cycle costs one 2 × 2 product per
+//! pair, and one small product for the deflection of each line at eight nodes. Bounds of the deflection's second
+//! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
+//! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
+//! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
+//! bases of the sets that a motion meets ([`enter`]).
 //!
 //! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]): a state
 //! is `z = y + steady · inputs`, and y moves without any input.
@@ -51,18 +52,18 @@ pub struct ClosedModes<'m> {
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
-    /// The systems at this operating point, each from when it is met.
+    /// The systems met so far at this operating point.
     slots: Slots<Slot<'m>>,
-    /// Bytes of the bases of those met.
+    /// Bytes of the bases of these systems.
     taken: AtomicUsize,
-    /// Why one of them has no table.
+    /// Reason why one of them has no table.
     refusal: OnceLock<TableError>,
     stops: Vec<Vec<Stop>>,
     /// (cos, sin) of all frequencies up to each node.
     turns: Vec<Vec<[f64; 2]>>,
     /// The modes that changes of the system mix.
     mixed: Mixed,
-    /// Distance of nodes \[s\].
+    /// Distance between nodes \[s\].
     step: f64,
     /// Blocks and stops of a mesh cycle.
     planned: usize,
@@ -72,7 +73,8 @@ pub struct ClosedModes<'m> {
 }
 
 impl<'m> ClosedModes<'m> {
-    /// Most sets of closed contacts of which all tables are made: of more, those that are met.
+    /// Largest number of sets of closed contacts for which all tables are computed. With more sets, only those that are
+    /// met.
     pub const FEW: usize = Sets::FEW;
 
     /// Builds the kernel of a model, bases included.
@@ -91,11 +93,12 @@ impl<'m> ClosedModes<'m> {
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
-    /// The kernel of a model whose bases are kept, other arguments as for [`Self::new`]: they serve every speed, load and
+    /// Builds the kernel of a model from kept bases, which are valid for every speed, load and half gap. See
+    /// [`Self::new`] for the other arguments.
     /// half gap.
     ///
     /// # Errors
-    /// As for [`Self::new`], or the tables are not those of this model.
+    /// As for [`Self::new`], or if the tables belong to another model.
     pub fn of_kept(
         model: &'m Model,
         event_limit: u32,
@@ -106,19 +109,19 @@ impl<'m> ClosedModes<'m> {
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
-    /// Refuses what [`Self::arrays`] refuses for its shape, without eigenvectors; gives the size of the tables: systems, each with
-    /// the products that lead to others, and their bytes.
+    /// Checks the conditions of [`Self::arrays`] without computing eigenvectors. Returns the size of the tables in
+    /// bytes and the number of systems, each with the products that lead to others.
     ///
     /// # Errors
-    /// As of [`Self::arrays`], nearly parallel eigenvectors aside.
+    /// As for [`Self::arrays`], except nearly parallel eigenvectors.
     pub fn suits(model: &Model) -> Result<TableSize, TableError> {
         suited(model).map(|(_, size)| size)
     }
 
-    /// Refuses what [`Self::of_kept`] refuses, without building the kernel.
+    /// Checks the conditions of [`Self::of_kept`] without building the kernel.
     ///
     /// # Errors
-    /// As of [`Self::of_kept`].
+    /// As for [`Self::of_kept`].
     pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), TableError> {
         let (sets, bases) = read(model, kept)?;
         all_unresonant(model, &sets, &bases, &Frequencies::new(model))
@@ -173,7 +176,7 @@ impl<'m> ClosedModes<'m> {
         2.0 * lanes::SHORT / self.step
     }
 
-    /// Why a motion was stopped at a set of closed contacts that has no table, if one was.
+    /// Reason why a motion was stopped at a set of closed contacts without a table, if one was.
     pub fn refusal(&self) -> Option<TableError> {
         self.refusal.get().copied()
     }
@@ -189,7 +192,7 @@ impl<'m> ClosedModes<'m> {
     }
 }
 
-/// The systems of a model that tables are made for, and the size of these.
+/// The systems of a model for which tables are computed, and the size of the tables.
 fn suited(model: &Model) -> Result<(Sets, TableSize), TableError> {
     let sets = Sets::new(model)?;
     let size = bases::size(model.modes(), &sets);
@@ -212,7 +215,7 @@ fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>)
     Ok((sets, bases))
 }
 
-/// Refuses an undamped block that turns with a harmonic, where all systems are known.
+/// Refuses an undamped block in resonance with a harmonic, if all systems are known.
 fn all_unresonant(
     model: &Model,
     sets: &Sets,

@@ -1,21 +1,21 @@
 //! The first moment on a short interval at which a margin becomes negative.
 //!
-//! A bound C of the margin's second derivative proves what values at the ends leave open: a margin of curvature C is not
-//! below the parabola through them that bends as much, and is monotone where its chord is steeper than `C h`. What neither
-//! settles is halved, the left half first, so that no event is missed.
+//! A bound C of the margin's second derivative decides cases that values at the ends leave open. A margin of curvature
+//! C is not below the parabola through these values that bends as much. The margin is monotone if its chord is steeper
+//! than `C h`. If neither decides, the interval is halved, the left half first, so that no event is missed.
 
 use crate::propagate::Counters;
 use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
 
-/// Deepest halving.
+/// Largest depth of the bisection.
 const DEEPEST: u32 = 60;
 
-/// Most steps of Newton's method before a root is halved to.
+/// Largest number of steps of Halley's method.
 const MOST_STEPS: u32 = 60;
 
 /// A margin and its rate at a time from the start of a block.
 pub trait Margin {
-    /// Its value \[m\], its rate \[m/s\] and its second derivative \[m/s²\] there.
+    /// Margin \[m\], rate \[m/s\] and second derivative \[m/s²\] at a time.
     fn at(&mut self, time: f64) -> [f64; 3];
 }
 
@@ -26,23 +26,24 @@ pub struct Interval {
     pub times: [f64; 2],
     /// Margins there \[m\].
     pub margins: [f64; 2],
-    /// Where its root may be \[s\].
+    /// Estimate of its root \[s\].
     pub guess: Option<f64>,
 }
 
-/// What is known of a margin on a block.
+/// Bounds of a margin on a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// Bound of its second derivative \[m/s²\].
+    /// Bound of the second derivative \[m/s²\].
     pub curvature: f64,
-    /// Fastest rate \[1/s\]: that times this bounds its third derivative.
+    /// Fastest rate \[1/s\]: `curvature · fastest` bounds the third derivative.
     pub fastest: f64,
-    /// Round-off of its values \[m\].
+    /// Round-off of the margin's values \[m\].
     pub noise: f64,
 }
 
-/// Whether a margin stays positive on an interval of some length \[s\] between two values: the parabola through both that
-/// bends most does, `(a + b)/2 − s − (a − b)²/16 s` at its lowest, with a sag s of `C h²/8`.
+/// Whether a margin stays positive between two values on an interval of some length \[s\]. Tests the lowest point
+/// `(a + b)/2 − s − (a − b)²/16 s` of the parabola with the largest curvature through both values; s is its sag
+/// `C h²/8`.
 #[inline(always)]
 pub fn stays(known: Known, [a, b]: [f64; 2], length: f64) -> bool {
     let sag = 0.125 * known.curvature * length * length;
@@ -51,15 +52,15 @@ pub fn stays(known: Known, [a, b]: [f64; 2], length: f64) -> bool {
     a.min(b) > 0.0 && (difference >= 4.0 * sag || lowest > known.noise)
 }
 
-/// Whether a margin that starts at zero with a rate \[m/s\] is positive from there to its value at the end of an interval:
-/// it is not below `t (rate − C t/2)` and not below `t (b/h − C (h − t)/2)`.
+/// Whether a margin that starts at zero with a rate \[m/s\] is positive up to its value at the end of an interval. It
+/// is not below `t (rate − C t/2)` and not below `t (b/h − C (h − t)/2)`.
 #[inline(always)]
 pub fn rises(known: Known, rate: f64, end: f64, length: f64) -> bool {
     let bent = 0.5 * known.curvature * length;
     rate > bent || (end > 0.0 && rate + end / length > bent)
 }
 
-/// The first root on an interval at whose start the margin is not negative.
+/// The first root on an interval. The margin is not negative at the start.
 pub fn exit<M: Margin>(
     margin: &mut M,
     known: Known,
@@ -86,7 +87,7 @@ pub fn exit<M: Margin>(
         .or_else(|| exit(margin, known, right, depth + 1, counters))
 }
 
-/// As [`exit`], where the margin starts at zero with a rate \[m/s\] that is not negative: that root is none.
+/// As [`exit`], for a margin that starts at zero with a nonnegative rate \[m/s\]. The root at the start does not count.
 pub fn exit_behind<M: Margin>(
     margin: &mut M,
     known: Known,
@@ -128,9 +129,9 @@ fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
     ]
 }
 
-/// The only root of a margin that falls on an interval, by Halley's method within a bracket. With C and D the bounds of its
-/// second and third derivative, a step s from a place with the rate r leaves an error of `|s|³ (D / 3 |r| + (C / r)²)` at
-/// most, where `C |s| < |r| / 2`.
+/// The only root of a margin that decreases through zero on an interval, by Halley's method within a bracket. C and D
+/// are the bounds of the second and third derivative. A step s from a point with the rate r leaves an error of at most
+/// `|s|³ (D / 3 |r| + (C / r)²)` if `C |s| < |r| / 2`.
 fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut Counters) -> f64 {
     let ([mut low, mut high], [a, b]) = (own.times, own.margins);
     if a <= 0.0 {
@@ -165,11 +166,11 @@ fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut C
     time
 }
 
-/// Points of a polynomial.
+/// Points of the interpolating polynomial.
 pub const POINTS: usize = 9;
 
 for_each_set! {
-    /// Where the polynomial through margins at the places 0, 1, … passes zero between `from` and the next place, nearly.
+    /// Estimates the zero of the polynomial through margins at 0, 1, … between `from` and the next point.
     fn near_root(values: &[f64; POINTS], from: usize) -> f64 = near_root_body
 }
 
@@ -226,7 +227,7 @@ mod tests {
         (found, counters)
     }
 
-    /// `(t − a)(t − b)`: positive at both ends, negative between the roots, however near they are.
+    /// `(t − a)(t − b)`: positive at both ends, negative between the roots, at any distance of the roots.
     #[test]
     fn a_dip_between_positive_ends_is_found() {
         for apart in [0.3, 1e-3, 1e-6] {
@@ -235,7 +236,7 @@ mod tests {
             let (first, _) = found(dip, 2.0);
             assert!((first.unwrap() - a).abs() < 1e-15 / apart, "{apart}");
         }
-        // A touch within round-off is a grazing, and what stays off is proved.
+        // A touch within round-off is a grazing. A margin that stays positive is proved to do so.
         let (none, counters) = found(|t| [(t - 0.37) * (t - 0.37), 2.0 * (t - 0.37), 2.0], 2.0);
         assert!(none.is_none() && counters.grazings > 0);
         let (none, counters) = found(
@@ -245,7 +246,7 @@ mod tests {
         assert!(none.is_none() && counters.grazings == 0);
     }
 
-    /// Of three roots the first, though the ends alone would tell of one.
+    /// The first of three roots, though the values at the ends suggest only one.
     #[test]
     fn the_first_of_three_roots_is_taken() {
         let f = |t: f64| {
@@ -256,7 +257,7 @@ mod tests {
         assert!((first.unwrap() - 0.2).abs() < 1e-15);
     }
 
-    /// A polynomial of the fourth degree is met by itself, from any of its places.
+    /// A polynomial of fifth degree has the same root as its interpolation, from any point.
     #[test]
     fn the_polynomial_through_nine_values_has_their_root() {
         for from in 0..POINTS - 1 {

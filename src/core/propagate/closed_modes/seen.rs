@@ -1,4 +1,4 @@
-//! What happens first on a block?
+//! Which event happens first on a block?
 
 use super::ClosedModes;
 use super::excitation::Drift;
@@ -11,19 +11,19 @@ use super::workspace::{Place, Watched, Workspace};
 use crate::propagate::Counters;
 use crate::propagate::vectors::Vector;
 
-/// What comes first on a block.
+/// The first event on a block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// Time from its start \[s\].
     pub time: f64,
     /// The contact.
     pub contact: usize,
-    /// Whether the contact stands on its surface there.
+    /// Whether the contact is on its surface at that time.
     pub on_surface: bool,
 }
 
 impl ClosedModes<'_> {
-    /// What happens first on a block, up to some time \[s\] from its start.
+    /// The first event on a block, up to some time \[s\] from its start.
     #[inline(always)]
     pub(super) fn first_event<V: Vector>(
         &self,
@@ -60,7 +60,7 @@ impl ClosedModes<'_> {
         self.search(place, rates, left, (open, count), w, counters)
     }
 
-    /// What happens first on the intervals between nodes that are open.
+    /// The first event in the open intervals between nodes.
     fn search(
         &self,
         place: &Place,
@@ -140,13 +140,13 @@ impl ClosedModes<'_> {
     }
 }
 
-/// A time within a block in two parts: those of the nearest node, and a short rest.
+/// A time within a block in two parts: the time of the nearest node, and a short rest.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<'s> {
     system: &'s System,
-    /// How many nodes.
+    /// Number of the node; 0 is the start of the block.
     node: usize,
-    /// Time behind that \[s\].
+    /// Time after the node \[s\].
     pub rest: f64,
 }
 
@@ -161,13 +161,13 @@ impl<'s> Parts<'s> {
         }
     }
 
-    /// What moves a state to the node.
+    /// The map of a state to the node; `None` at the start of the block.
     #[inline]
     pub fn before(&self) -> Option<&'s [Move]> {
         (self.node.checked_sub(1)).map(|node| &self.system.moves[node][..])
     }
 
-    /// What constant inputs add to each drifting block.
+    /// Contribution of the constant inputs to each drifting block.
     #[inline]
     pub fn pushed(&self) -> impl Iterator<Item = (&'s Drift, [f64; 2])> {
         let Self { system, node, rest } = *self;
@@ -177,14 +177,14 @@ impl<'s> Parts<'s> {
         })
     }
 
-    /// What turns the inputs on to the node.
+    /// The turns of the inputs up to the node; `None` at the start of the block.
     #[inline]
     pub fn turns<'k>(&self, kernel: &'k ClosedModes<'_>) -> Option<&'k [[f64; 2]]> {
         (self.node.checked_sub(1)).map(|node| &kernel.turns[node][..])
     }
 }
 
-/// A margin at times of a block.
+/// The margin of a contact at times within a block.
 struct At<'a, 'm> {
     kernel: &'a ClosedModes<'m>,
     system: &'a System,

@@ -1,29 +1,29 @@
-//! What is seen along a line on a block: a series for each coordinate and input.
+//! The deflection along a line on a block, as a series for each coordinate and input.
 
 use crate::propagate::vectors::{LANES, Lanes, Row, TERMS};
 
-/// Series that are added at once, each to sums of its own.
+/// Number of series that are added at once, each to a separate sum.
 pub const AT_ONCE: usize = 4;
 
-/// What a system sees along a line on a window: a series for each coordinate and input, by how many groups of its terms
-/// matter.
+/// The deflection of a system along a line on a window: a series for each coordinate and input, sorted by the number of
+/// significant groups of terms.
 #[derive(Debug)]
 pub struct Series(pub [Terms; GROUPS]);
 
 /// Groups of terms of a series.
 pub const GROUPS: usize = TERMS / LANES;
 
-/// Series of so many groups of terms.
+/// Series with the same number of groups of terms.
 #[derive(Debug, Default)]
 pub struct Terms {
-    /// Whose they are: places among the coordinates, then the inputs.
+    /// Places of the series among the coordinates, then the inputs.
     pub places: Vec<usize>,
     /// The groups, one series after another.
     pub rows: Vec<Lanes>,
 }
 
 impl Series {
-    /// The series of all coordinates and inputs. What is below round-off of one's largest term does not matter.
+    /// The series of all coordinates and inputs. Terms below round-off of the largest term of a series are omitted.
     pub fn new(rows: &[Row]) -> Self {
         let mut own = Self(Default::default());
         for (place, row) in rows.iter().enumerate() {
@@ -38,7 +38,7 @@ impl Series {
             terms.rows.extend(groups.take(last / LANES + 1));
         }
         for (g, terms) in own.0.iter_mut().enumerate() {
-            // What fills a step of the sums up adds nothing.
+            // Zeros fill up the last step of the sums.
             let count = terms.places.len().next_multiple_of(AT_ONCE);
             terms.places.resize(count, 0);
             terms.rows.resize(count * (g + 1), Lanes::ZERO);

@@ -1,4 +1,4 @@
-//! Which linear systems does a drive have? One for each set of closed contacts and for what each of them is like.
+//! Which linear systems does a drive have? One for each set of closed contacts and each combination of their classes.
 
 use crate::model::{ActiveSet, Model, Release};
 use crate::propagate::TableError;
@@ -9,34 +9,35 @@ pub const MOST_CONTACTS: usize = 24;
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
 pub const SAME_TIME: f64 = 1e-13;
 
-/// What a closed contact is like on a segment.
+/// Properties of a closed contact on a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Class {
     /// Stiffness k \[N/m\].
     pub stiffness: f64,
     /// Damping c \[N s/m\].
     pub damping: f64,
-    /// Among the directions of the model.
+    /// Index among the directions of the model.
     pub direction: usize,
 }
 
-/// The systems of a drive, numbered. Each contact has a state: 0 where it is open, else 1 more than its class.
+/// The numbered systems of a drive. Each contact has a state: 0 if it is open, else its class plus 1.
 #[derive(Debug)]
 pub struct Sets {
     /// Classes of each contact.
     classes: Vec<Vec<Class>>,
     /// State of each closed contact on each segment of each of its mesh cycles.
     of_segment: Vec<Vec<Vec<usize>>>,
-    /// What a state of each contact adds to the number.
+    /// Weight of each contact's state in the number of a system.
     place: Vec<usize>,
     count: usize,
 }
 
 impl Sets {
-    /// Those of a model.
+    /// The systems of a model.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, films, too many systems.
+    /// Stiffness that varies within a segment, flanks with errors, contacts that open by force, films, too many
+    /// systems.
     pub fn new(model: &Model) -> Result<Self, TableError> {
         let mut sets = Self {
             classes: Vec::new(),
@@ -95,18 +96,18 @@ impl Sets {
         Ok(sets)
     }
 
-    /// Most systems of which all tables are made.
+    /// Largest number of systems for which all tables are computed.
     pub const FEW: usize = 256;
 
     /// Free flight: no contact is closed.
     pub const FREE: usize = 0;
 
-    /// How many there are.
+    /// Number of systems.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Whether tables of all of them are made.
+    /// Whether tables of all systems are computed.
     pub fn are_few(&self) -> bool {
         self.count <= Self::FEW
     }
@@ -127,7 +128,7 @@ impl Sets {
         set / self.place[contact] % (1 + self.classes[contact].len())
     }
 
-    /// The set with another state of a contact.
+    /// The set with a contact in another state.
     #[inline]
     pub fn with(&self, set: usize, contact: usize, state: usize) -> usize {
         set + self.place[contact] * state - self.place[contact] * self.state(set, contact)
@@ -147,7 +148,8 @@ impl Sets {
         })
     }
 
-    /// State of a contact while it is closed, at a time \[s\] of a mesh cycle; at a border that of the later segment.
+    /// State of a contact if it is closed, at a time \[s\] of a mesh cycle. On a boundary it is the state of the later
+    /// segment.
     #[inline]
     pub fn closed_state(&self, model: &Model, contact: usize, cycle: u64, time: f64) -> usize {
         let own = &model.contacts[contact];
@@ -158,7 +160,7 @@ impl Sets {
         self.of_segment[contact][which][place.min(segments.len() - 1)]
     }
 
-    /// The set of some closed contacts at a time \[s\] of a mesh cycle.
+    /// The set of given closed contacts at a time \[s\] of a mesh cycle.
     pub fn at(&self, model: &Model, active: ActiveSet, cycle: u64, time: f64) -> usize {
         active.iter().fold(0, |set, contact| {
             let state = self.closed_state(model, contact, cycle, time);
@@ -166,7 +168,7 @@ impl Sets {
         })
     }
 
-    /// The changes out of a set that can happen, each a contact and its state behind it: it opens, closes, or comes to
+    /// The possible changes out of a set, each as a contact and its new state. The contact opens, closes, or passes to
     /// another segment.
     pub fn changes(&self, set: usize) -> Vec<(usize, usize)> {
         let mut out = Vec::new();
@@ -191,23 +193,23 @@ impl Sets {
     }
 }
 
-/// A place in a mesh cycle at which a closed contact changes its class, or any contact its line.
+/// A time of a mesh cycle at which a closed contact changes its class, or any contact its line.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
     /// Time within the cycle \[s\].
     pub time: f64,
     /// The contact.
     pub contact: usize,
-    /// Its state from there on, where it is closed.
+    /// Its state after the stop, if it is closed.
     pub state: usize,
-    /// Its line from there on.
+    /// Its line after the stop.
     pub line: usize,
-    /// Whether that is another one.
+    /// Whether the line changes.
     pub turns: bool,
 }
 
 impl Sets {
-    /// The stops of each mesh cycle of a base period, in order; none at the start of a cycle.
+    /// The stops of each mesh cycle of a base period, in order, without the start of a cycle.
     pub fn stops(&self, model: &Model) -> Vec<Vec<Stop>> {
         let of_cycle = |cycle: u64| {
             let mut stops = Vec::new();
@@ -241,7 +243,7 @@ mod tests {
     use super::*;
     use crate::model::fixtures;
 
-    /// Two flanks of two stiffness levels: nine systems, each contact's state is read back from the number.
+    /// Two flanks with two stiffness levels give nine systems. The number of a system yields each contact's state.
     #[test]
     fn systems_are_numbered_by_the_states_of_their_contacts() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

@@ -30,7 +30,7 @@ impl ClosedModes<'_> {
         let block_length = NODES as f64 * self.step;
         let n = self.model.modes();
         let padded = padded(n);
-        // One more, as the workspace has them.
+        // One more, as in the workspace.
         let inputs = self.frequencies.inputs() + 1;
         let view = &system.views[line];
         let mut rows = vec![Row::ZERO; 2 * padded + inputs];
@@ -75,7 +75,7 @@ impl ClosedModes<'_> {
         Series::new(&rows)
     }
 
-    /// Shows a window of some length \[s\] from where the states are.
+    /// Shows a window of some length \[s\] that starts at the present states.
     pub(super) fn show<O: Observer>(
         &self,
         place: &Place,
@@ -90,7 +90,7 @@ impl ClosedModes<'_> {
         let (state, inputs) = w.weights.split_at_mut(w.length);
         state.copy_from_slice(&w.states[..w.length]);
         inputs.copy_from_slice(&w.inputs);
-        // Room for many is not made where it is not needed.
+        // Avoids memory for many contacts if it is not needed.
         match place.active.count() {
             0 | 1 => self.show_few::<O, 1>(place, duration, w, observer),
             2..=SEVERAL_CONTACTS => {
@@ -100,7 +100,7 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// The segments of all contacts at the start of a window, where those of the last one are over.
+    /// The segments of all contacts at the start of a window, updated if those of the last window have ended.
     fn find_segments(&self, place: &Place, w: &mut Workspace) {
         let time = place.time + SAME_TIME * self.model.period();
         if time < w.segments_end {

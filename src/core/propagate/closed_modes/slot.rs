@@ -1,4 +1,4 @@
-//! A system of a kernel with all that its operating point makes of it.
+//! A system of a kernel with all data that depend on the operating point.
 
 use super::basis::Basis;
 use super::series::Series;
@@ -12,8 +12,8 @@ pub struct Slot<'m> {
     pub states: Vec<usize>,
     /// Its coordinates.
     pub basis: Arc<Basis<'m>>,
-    /// How they move.
+    /// Motion of these coordinates.
     pub system: System,
-    /// Series of what it sees along each line on a block, where windows are shown.
+    /// Series of the deflections along each line on a block, if windows are shown.
     pub series: OnceLock<Vec<Series>>,
 }

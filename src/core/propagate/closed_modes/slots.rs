@@ -1,20 +1,20 @@
-//! What a kernel keeps of the sets that it has met, each found by its number.
+//! Data that a kernel keeps for the sets that it has met, by their numbers.
 
 use std::sync::OnceLock;
 
-/// A cell of the table: the number of a set, and what is kept of it.
+/// A cell of the table: the number of a set, and its data.
 type Cell<S> = OnceLock<(usize, Box<S>)>;
 
 /// A table that only grows, so that readers take no lock.
 #[derive(Debug)]
 pub struct Slots<S> {
     cells: Vec<Cell<S>>,
-    /// Whether every set has its own cell; else it has the first free one from that which its number points to.
+    /// Whether every set has a fixed cell. Otherwise a set has the first free cell from the hash of its number on.
     own_cells: bool,
 }
 
 impl<S> Slots<S> {
-    /// Room for all of so many sets.
+    /// A table with a cell for each of all sets.
     pub fn of_all(sets: usize) -> Self {
         Self {
             cells: (0..sets).map(|_| OnceLock::new()).collect(),
@@ -22,7 +22,7 @@ impl<S> Slots<S> {
         }
     }
 
-    /// Room for so many of any number of sets, and as much again, so that few look for their cells long.
+    /// A table for a limited number of sets out of any number. It has twice as many cells, so that searches are short.
     pub fn of_met(most: usize) -> Self {
         Self {
             own_cells: false,
@@ -30,7 +30,7 @@ impl<S> Slots<S> {
         }
     }
 
-    /// The cells in which a set may be, in turn.
+    /// The cells in which a set may be, in the order of the search.
     fn cells(&self, set: usize) -> impl Iterator<Item = &Cell<S>> {
         /// 2⁶⁴ divided by the golden ratio: neighbouring numbers fall far apart.
         const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -39,7 +39,7 @@ impl<S> Slots<S> {
         self.cells[home..].iter().chain(&self.cells[..home])
     }
 
-    /// What is kept of a set, where it was met.
+    /// The data of a set, if it was met.
     #[inline]
     pub fn get(&self, set: usize) -> Option<&S> {
         if self.own_cells {
@@ -54,7 +54,8 @@ impl<S> Slots<S> {
         None
     }
 
-    /// Keeps something of a set, unless another thread has done so; gives what is kept, or nothing if there is no room.
+    /// Stores the data of a set, unless another thread has stored them. Returns the stored data, or `None` if the table
+    /// is full.
     pub fn put(&self, set: usize, new: S) -> Option<&S> {
         let mut new = Some((set, Box::new(new)));
         for cell in self.cells(set) {
@@ -72,7 +73,7 @@ impl<S> Slots<S> {
         None
     }
 
-    /// How many were met.
+    /// Number of sets that were met.
     pub fn count(&self) -> usize {
         self.cells
             .iter()
@@ -85,12 +86,12 @@ impl<S> Slots<S> {
 mod tests {
     use super::*;
 
-    /// Two threads keep the same sets, in opposite order: each set has one entry, its own, and the table takes no more
-    /// than it has room for.
+    /// Two threads store the same sets in opposite order. Each set has one entry with its data, and the table accepts
+    /// no more than its capacity.
     #[test]
     fn every_set_is_kept_once() {
         let most = 1000;
-        // Neighbours, and numbers that differ in their high digits only.
+        // Neighbours, and numbers that differ only in their high digits.
         let set = |number: usize| {
             if number.is_multiple_of(2) { number } else { number << 40 }
         };

@@ -1,7 +1,7 @@
-//! From one event to the next: blocks and stops.
+//! Integration from one event to the next: blocks and stops.
 //!
-//! A block starts anywhere: at the end of the last one, at an event or at a stop, where a closed contact changes its class
-//! or a contact its line. It ends at its eighth node, at the next event or at the next stop.
+//! A block starts at the end of the last one, at an event or at a stop. At a stop a closed contact changes its class or
+//! a contact its line. A block ends at its eighth node, at the next event or at the next stop.
 
 use super::ClosedModes;
 use super::excitation::Frequencies;
@@ -15,20 +15,20 @@ use crate::propagate::events::{Changes, Margin};
 use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
 use crate::propagate::{Counters, Event, Stop as End};
 
-/// Part of a mesh period that sums of times are rounded by.
+/// Round-off of sums of times, as a part of a mesh period.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// A mesh cycle on its way.
+/// The integration of a mesh cycle in progress.
 pub struct Stretch<'a, 'm> {
-    /// Whose it is.
+    /// The kernel.
     pub kernel: &'a ClosedModes<'m>,
-    /// Where it stands.
+    /// The present time and contacts.
     pub place: Place,
-    /// Rates of contacts that crossed their surfaces there.
+    /// Rates of contacts that crossed their surfaces at this time.
     pub rates: Rates,
     /// Events and blocks so far.
     pub changes: Changes,
-    /// The block that was shown last and is to be passed: what happens at its end, and its length \[s\].
+    /// The block that was shown last and not yet passed: the event at its end, and its length \[s\].
     pub next: Option<(Option<Found>, f64)>,
     /// Whether blocks are shown.
     pub shows: bool,
@@ -38,9 +38,9 @@ pub struct Stretch<'a, 'm> {
     pub counters: &'a mut Counters,
 }
 
-/// Why a stretch halts.
+/// Why the integration returns to its caller.
 pub enum Halt {
-    /// A block is to be shown, of this length \[s\].
+    /// A block of this length \[s\] is ready for observers.
     Window(f64),
     /// A contact has opened or closed.
     Event(Event),
@@ -49,7 +49,7 @@ pub enum Halt {
 }
 
 for_each_set! {
-    /// Passes blocks and stops up to what somebody may want to see.
+    /// Passes blocks and stops up to the next block or event that observers may see.
     fn pass(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> = pass_body
 }
 
@@ -86,7 +86,7 @@ fn pass_body<V: Vector>(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> {
     Ok(Halt::End)
 }
 
-/// What happens first on the block ahead, and the time that it takes \[s\] until that or its end.
+/// The first event on the next block, and the time \[s\] until it or the end of the block.
 #[inline(always)]
 fn look_ahead<V: Vector>(stretch: &mut Stretch<'_, '_>) -> (Option<Found>, f64) {
     let kernel = stretch.kernel;
@@ -113,7 +113,7 @@ fn look_ahead<V: Vector>(stretch: &mut Stretch<'_, '_>) -> (Option<Found>, f64) 
     (found, duration)
 }
 
-/// Moves to the end of a block on which nothing happens.
+/// Moves to the end of a block without an event.
 #[inline(always)]
 fn to_the_end<V: Vector>(stretch: &mut Stretch<'_, '_>, duration: f64) -> Result<(), End> {
     let kernel = stretch.kernel;
@@ -139,7 +139,7 @@ fn to_the_end<V: Vector>(stretch: &mut Stretch<'_, '_>, duration: f64) -> Result
     Ok(())
 }
 
-/// Lets an event happen where the states are.
+/// Applies an event at the present states.
 #[inline(always)]
 fn meet<V: Vector>(stretch: &mut Stretch<'_, '_>, found: Found) -> Result<Event, End> {
     let kernel = stretch.kernel;
@@ -172,26 +172,26 @@ fn meet<V: Vector>(stretch: &mut Stretch<'_, '_>, found: Found) -> Result<Event,
 }
 
 impl Stretch<'_, '_> {
-    /// Time of the cycle \[s\] up to which the present system stays, unless an event comes before.
+    /// Time of the cycle \[s\] up to which the present system is valid, unless an event comes first.
     #[inline(always)]
     fn limit(&self) -> f64 {
         (self.w.stop).map_or(self.kernel.model.period(), |stop| stop.time)
     }
 
-    /// Time until then \[s\].
+    /// Time left until [`Self::limit`] \[s\].
     #[inline(always)]
     fn left(&self) -> f64 {
         self.limit() - self.place.time
     }
 
-    /// Whether a whole block does not reach beyond.
+    /// Whether a whole block ends before [`Self::limit`].
     #[inline(always)]
     fn fits(&self) -> bool {
         let whole = NODES as f64 * self.kernel.step;
         self.left() >= whole - ROUNDING * self.kernel.model.period()
     }
 
-    /// Takes account of a move by some time \[s\].
+    /// Updates position and counters after a move by some time \[s\].
     #[inline(always)]
     fn step_on(&mut self, duration: f64) {
         self.place.time += duration;
@@ -218,7 +218,7 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// Moves all states and inputs to a time within a block, where the next one starts.
+    /// Moves all states and inputs to a time within a block. The next block starts there.
     #[inline(always)]
     fn move_to<V: Vector>(&self, time: f64, w: &mut Workspace) {
         let system = self.system(w.set);
@@ -230,7 +230,7 @@ impl ClosedModes<'_> {
         if beside.abs() * self.fastest() <= lanes::LITTLE {
             advance_little_body::<V>(&system.chunks, beside, &mut w.spare);
         } else {
-            // Nobody asks what is seen there.
+            // The rows do not matter: their products are not used.
             let (rows, before) = (&system.views[0].rows, parts.before());
             advance_to_body::<V>(
                 &system.chunks,
@@ -250,18 +250,18 @@ impl ClosedModes<'_> {
         (self.frequencies).turn_to(parts.turns(self), parts.rest, &mut w.inputs);
     }
 
-    /// Deflections and rates now along the lines of all contacts.
+    /// Deflections and their rates at the present time along the lines of all contacts.
     #[inline(always)]
     fn see_here<V: Vector>(&self, w: &mut Workspace) {
         let state = &w.states[..w.length];
         see_now_body::<V>(self.system(w.set), state, &w.inputs, &w.lines, &mut w.seen);
     }
 
-    /// Stops a motion that has left every range.
+    /// Stops a motion whose deflections are out of range.
     #[inline(always)]
     fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
         for &line in &w.lines {
-            // No number is not near.
+            // False for NaN.
             let near = w.seen[line].start.abs() <= self.farthest[line];
             if !near {
                 return Err(End::Diverged { cycle: place.cycle });

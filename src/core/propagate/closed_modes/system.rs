@@ -1,5 +1,5 @@
-//! What a system needs at one operating point: how its coordinates move, what contacts see of them, and how far from a
-//! straight line a deflection may be between nodes.
+//! What does a system need at one operating point? Its motion, the rows of deflections, and bounds of a deflection
+//! between nodes.
 
 use super::basis::{Basis, padded};
 use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
@@ -15,56 +15,56 @@ use num_complex::{Complex64, c64};
 pub struct System {
     /// Its blocks.
     pub chunks: Vec<Chunk>,
-    /// Amplitudes of blocks are the lengths of these products with their coordinates.
+    /// Matrices of the blocks: the amplitude of a block is the length of the product with its coordinates.
     pub balances: Vec<Move>,
     /// `e^{Gt}` at each node.
     pub moves: Vec<Vec<Move>>,
-    /// Steady responses to the inputs, and blocks without one to a constant.
+    /// Steady responses to the inputs, and the blocks without a steady response to a constant input.
     pub steady: Steady,
-    /// What each drift is pushed up to each node.
+    /// Displacement of each drift from the start of a block to each node.
     pub pushes: Vec<[[f64; 2]; NODES]>,
-    /// Places of the coordinates that are seen along some line, first and second components in turn.
+    /// Places of the coordinates with an effect on some line, alternately first and second components.
     pub places: Vec<usize>,
-    /// What is seen along each line of the model.
+    /// The views of all lines of the model.
     pub views: Vec<LineView>,
     /// Force inputs g of each direction of the model, padded states.
     pub pulls: Vec<Vec<f64>>,
-    /// Whether no wave grows: what bounds it on one block then does so on all that follow.
+    /// Whether no wave grows: bounds of a block are then valid for all later blocks.
     pub decays: bool,
 }
 
-/// A line as a system sees it: `δ = row·y + drive·inputs`, and two derivatives of that.
+/// The deflection of a system along a line, `δ = row·y + drive·inputs`, and its first two derivatives.
 #[derive(Debug)]
 pub struct LineView {
     /// Rows of the deflection, its rate and its second derivative.
     pub rows: [Vec<f64>; 3],
-    /// What inputs add to these.
+    /// Contributions of the inputs to these.
     pub drives: [Vec<f64>; 3],
     /// The deflection at the nodes: a row of node values for each of [`System::places`].
     pub nodes: Vec<Lanes>,
     /// The same for each input, and a row of zeros.
     pub drive_nodes: Vec<Lanes>,
-    /// What an amplitude adds at most to the deflection \[m\].
+    /// Largest contribution of a unit amplitude to the deflection \[m\].
     pub size: Vec<f64>,
-    /// What an amplitude adds at most to its second derivative \[m/s²\].
+    /// Largest contribution of a unit amplitude to its second derivative \[m/s²\].
     pub curvature: Vec<f64>,
-    /// What inputs add at most to that.
+    /// Largest contribution of the inputs to the second derivative.
     pub drive_curvature: f64,
-    /// The same of blocks that are no waves, by the rates of their coordinates.
+    /// The same for blocks that are not waves, in terms of the rates of their coordinates.
     pub others: Vec<([f64; 2], Drift)>,
 }
 
-/// Part of a wave's decay that its frequency has to exceed.
+/// Smallest frequency of a wave, as a part of its decay.
 const TURNS: f64 = 0.05;
 
-/// Radians that are hardly a turn.
+/// Angle in rad that hardly counts as a turn.
 const LITTLE: f64 = 1e-3;
 
-/// Participation, by the largest one, of a mode that nothing moves and that is round-off.
+/// Participation, relative to the largest, below which a mode has only round-off.
 const UNSEEN: f64 = 64.0 * f64::EPSILON;
 
 impl LineView {
-    /// What inputs add to the deflection and two derivatives of it.
+    /// Contributions of the inputs to the deflection and its first two derivatives.
     #[inline]
     pub fn driven(&self, inputs: &[f64]) -> [f64; 3] {
         let mut sums = [0.0; 3];
@@ -104,8 +104,8 @@ fn exponential(block: &Block, time: f64) -> [[f64; 2]; 2] {
     ]
 }
 
-/// Coordinates y in which a block is as round as it can be, `x = P y`: P and its inverse. A wave turns and shrinks
-/// in them. The rate of a displacement that is none counts by what it moves over a block of nodes.
+/// Balanced coordinates y of a block, `x = P y`: P and its inverse. In these coordinates a wave turns and decays. If a
+/// block is not a wave but a displacement, its rate is scaled to the displacement over a block of nodes.
 fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
     let m = block.traceless();
     match block.damped_frequency() {
@@ -128,8 +128,8 @@ fn is_displacement(block: &Block, step: f64) -> bool {
     by_rate == 1.0 && own.abs() * NODES as f64 * step < LITTLE
 }
 
-/// Whether a block turns and shrinks in its balanced coordinates. A rotation that no closed contact holds has a
-/// frequency of round-off, and a rate is no amplitude of so slow a wave.
+/// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains has a
+/// frequency of round-off. Its rate is not the amplitude of such a slow wave.
 fn is_wave(block: &Block, step: f64) -> bool {
     let turned = |nu: f64| nu * NODES as f64 * step;
     (block.damped_frequency()).is_some_and(|nu| {
@@ -142,7 +142,7 @@ fn times(g: &[[f64; 2]; 2], w: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|j| w[0] * g[0][j] + w[1] * g[1][j])
 }
 
-/// What the systems of a kernel share.
+/// Data that the systems of a kernel share.
 #[derive(Clone, Copy)]
 pub struct Given<'a> {
     /// The model at its operating point.
@@ -156,7 +156,7 @@ pub struct Given<'a> {
 }
 
 impl System {
-    /// A system with some closed contacts.
+    /// Builds a system with some closed contacts.
     pub fn new(given: &Given<'_>, basis: &Basis<'_>, closed: &[(usize, Class)]) -> Self {
         let Given {
             model,
@@ -232,7 +232,7 @@ impl System {
         own
     }
 
-    /// What it sees along a line.
+    /// The view of a line.
     fn view(
         &self,
         given: &Given<'_>,
@@ -331,10 +331,10 @@ impl System {
     }
 }
 
-/// Gains of the model's blocks in a deflection.
+/// Gains of the model's blocks in a deflection, one pair per block.
 type Felt = Vec<[f64; 2]>;
 
-/// Those along a line.
+/// The gains along a line.
 fn felt(model: &Model, line: usize) -> Felt {
     let along = (model.directions.iter()).find(|direction| direction.line == line);
     along.map_or_else(
@@ -343,7 +343,7 @@ fn felt(model: &Model, line: usize) -> Felt {
     )
 }
 
-/// What a drift is pushed up to each node.
+/// Displacement of a drift from the start of a block to each node.
 fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
     let (first, e) = (drift.push(step), exponential(block, step));
     let mut all = [first; NODES];
@@ -354,8 +354,8 @@ fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
     all
 }
 
-/// What rates of a block's coordinates add at most to a second derivative over all nodes; `rate` is what they add to the
-/// first. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
+/// Largest contributions of the rates of a block's coordinates to a second derivative, over all nodes. `rate` is their
+/// contribution to the first derivative. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
 fn strayed(block: &Block, rate: [f64; 2], step: f64) -> [f64; 2] {
     let time = NODES as f64 * step;
     let grown = ((block.growth() + block.spread().unwrap_or(0.0)).max(0.0) * time).exp();

@@ -90,7 +90,7 @@ fn distance(model: &Model, a: &[f64], b: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Both kernels pass the same events to the same states, tangents and windows included.
+/// Both kernels have the same events, states, tangents and windows.
 fn moves_as_volterra_does(model: &Model, kernel: &ClosedModes<'_>) {
     let reference = Volterra::new(model, f64::EPSILON, 100);
     let (a, ta, seen, counters) = motion(kernel, model, 6);
@@ -129,7 +129,7 @@ fn it_moves_as_volterra_does() {
     }
 }
 
-/// Two modes on which no contact acts are in no product.
+/// Products omit two modes on which no contact acts.
 #[test]
 fn modes_without_contact_are_left_out_of_products() {
     let mut own = fixtures::structure(
@@ -191,7 +191,7 @@ fn coupled_modes_move_as_volterra_moves_them() {
     }
 }
 
-/// Tables with a place for what is met.
+/// Tables with shared memory for the sets that are met.
 struct Shared(Vec<TableArray>, Beside);
 
 impl KeptTables for Shared {
@@ -204,8 +204,8 @@ impl KeptTables for Shared {
     }
 }
 
-/// Six contacts, of two levels each, may be closed in 729 ways: their tables are made when they are met, once for two loads, and the
-/// bits do not depend on who met them first.
+/// Six contacts with two levels each have 729 sets. Their tables are computed when they are met, once for two loads.
+/// The bits do not depend on the motion that meets them first.
 #[test]
 fn sets_of_many_contacts_are_made_when_they_are_met() {
     for couple in [false, true] {
@@ -247,7 +247,7 @@ fn sets_of_many_contacts_are_made_when_they_are_met() {
     }
 }
 
-/// Takes the first window's state.
+/// Records the state of the first window.
 struct Start {
     read: bool,
     state: Option<Vec<f64>>,
@@ -294,7 +294,7 @@ fn states_are_shown_where_they_are_read_alone() {
     }
 }
 
-/// A trajectory that is stopped and taken up with other memory has the bits of one that is not.
+/// A trajectory that is stopped and continued with another workspace has the same bits as an uninterrupted one.
 #[test]
 fn a_trajectory_goes_on_from_anywhere() {
     let model = Model::new(&structure(), &drive(), fixtures::strong_rattle()).unwrap();
@@ -317,7 +317,7 @@ fn a_trajectory_goes_on_from_anywhere() {
     assert_eq!(kept.contact, fresh.contact);
 }
 
-/// A sum of rows with one group of terms that matters, with two, and with three.
+/// Sums of rows with one, two and three significant groups of terms.
 #[test]
 fn series_are_sums_of_rows() {
     let rows: Vec<Row> = (0..37)

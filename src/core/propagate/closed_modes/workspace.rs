@@ -1,4 +1,4 @@
-//! What an integration works on.
+//! Scratch memory of an integration.
 
 use super::ClosedModes;
 use super::basis::padded;
@@ -14,52 +14,54 @@ use crate::propagate::{Stop, TableError, Tangents};
 pub struct Workspace {
     /// y of the trajectory, then of its tangents: padded states in the coordinates of `set`.
     pub states: Aligned,
-    /// Room for as many: all states at the time `tried`, where there is one.
+    /// Memory of the same size: all states at the time `tried`, if there is one.
     pub spare: Aligned,
-    /// Time from the start of the present block to which a search has moved them \[s\], without what constant inputs add.
+    /// Time from the start of the present block to which a search has moved the states in `spare` \[s\], without the
+    /// contributions of constant inputs.
     pub tried: Option<f64>,
-    /// Room for amplitudes of the trajectory's blocks.
+    /// Memory for amplitudes of the trajectory's blocks.
     pub amplitudes: Aligned,
-    /// Whether bounds of earlier amplitudes hold in the present system.
+    /// Whether bounds of earlier amplitudes are valid in the present system.
     pub bounded: bool,
-    /// The system whose coordinates they are.
+    /// The system whose coordinates `states` has.
     pub set: usize,
     /// Values of the inputs now, and a zero that makes their number even.
     pub inputs: Vec<f64>,
-    /// Numbers of a padded state.
+    /// Length of a padded state.
     pub length: usize,
-    /// What each line sees on the present block.
+    /// Deflections and bounds of each line on the present block.
     pub seen: Vec<Seen>,
     /// Line of each contact.
     pub line_of: Vec<usize>,
-    /// The same, each once.
+    /// The distinct lines of all contacts.
     pub lines: Vec<usize>,
     /// Contacts that may open or close.
     pub watched: Vec<Watched>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
-    /// The next one that concerns the present system.
+    /// The next stop that concerns the present system.
     pub stop: Option<CycleStop>,
-    /// The trajectory where a window starts, then the values of the inputs, where windows are shown.
+    /// State of the trajectory at the start of a window, then the values of the inputs, if windows are shown.
     pub weights: Vec<f64>,
-    /// The segment of every contact there.
+    /// The segment of every contact at the start of a window.
     pub segments: Vec<Segment>,
-    /// Time of the cycle up to which they are those \[s\].
+    /// Time of the cycle up to which `segments` is valid \[s\].
     pub segments_end: f64,
-    /// The trajectory's state where the window starts, where it is read: in the coordinates of `set`, and in modes.
+    /// State of the trajectory at the start of a window, if observers read it: in the coordinates of `set`, and in
+    /// modes.
     pub shown: [Aligned; 2],
 }
 
-/// What a line sees on the present block.
+/// Deflections and bounds of a line on the present block.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
     /// Deflection at its start \[m\].
     pub start: f64,
-    /// Its rate there \[m/s\]; kept at the start of a cycle and behind events and shortened blocks.
+    /// Its rate there \[m/s\]. It is valid at the start of a cycle and after events and shortened blocks.
     pub rate: f64,
     /// Deflections at its nodes \[m\].
     pub nodes: Lanes,
-    /// What the waves add at most to the deflection \[m\] and to its second derivative \[m/s²\].
+    /// Largest contributions of the waves to the deflection \[m\] and to its second derivative \[m/s²\].
     pub waves: [f64; 2],
     /// Bounds.
     pub known: Known,
@@ -76,7 +78,7 @@ pub struct Watched {
     pub scale: f64,
     /// ± the half gap \[m\].
     pub shift: f64,
-    /// Intervals of the present block on which it may, the first one in bit 0.
+    /// Intervals of the present block in which it may open or close, the first in bit 0.
     pub open: u32,
 }
 
@@ -89,7 +91,7 @@ impl Watched {
 }
 
 impl Workspace {
-    /// Room for a trajectory without tangents.
+    /// Memory for a trajectory without tangents.
     pub fn new(kernel: &ClosedModes<'_>) -> Self {
         let model = kernel.model;
         let padded = padded(model.modes());
@@ -129,10 +131,10 @@ impl Workspace {
         }
     }
 
-    /// Puts the modal states of a trajectory and its tangents in.
+    /// Loads the modal states of a trajectory and its tangents.
     pub fn put(&mut self, state: &[f64], tangents: &Tangents) {
         let needed = self.length * (1 + tangents.count());
-        // What pads a state stays zero.
+        // The padding of a state stays zero.
         self.states.hold(needed);
         self.spare.hold(needed);
         let mut own = self.states.chunks_exact_mut(self.length);
@@ -144,7 +146,7 @@ impl Workspace {
         }
     }
 
-    /// Hands modal states back.
+    /// Copies the modal states back.
     pub fn take(&self, trajectory: &mut TrajectoryState, tangents: &mut Tangents) {
         let length = self.length;
         let mut states = self.states.chunks_exact(length);
@@ -156,13 +158,13 @@ impl Workspace {
         }
     }
 
-    /// The trajectory's modal state where a window starts, first and second components.
+    /// The trajectory's modal state at the start of a window, first and second components.
     pub fn components(&self, modes: usize) -> [&[f64]; 2] {
         let (first, second) = self.shown[1].split_at(self.length / 2);
         [&first[..modes], &second[..modes]]
     }
 
-    /// Begins a cycle with some lines of the contacts.
+    /// Begins a cycle with the given lines of the contacts.
     pub fn begin(&mut self, line_of: impl Iterator<Item = usize>) {
         for (line, now) in self.line_of.iter_mut().zip(line_of) {
             *line = now;
@@ -171,8 +173,8 @@ impl Workspace {
         self.segments_end = 0.0;
     }
 
-    /// Finds the lines to look along, and the contacts to watch: an open one is out of reach while one on the other side of
-    /// its line is closed.
+    /// Finds the lines and contacts to watch. An open contact is out of reach while a contact on the other side of its
+    /// line is closed.
     pub fn watch(&mut self, contacts: &[Contact], active: ActiveSet) {
         self.lines.clear();
         self.watched.clear();
@@ -198,7 +200,7 @@ impl Workspace {
     }
 }
 
-/// Where an integration stands.
+/// The present time and contacts of an integration.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     /// Mesh cycle.
@@ -207,12 +209,12 @@ pub struct Place {
     pub time: f64,
     /// Closed contacts.
     pub active: ActiveSet,
-    /// Contacts that opened or closed here.
+    /// Contacts that opened or closed at this time.
     pub crossed: ActiveSet,
 }
 
 impl Place {
-    /// The end of a motion that has met a system without a table.
+    /// The status of a motion that has met a system without a table.
     pub fn refused(&self, error: TableError) -> Stop {
         Stop::Refused {
             cycle: self.cycle,

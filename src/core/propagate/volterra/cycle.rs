@@ -1,12 +1,11 @@
 //! One mesh cycle: windows, events, breakpoints.
 //!
-//! Windows lie on a schedule: in contact on that of the closed contact, in free flight on that of the
-//! first one. A window starts on a cell boundary (`aligned`) or at an event. In contact it may not
-//! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
-//! where a line turns. Off the cell grid, windows of full length follow one another until one would
-//! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
-//! several contacts closed no grid is kept ([`super::joint`]), nor is one with dry sliders ([`super::slide`]), rigid
-//! stops ([`super::impact`]) or dry friction ([`super::stick`]).
+//! Windows lie on a schedule: in contact on that of the closed contact, in free flight on that of the first contact. A
+//! window starts on a cell boundary (`aligned`) or at an event. In contact it may not pass the end of its segment, in
+//! free flight only the end of the cycle. No window passes a time at which a line turns. Off the cell grid, windows of
+//! full length follow one another until one would pass such a breakpoint. That window is cut there, and the integration
+//! is aligned again. There is no grid with several closed contacts ([`super::joint`]), dry sliders ([`super::slide`]),
+//! rigid stops ([`super::impact`]) or dry friction ([`super::stick`]).
 
 use super::Volterra;
 use super::feedback::ContactSolve;
@@ -79,13 +78,13 @@ impl Kernel for Volterra<'_> {
 }
 
 impl Volterra<'_> {
-    /// The schedule that windows lie on while at most one contact is closed.
+    /// The schedule of windows while at most one contact is closed.
     fn schedule(&self, active: ActiveSet, cycle: u64) -> usize {
         self.tables.course_of(active.only().unwrap_or(0), cycle)
     }
 
-    /// What the window there is laid on, the breakpoint it may not pass \[s\], and the cell that
-    /// starts with that.
+    /// The track of the window at a position, the breakpoint that it may not pass \[s\], and the cell that starts
+    /// there.
     fn track(&self, position: &Position, active: ActiveSet) -> (Track<'_>, f64, Option<usize>) {
         if active.count() > 1 || self.of_parts.touching() {
             let stretch = self.joint_stretch(position);
@@ -102,7 +101,7 @@ impl Volterra<'_> {
         (Track::Schedule(schedule, stretch), stop, Some(stop_cell))
     }
 
-    /// Joint stretch in force there.
+    /// Joint stretch at a position.
     fn joint_stretch(&self, position: &Position) -> &JointStretch {
         let stretches = &self.tables.joint;
         let stretches = &stretches[(position.cycle % stretches.len() as u64) as usize];
@@ -130,8 +129,8 @@ impl Volterra<'_> {
         let end = position.time + table.delta;
         let fits = aligned
             || if track.is_joint() {
-                // Where it reaches the breakpoint to rounding it ends there: no window is left between
-                // them, whose slopes would be the round-off of its values.
+                // A window that reaches the breakpoint within rounding ends there. The slopes of a window between them
+                // would be the round-off of its values.
                 end < stop - ROUNDING * self.model.period()
             } else {
                 end <= stop
@@ -204,7 +203,7 @@ impl Volterra<'_> {
                 (observer, counters),
             );
             position.aligned = None;
-            // What opened or closed at this very moment does so still, all else is past.
+            // The integration has moved in time, so earlier openings and closings no longer count.
             position.crossed = ActiveSet::FREE;
             position.forceless = ActiveSet::FREE;
         }
@@ -220,8 +219,8 @@ impl Volterra<'_> {
             rate: met.rate,
         };
         changes.meet(&event, observer, counters)?;
-        // A step of δ at a prescribed time leaves tangents as they are, and so does a force that
-        // vanishes as it is let go.
+        // A step of δ at a prescribed time does not change tangents. Neither does a force that vanishes as the contact
+        // opens.
         if workspace.tangents() > 0 && on_surface {
             self.apply_saltation(&event, workspace);
         }
@@ -259,7 +258,7 @@ impl Volterra<'_> {
         };
         let segment = workspace.segments[contact];
         let own = &self.model.contacts[contact];
-        // Off the grid a stiffness that varies has no operator.
+        // Off the grid there is no operator for a varying stiffness.
         let system = match (&table.nodal, position.aligned) {
             (Some(nodal), None) if !segment.stiffness.is_constant() => Some(&**nodal),
             _ => None,
@@ -269,7 +268,7 @@ impl Volterra<'_> {
             closure.factorise(set, nodal, &mut workspace.factors);
             counters.factorised += 1;
         }
-        // It is found with the force, on the side that touches.
+        // The solution includes the gap error together with the force, with the sign of the contact's side.
         let gap_error = (self.tables.gap_errors[contact])
             .then(|| gap_error(&self.model, &segment, position.time, table.delta))
             .map(|gap_error| gap_error.map(|a| own.side * a));
@@ -317,8 +316,8 @@ impl Volterra<'_> {
         workspace.segments = segments;
     }
 
-    /// Writes the segment of every contact on a window: exact for those whose segment it may not
-    /// leave. Those of open contacts whose flanks have no gap error are for observers only (`watched`).
+    /// Writes the segment of every contact on a window. It is exact for contacts whose segment the window may not
+    /// leave. Segments of open contacts without gap errors are for observers only (`watched`).
     fn set_segments(
         &self,
         position: &Position,
@@ -335,7 +334,7 @@ impl Volterra<'_> {
                 Track::Schedule(schedule, stretch) if active.holds(index) => {
                     cycle.segments[schedule.grid.segment_of_stretch[stretch]]
                 }
-                // A time on a boundary is known to rounding.
+                // A time on a boundary is exact only to rounding.
                 Track::Schedule(..) if watched || self.tables.gap_errors[index] => {
                     *cycle.segment_at(position.time + SAME_TIME * cycle.period)
                 }
@@ -344,7 +343,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Writes the inputs' values where a window starts.
+    /// Writes the inputs' values at the start of a window.
     fn set_inputs(&self, position: &Position, track: Track<'_>, inputs: &mut [f64]) {
         let t = &self.tables;
         let (constant, harmonics) = inputs.split_at_mut(1);
@@ -400,7 +399,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Moves trajectory and tangents to the place `end` of the present window.
+    /// Moves trajectory and tangents to `end`, a place in the present window.
     pub(super) fn move_to_cut<O: Observer>(
         &self,
         end: f64,
@@ -459,7 +458,7 @@ impl Volterra<'_> {
     }
 }
 
-/// What closes the contact on the window that starts there.
+/// The solution of the closed contact on the window.
 fn closed<'a>(
     (schedule, stretch): (&Schedule, usize),
     table: &'a WindowTable,
@@ -470,7 +469,7 @@ fn closed<'a>(
     if let Some(nodal) = system {
         return ContactSolve::Factors(nodal, factors);
     }
-    // Off the grid the stiffness is constant, and every cell of the stretch has its operator.
+    // Off the grid the stiffness is constant, so the operator of any cell of the stretch is valid.
     let cell = aligned.unwrap_or(schedule.grid.stretch_end_cell[stretch] - 1);
     ContactSolve::Table(&table.feedback[schedule.feedback_of_cell[cell]])
 }

@@ -1,22 +1,23 @@
 //! When is a rigid stop hit, when does the structure rest on it, and when does it leave?
 //!
-//! An impact reverses the speed of approach v to −ε v, ε being the restitution. Its saltation, with λ the force that would
-//! hold the structure just before it and ρ, g, w, r of [`crate::model::Stop`], is
+//! An impact reverses the speed of approach v to −ε v, where ε is the restitution. λ is the force that would hold the
+//! structure just before the impact; ρ, g, w, r are those of [`crate::model::Stop`]. The saltation is
 //!
 //! ```text
 //! dx⁺ = dx − (1 + ε) (r·dx / ρ − λ w·dx / v) g − (1 + ε) (w·dx / ρ) A g
 //! ```
 //!
-//! Where other stops hold the structure they take part with impulses of their own: g is then the sum of all, and ρ what that
-//! changes. While a force λ > 0 would be needed, impacts accumulate: with the acceleration `a = ρ λ` toward the stop the
-//! flights take `2 ε v / a` and the factor ε less each time, `τ = 2 ε v / (a (1 − ε))` together. Impacts are followed one by
-//! one until the square of τ, in units of the fastest rate, is below round-off. What then remains moves the state by the third
-//! power only: its velocity is taken away, and the structure rests. The event has the time at which the impacts would have
-//! ended. The capture takes two dimensions from tangents, along g and `A g`. If the structure hits a further stop within τ,
-//! speeds at both stops depend on each other: impacts are then followed until round-off hides their speed.
+//! If other stops hold the structure, they take part with impulses: g is then the sum over all impulses, and ρ its
+//! effect on the rate. While a force λ > 0 would be needed, impacts accumulate. With the acceleration `a = ρ λ` towards the
+//! stop the next flight takes `2 ε v / a`, and each later one takes ε times the one before. Their sum is
+//! `τ = 2 ε v / (a (1 − ε))`. The kernel follows impacts one by one until the square of τ, in units of the fastest
+//! rate, is below round-off. The remaining impacts then change the state by the third power of τ only: the kernel sets
+//! the velocity to zero, and the structure rests. This event has the time at which the impacts would have ended. It
+//! removes two dimensions from the tangents, along g and `A g`. If the structure hits another stop within τ, the speeds
+//! at both stops depend on each other. Impacts are then followed until round-off hides their speed.
 //!
-//! While it rests, λ is what its line shows, and the stop is a contact that bears 1 N per unit of that. It ends where λ falls to
-//! zero. δ then has a triple root: it comes back only behind the next zeros of λ and of δ', which are sought first.
+//! During a rest λ is the value of the line of the rest, a contact that exerts 1 N per unit. The rest ends when λ falls
+//! to zero. δ then has a triple root, so it can return only after the next zeros of λ and of δ'. These are found first.
 
 use super::Volterra;
 use super::position::{Position, Track};
@@ -28,13 +29,13 @@ use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::{Changes, Crossing, ROUND_OFF};
 use crate::propagate::{Counters, Event, Observer, Stop as End};
 
-/// What a stop sees over a window.
+/// Quantities of a stop over a window.
 struct Sight {
     /// Series of `δ − b` \[m\].
     depth: Series,
-    /// Series of its derivative by the place in the window \[m\].
+    /// Series of its derivative with respect to the place in the window \[m\].
     slope: Series,
-    /// Series of the force that holds the structure, or would do so \[N\].
+    /// Series of the force that holds the structure, or would hold it \[N\].
     force: Series,
     /// Round-off of depth \[m\] and force \[N\].
     noise: [f64; 2],
@@ -47,7 +48,7 @@ impl Sight {
     }
 }
 
-/// Where contacts of stops change, and who is told.
+/// The integration at an event of a stop, with its observer and counters.
 pub(super) struct Scene<'a, O> {
     pub model: &'a Model,
     pub position: &'a mut Position,
@@ -58,7 +59,7 @@ pub(super) struct Scene<'a, O> {
 }
 
 impl<O: Observer> Scene<'_, O> {
-    /// Opens or closes a contact at a time \[s\] of the mesh cycle, its deflection having some rate \[m/s\].
+    /// Opens or closes a contact at a time \[s\] of the mesh cycle, with the rate of its deflection \[m/s\].
     pub fn toggle(&mut self, contact: usize, rate: f64, time: f64) -> Result<(), End> {
         let to = self.model.toggled(*self.active, contact);
         let event = Event {
@@ -75,7 +76,8 @@ impl<O: Observer> Scene<'_, O> {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, rigid stops included, where `first` is that of all other contacts.
+    /// The first event on a window up to `limit`, including rigid stops. `first` is the first event of all other
+    /// contacts.
     pub(super) fn first_with_stops(
         &self,
         (position, track): (&Position, Track<'_>),
@@ -117,8 +119,8 @@ impl Volterra<'_> {
         }
     }
 
-    /// Where an open stop is hit, or comes to hold the structure, and the contact that closes there; `leaves` says that its
-    /// force has vanished where the window starts.
+    /// Place in the window where an open stop is hit or begins to hold the structure, and the contact that closes
+    /// there. `leaves`: its force has vanished at the start of the window.
     fn hits(
         &self,
         (stop, leaves): (Stop, bool),
@@ -160,7 +162,7 @@ impl Volterra<'_> {
         Some(hit(place(turned, back)))
     }
 
-    /// Moves to an event of a stop and lets it happen.
+    /// Moves to an event of a stop and applies it.
     pub(super) fn meet_stop<O: Observer>(
         &self,
         found: Crossing,
@@ -217,7 +219,7 @@ impl Volterra<'_> {
         let parts = workspace.components(model.modes());
         let speed = model.felt_along(stop.direction, parts)[1] - error_rate;
         if speed <= 0.0 {
-            // Touched without a speed, within round-off.
+            // A touch without speed, within round-off.
             scene.counters.grazings += 1;
             return Ok(());
         }
@@ -283,8 +285,8 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// Whether the structure hits a further stop during the last impacts on one, which end after `lasts` \[s\]. The impacts on
-    /// each stop then drive those on the other, and only round-off ends them: see [`Volterra::hits`].
+    /// Whether the structure hits another stop during the last impacts on one, which end after `lasts` \[s\]. Impacts
+    /// on each stop then drive those on the other, and only round-off ends them: see [`Volterra::hits`].
     fn meets_another<O>(
         &self,
         (stop, x): (Stop, f64),
@@ -310,8 +312,9 @@ impl Volterra<'_> {
         })
     }
 
-    /// Moves trajectory and tangents onto the stops that hold the structure, without a speed there, and takes the speed of sliding
-    /// from dry friction that sticks: where one begins to do so, and what round-off has moved.
+    /// Moves trajectory and tangents onto the stops that hold the structure, and sets their speeds there to zero. Also
+    /// sets the speed of sliding of sticking dry friction to zero. Called when a rest or a stick begins, and to remove
+    /// round-off later.
     pub(super) fn keep_seated(
         &self,
         active: ActiveSet,

@@ -1,11 +1,11 @@
-//! Where does a window start, and what is it laid on?
+//! Where does a window start, and which schedule or stretch does it follow?
 
 use super::joint_stretch::JointStretch;
 use super::table_requests::LineView;
 use super::tables::Schedule;
 use crate::model::ActiveSet;
 
-/// Times closer than this part of a mesh period are one; breakpoints are farther apart.
+/// Times closer than this part of a mesh period are equal. Breakpoints are farther apart.
 pub(super) const SAME_TIME: f64 = 1e-12;
 
 /// Where a window starts.
@@ -15,15 +15,15 @@ pub(super) struct Position {
     pub cycle: u64,
     /// Time within it \[s\].
     pub time: f64,
-    /// The cell that starts here, when on the cell grid of the schedule.
+    /// The cell that starts here, if the position is on the cell grid of the schedule.
     pub aligned: Option<usize>,
-    /// Contacts that opened or closed here at their surface.
+    /// Contacts that opened or closed at their surface at this time.
     pub crossed: ActiveSet,
-    /// Contacts that opened or closed here because their force vanished.
+    /// Contacts that opened or closed at this time because their force vanished.
     pub forceless: ActiveSet,
 }
 
-/// What a window is laid on.
+/// The schedule or stretch that a window follows.
 #[derive(Clone, Copy)]
 pub(super) enum Track<'t> {
     /// A stretch of a schedule: at most one contact is closed.
@@ -42,7 +42,7 @@ impl<'t> Track<'t> {
         }
     }
 
-    /// Place of a contact's line.
+    /// Index of a contact's line among the views.
     pub fn place_of(self, contact: usize) -> usize {
         let sees = |view: &LineView| view.contacts.contains(&contact);
         self.views().iter().position(sees).unwrap_or(0)
@@ -54,19 +54,18 @@ impl<'t> Track<'t> {
     }
 }
 
-/// Takes up the cell grid again at a breakpoint. Beyond a change of gap or line nothing stands
-/// on a surface any more.
+/// Returns to the cell grid at a breakpoint. After a change of gap or line no contact counts as on its surface.
 pub(super) fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: Option<usize>) {
     position.time = stop;
     position.aligned = cell;
-    // Stiffness steps there, and the force with it.
+    // Stiffness and force step at a breakpoint.
     position.forceless = ActiveSet::FREE;
     let turned = match track {
         Track::Schedule(schedule, _) => {
             let next = cell.and_then(|cell| schedule.grid.stretch_from(cell));
             schedule.grid.turned[next.unwrap_or(0)]
         }
-        // Whatever stands on a surface is found there again.
+        // A contact on its surface is found there again.
         Track::Joint(_) => false,
     };
     if turned {

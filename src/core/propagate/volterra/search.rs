@@ -1,4 +1,4 @@
-//! Where does a window meet an event, and how is it shown?
+//! Where on a window does an event happen, and what do observers see of the window?
 
 use super::Volterra;
 use super::lanes::{self, Solution};
@@ -13,19 +13,19 @@ use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 use crate::propagate::{ClosedContact, Counters, Observer, Window};
 
-/// Most contacts on one line that are looked at together.
+/// Largest number of contacts on one line that are checked together.
 const MOST_GUARDS: usize = 4;
 
 /// How a contact meets its surface.
 pub(super) struct Met {
     /// Rate of its deflection against the surface \[m/s\].
     pub rate: f64,
-    /// Whether it stands on the surface: a start beyond it (a trajectory given with the wrong
-    /// contacts closed, or a step of the gap) is no root that may be divided out.
+    /// Whether it is on the surface. A start beyond the surface (a trajectory given with the wrong contacts closed, or
+    /// a step of the gap) is no root that may be divided out.
     pub on_surface: bool,
 }
 
-/// What of a window is shown.
+/// The part of a window that observers see.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub position: &'a Position,
@@ -33,7 +33,7 @@ pub(super) struct View<'a> {
     pub active: ActiveSet,
     /// Length \[s\].
     pub duration: f64,
-    /// Where it is cut; none for a full window.
+    /// Its end within the window; `None` for a full window.
     pub cut: Option<&'a Cut>,
 }
 
@@ -55,8 +55,8 @@ impl<'a> View<'a> {
 }
 
 impl Volterra<'_> {
-    /// The motion along all other lines than that of the force: where the first terms show that no
-    /// contact is in reach, and nothing else is to be seen (`watched`), no more than those.
+    /// The motion along all lines except that of the force. Computes only the first terms of a line if they prove that
+    /// no contact is in reach, and if observers need no more (`watched`).
     pub(super) fn see_other_lines(
         &self,
         position: &Position,
@@ -94,8 +94,8 @@ impl Volterra<'_> {
         }
     }
 
-    /// The first event on a window up to `limit` at a surface, contacts `aside` left out. Of two at
-    /// the same moment the first in the order of contacts counts.
+    /// The first event on a window up to `limit` at a surface, without the contacts `aside`. Of two events at the same
+    /// time, the first in the order of contacts counts.
     pub(super) fn first_crossing(
         &self,
         position: &Position,
@@ -174,16 +174,16 @@ impl Volterra<'_> {
         first
     }
 
-    /// Whether a contact that has no gap errors and starts off its surface stays what it is on a window,
-    /// by the bounds of the deflection.
+    /// Whether the bounds of the deflection prove that a contact keeps its state on a window. The contact has no gap
+    /// errors and starts off its surface.
     pub(super) fn stays(&self, contact: usize, closed: bool, solution: &Solution) -> bool {
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
         let margin = Margin::new(&self.model.contacts[contact], contact, closed);
         margin.scale * solution.deflection[0] + margin.shift > solution.variation + noise
     }
 
-    /// Whether an open contact is out of reach while one on the other side of its line is closed, or a thinner layer of its
-    /// film.
+    /// Whether an open contact is out of reach because a contact on the other side of its line, or a thinner layer of
+    /// its film, is closed.
     fn is_behind(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
         let contacts = &self.model.contacts;
         let opposite = |other: &usize| {
@@ -193,8 +193,8 @@ impl Volterra<'_> {
             && (others.iter().any(opposite) || self.model.is_passed(contact, active))
     }
 
-    /// Whether an open contact is out of reach behind an open layer of its film, which acts first, for a deflection where the
-    /// window starts.
+    /// Whether an open contact is out of reach behind an open layer of its film, which acts first, for the deflection
+    /// at the start of the window.
     fn is_shielded(&self, contact: usize, active: ActiveSet, start: f64) -> bool {
         let Some(before) = self.model.layer_before(contact) else {
             return false;
@@ -240,7 +240,7 @@ impl Volterra<'_> {
     ) -> Met {
         let contact = &self.model.contacts[found.contact];
         let solution = &workspace.solutions[track.place_of(found.contact)];
-        // Against the surface, which moves where the gap does.
+        // Relative to the surface, which moves if the gap varies.
         let mut series = solution.deflection;
         if self.tables.gap_errors[found.contact] {
             let [gap_error, ..] = self.gap_errors(position, &[found.contact], track, workspace);
@@ -270,7 +270,7 @@ impl Volterra<'_> {
         let place = view.track.place_of(DRIVE_FLANK);
         let contact = view.active.only();
         let along = |contact| view.track.place_of(contact) == place && self.model.of_mesh(contact);
-        // Room for many is not made where it is not needed.
+        // Avoids memory for many contacts if it is not needed.
         match view.active.count() {
             0 => self.show_one(view, place, None, workspace, observer),
             1 if contact.is_some_and(along) => {
@@ -284,13 +284,14 @@ impl Volterra<'_> {
         }
     }
 
-    /// As [`Self::show`], with any number of contacts closed. Inlined, its room would be probed in every window.
+    /// As [`Self::show`], with any number of contacts closed. If it were inlined, its stack frame would be probed in
+    /// every window.
     #[inline(never)]
     fn show_many<O: Observer>(&self, view: View<'_>, workspace: &Workspace, observer: &mut O) {
         self.show_few::<O, MOST_CONTACTS>(view, workspace, observer);
     }
 
-    /// As [`Self::show`], with no contact closed, or one of the mesh on the first one's line.
+    /// As [`Self::show`], with no contact closed, or with one contact of the mesh on the line of the drive flank.
     fn show_one<O: Observer>(
         &self,
         view: View<'_>,
@@ -369,7 +370,7 @@ impl Volterra<'_> {
     }
 }
 
-/// A short series as one of a window.
+/// Pads a short series to the length of a series on a window.
 fn padded(gap_error: &GapError) -> Series {
     let mut out = [0.0; TERMS];
     out[..gap_error.len()].copy_from_slice(gap_error);
@@ -381,7 +382,7 @@ mod tests {
     use super::*;
     use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, fixtures};
 
-    /// By half gaps: the drive flank is at one, the coast flank at minus one.
+    /// In half gaps: the drive flank is at 1, the coast flank at −1.
     #[test]
     fn a_contact_stays_where_the_deflection_cannot_reach_it() {
         let half_gap = 1e-5;

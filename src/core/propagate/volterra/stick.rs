@@ -1,8 +1,8 @@
 //! When does dry friction begin to slip, when does it stick, and when does it slip back?
 //!
-//! Slipping ends where the speed v of sliding vanishes. The force λ that would hold the structure there decides what follows: it
-//! sticks, unless |λ| exceeds the static force F_s. Sticking ends where |λ| reaches F_s. A tangent meets the event later, by dt,
-//! and is changed by what the force f of the element loses,
+//! Slipping ends when the speed of sliding v vanishes. The force λ that would hold the structure then decides: the
+//! element sticks, unless |λ| exceeds the static force F_s. Sticking ends when |λ| reaches F_s. A tangent meets the
+//! event later, by dt. It changes by the force f that the element loses:
 //!
 //! ```text
 //! dx⁺ = dx − (f⁻ − f⁺) g dt
@@ -10,11 +10,11 @@
 //! dt = −dλ / λ'          where a stick ends: f⁻ = ±F_s, f⁺ = ±F
 //! ```
 //!
-//! with g, r of [`crate::model::Hold`]. Whatever else sticks moves along, so that its tangents keep no speed. Where an event frees
-//! another element at once, by a step of the force that it bears, dt is that of the event.
+//! with g, r of [`crate::model::Hold`]. Other sticking elements move along, so the tangents have no speed there. If an
+//! event frees another element at once, by a step of its force, dt is that of the event.
 //!
-//! Right after a stick with F_s = F the speed has a double root. It can only come back to zero behind the next zero of δ'', which is
-//! sought first, the known root divided out.
+//! Right after a stick with F_s = F the speed has a double root. It can return to zero only after the next zero of δ''.
+//! That zero is found first, with the known root divided out.
 
 use super::Volterra;
 use super::impact::Scene;
@@ -27,18 +27,19 @@ use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::{Crossing, ROUND_OFF};
 use crate::propagate::{Counters, Observer, Stop as End};
 
-/// What an element of dry friction sees over a window.
+/// Quantities of an element of dry friction over a window.
 struct Sliding {
     /// Series of the speed v, times half the window \[m\].
     speed: Series,
-    /// Series of the force that holds the structure; while it slips of δ''/ρ \[N\].
+    /// Series of the force that holds the structure; during a slip, of δ''/ρ \[N\].
     force: Series,
     /// Round-off of both.
     noise: [f64; 2],
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, dry friction included, where `first` is that of all other contacts.
+    /// The first event on a window up to `limit`, including dry friction. `first` is the first event of all other
+    /// contacts.
     pub(super) fn first_with_frictions(
         &self,
         track: Track<'_>,
@@ -86,7 +87,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Where a slip in the direction `side` ends.
+    /// Place in the window where a slip in the direction `side` ends.
     fn stops_sliding(
         &self,
         side: f64,
@@ -109,7 +110,7 @@ impl Volterra<'_> {
         Some(turn + 0.5 * (limit - turn) * (x + 1.0))
     }
 
-    /// Moves to an event of a stop or of dry friction and lets it happen.
+    /// Moves to an event of a stop or of dry friction and applies it.
     pub(super) fn meet_part<O: Observer>(
         &self,
         found: Crossing,
@@ -123,7 +124,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Moves to an event of dry friction and lets it happen.
+    /// Moves to an event of dry friction and applies it.
     fn meet_friction<O: Observer>(
         &self,
         (own, found): (DryFriction, Crossing),
@@ -159,12 +160,12 @@ impl Volterra<'_> {
         if lost != 0.0 {
             self.shift(own, lost, workspace);
         }
-        // Where a stick begins this is the saltation.
+        // At the start of a stick this is the saltation.
         self.keep_seated(*scene.active, scene.position, workspace);
         Ok(())
     }
 
-    /// By how much later every tangent meets the end of a slip \[s\], where its line shows `δ''/ρ`.
+    /// Delay with which every tangent meets the end of a slip \[s\]. The line of the stick then shows `δ''/ρ`.
     fn delays(&self, own: DryFriction, quickening: f64, workspace: &mut Workspace) -> Vec<f64> {
         let tangents = workspace.columns_in_parts().skip(1);
         let delay = |[first, second]: [&mut [f64]; 2]| {
@@ -174,7 +175,7 @@ impl Volterra<'_> {
         tangents.map(delay).collect()
     }
 
-    /// Changes tangents by what the force of an element loses \[N\] at an event that they meet later.
+    /// Changes tangents by the force that an element loses \[N\] at an event, for their delays.
     fn shift(&self, own: DryFriction, lost: f64, workspace: &mut Workspace) {
         let shifts = std::mem::take(&mut workspace.shifts);
         let tangents = workspace.columns_in_parts().skip(1);
@@ -184,13 +185,13 @@ impl Volterra<'_> {
         workspace.shifts = shifts;
     }
 
-    /// Whether a stick starts a window at the limit of static friction.
+    /// Whether a stick is at the limit of static friction at the start of a window.
     fn is_at_limit(&self, own: DryFriction, side: f64, seen: &Sliding) -> bool {
         let force = side * legendre::at_start(&seen.force);
         (own.static_force - force).abs() <= seen.noise[1]
     }
 
-    /// Changes of the force of a stick at a place of a window by all tangents \[N\].
+    /// Changes of the force of a stick by all tangents at a place in a window \[N\].
     fn changes_of_force(
         &self,
         own: DryFriction,
@@ -206,7 +207,7 @@ impl Volterra<'_> {
             .collect()
     }
 
-    /// The force \[N\] of an element that sticks in the present state.
+    /// The force \[N\] of a sticking element in the present state.
     fn force_that_holds<O: Observer>(
         &self,
         own: DryFriction,

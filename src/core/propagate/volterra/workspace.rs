@@ -1,4 +1,4 @@
-//! What an integration works on.
+//! Scratch memory of an integration.
 
 use super::joint::Joint;
 use super::lanes::Solution;
@@ -12,36 +12,35 @@ use crate::propagate::Tangents;
 /// Scratch memory of the structured kernel.
 #[derive(Debug)]
 pub struct Workspace {
-    /// Columns: the trajectory and then its tangents, of each the first and the second
-    /// components of all blocks, padded to whole chunks. What one integration made room for, later
-    /// ones use.
+    /// Columns: the trajectory, then its tangents. Each column has the first and then the second components of all
+    /// blocks, padded to whole chunks. Later integrations reuse the memory of earlier ones.
     columns: Vec<f64>,
     /// Entries of a column.
     length: usize,
     /// Columns in this integration.
     count: usize,
-    /// Values of the inputs where the present window starts.
+    /// Values of the inputs at the start of the present window.
     pub inputs: Vec<f64>,
     /// Force series of every column on the present window, meaningless in free flight.
     pub forces: Vec<Row>,
-    /// Of the trajectory on the present window, one a line; the first along that of the force.
+    /// Solutions of the trajectory on the present window, one per line. The first is along the line of the force.
     pub solutions: Vec<Solution>,
     /// The segment of every contact on the present window.
     pub segments: Vec<Segment>,
-    /// What a window with several closed contacts is solved with.
+    /// Memory for windows with several closed contacts.
     pub joint: Joint,
-    /// By how much later every tangent meets the last event of dry friction \[s\].
+    /// Delay with which every tangent meets the last event of dry friction \[s\].
     pub shifts: Vec<f64>,
-    /// Cycle and time of that.
+    /// Cycle and time of that event.
     pub shifted: (u64, f64),
-    /// Where a window was cut.
+    /// The place where a window was cut.
     pub cut: Cut,
-    /// Of the present window, where its stiffness varies off the grid.
+    /// Factors of the present window, if its stiffness varies off the grid.
     pub factors: Factors,
 }
 
 impl Workspace {
-    /// Room for a trajectory without tangents.
+    /// Memory for a trajectory without tangents.
     pub fn new(model: &Model, tables: &VolterraTables) -> Self {
         let layout = tables.layout;
         Self {
@@ -71,7 +70,7 @@ impl Workspace {
         [&first[..modes], &second[..modes]]
     }
 
-    /// What a window is solved from and for: inputs, columns, the forces to be, the solution.
+    /// Inputs and outputs of the solution of a window: inputs, columns, factors, forces, solution.
     pub fn solving(&mut self) -> (&[f64], &[f64], &Factors, &mut [Row], &mut Solution) {
         (
             &self.inputs,
@@ -82,7 +81,7 @@ impl Workspace {
         )
     }
 
-    /// What a window moves: all columns, with their forces where `touching`.
+    /// Data for the move over a window: all columns, with their forces if `touching`.
     pub fn moving(&mut self, touching: bool) -> (&mut [f64], &mut [Row], &[f64], &mut Cut) {
         let forces = if touching { self.count } else { 0 };
         (
@@ -93,7 +92,7 @@ impl Workspace {
         )
     }
 
-    /// Inputs, trajectory and the trajectory's force, and room for the solution along another line.
+    /// Inputs, trajectory and its force, and memory for the solution along another line.
     pub fn trajectory(&mut self) -> (&[f64], &[f64], &Row, &mut [Solution]) {
         (
             &self.inputs,
@@ -103,7 +102,7 @@ impl Workspace {
         )
     }
 
-    /// Inputs, all columns, and room for the joint solution with their number.
+    /// Inputs, all columns, and memory for the joint solution with the number of columns.
     pub fn joining(&mut self) -> (&[f64], &[f64], &mut Joint, &mut [Solution], usize) {
         (
             &self.inputs,
@@ -114,7 +113,7 @@ impl Workspace {
         )
     }
 
-    /// What a window cut short moves, as [`Self::moving`], with the forces of a joint solution.
+    /// Data for the move over a cut window, as [`Self::moving`], with the forces of a joint solution.
     pub fn cutting(
         &mut self,
         touching: bool,
@@ -134,7 +133,7 @@ impl Workspace {
         &mut self.columns[self.length..self.count * self.length]
     }
 
-    /// All columns, that of the trajectory first: first and second components of the blocks.
+    /// All columns, the trajectory first: first and second components of the blocks.
     pub fn columns_in_parts(&mut self) -> impl Iterator<Item = [&mut [f64]; 2]> {
         let (length, half) = (self.length, self.length / 2);
         let columns = self.columns[..self.count * length].chunks_exact_mut(length);
@@ -144,8 +143,8 @@ impl Workspace {
         })
     }
 
-    /// Sets the first component of a block of every column to what a line feels of all others, of the trajectory by `offset`
-    /// less.
+    /// Sets the first component of a block of every column to the deflection along a line from all other blocks.
+    /// Subtracts `offset` for the trajectory.
     pub fn follow(&mut self, block: usize, gains: &[MeshGain], offset: f64) {
         let (length, padded) = (self.length, self.length / 2);
         let mut offset = Some(offset);

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// A gap of the mesh that no motion here crosses.
 const WIDE: f64 = 100.0;
 
-/// Keeps every event.
+/// Records every event.
 #[derive(Default)]
 struct Events(Vec<Event>);
 
@@ -22,7 +22,7 @@ impl Observer for Events {
     }
 }
 
-/// A stop at a gap, with a movement of its own.
+/// A stop at a gap, which may move.
 fn stop(
     participation: &[f64],
     gap: f64,
@@ -37,7 +37,7 @@ fn stop(
     StructureContact::plain("stop".to_owned(), participation.to_vec(), law).rigid(restitution)
 }
 
-/// A structure in mesh cycles of a period, its mesh never met.
+/// A structure with a mesh period, whose mesh never comes into contact.
 fn model(structure: &ModalStructure, period: f64) -> Model {
     let point = OperatingPoint {
         load: 0.0,
@@ -70,8 +70,9 @@ const FORCED: Oscillator = Oscillator {
     restitution: 0.8,
 };
 
-/// A motion with one impact every period of the load: speed before the impact, phase of the load at it, displacement and
-/// velocity as functions of the time since then, trace of the derivative of the map of a period.
+/// A motion with one impact per period of the load: speed before the impact, phase of the load at the impact,
+/// displacement and velocity as functions of the time since the impact, trace of the derivative of the map over a
+/// period.
 struct Orbit {
     speed: f64,
     phase: f64,
@@ -122,8 +123,9 @@ impl Oscillator {
         ]
     }
 
-    /// The motion, in closed form. With h the free part, periodicity at the stop gives h(0) = h(T), and the law of impact
-    /// h'(T) − h'(0) = (1 + r) v: all is linear in v, and the amplitude of the forced part is known.
+    /// The motion in closed form. With the free part h, periodicity at the stop gives h(0) = h(T), and the law of
+    /// impact gives h'(T) − h'(0) = (1 + r) v. All terms are linear in v, and the amplitude of the forced part is
+    /// known.
     fn orbit(&self) -> Orbit {
         let (omega, nu, r) = (self.natural, self.turned(), self.restitution);
         let (decay, time) = (self.ratio * omega, self.period());
@@ -160,8 +162,8 @@ impl Oscillator {
         }
     }
 
-    /// The same oscillator with the load in phase for an impact of the orbit at a part of the cycle, and its state at the
-    /// start of a cycle.
+    /// The same oscillator with the load in phase for an impact of the orbit at a part of the cycle. Also returns its
+    /// state at the start of a cycle.
     fn on_orbit(&self, part: f64) -> (Self, [f64; 2]) {
         let orbit = self.orbit();
         let own = Self {
@@ -220,7 +222,7 @@ fn tangents(model: &Model, start: &[f64], cycles: u64) -> (Vec<Vec<f64>>, Trajec
     (columns, trajectory)
 }
 
-/// Impacts among events: closings of a contact, each followed by its opening at the same time.
+/// Impacts in a list of events: closings of a contact, each followed by its opening at the same time.
 fn impacts(events: &[Event], contact: usize) -> Vec<Event> {
     let pairs = events
         .windows(2)
@@ -296,7 +298,7 @@ fn impacts_of_budd_and_dux_are_met() {
     }
 }
 
-/// Where −1 is a multiplier, `1 + trace + r² e^{−2ζωT} = 0`.
+/// The multiplier is −1 if `1 + trace + r² e^{−2ζωT} = 0`.
 #[test]
 fn the_orbit_doubles_where_its_closed_form_says() {
     let at = |frequency: f64| Oscillator {
@@ -374,7 +376,8 @@ fn a_bouncing_ball_comes_to_rest_in_time() {
     }
 }
 
-/// On a table that accelerates by `a cos Ωt` a ball rests while `g + a cos Ωt > 0`. The table moves by itself, or the load does.
+/// On a table with the acceleration `a cos Ωt` a ball rests while `g + a cos Ωt > 0`. Either the table moves, or the
+/// load varies.
 #[test]
 fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     let (g, a, frequency) = (9.81_f64, 13.0, 7.0);
@@ -430,7 +433,7 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
         let time = hit.cycle as f64 * period + hit.time;
         println!("lands {:.1e} s off", time - low);
         assert!((time - low).abs() < 1e-12);
-        // It is on the table again after every cycle, by impacts that accumulate.
+        // After every cycle accumulating impacts have brought it to rest on the table again.
         let again = seen
             .0
             .iter()
@@ -439,9 +442,9 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     }
 }
 
-/// An idle gear with rigid flanks and wide backlash, whose driver swings with Γ times the acceleration of its drag, meets one flank
-/// once in n periods with the phase `sin φ = πn (1 − e) / ((1 + e) Γ)`, and doubles its period where
-/// `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
+/// An idle gear with rigid flanks and wide backlash has a driver that oscillates with Γ times the acceleration by its
+/// drag. It meets one flank once in n periods with the phase `sin φ = πn (1 − e) / ((1 + e) Γ)`. It doubles its period
+/// at `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
 #[test]
 fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     for (restitution, n, published) in [
@@ -458,7 +461,7 @@ fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
             published.is_nan() || (swing - published).abs() < 1e-6,
             "{swing}"
         );
-        // The other phase of this sine belongs to a saddle.
+        // The other phase with the same sine belongs to a saddle.
         let (phase, time) = (0.5 * TAU - (least / swing).asin(), 0.3 * TAU / frequency);
         let gear = Oscillator {
             natural: 0.0,
@@ -470,7 +473,7 @@ fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
             gap: 0.05,
             restitution,
         };
-        // Back from the impact at `time`, which comes with the speed u, by the free flight.
+        // Backwards from the impact at `time`, with the speed u, along the free flight.
         let size = gear.amplitude / (frequency * frequency);
         let speed = drag * turns / frequency + size * frequency * phase.sin();
         let [sin, cos] = [gear.phase.sin(), gear.phase.cos()];
@@ -494,7 +497,7 @@ fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     }
 }
 
-/// Without restitution a body stays where it hits, as long as it is pressed.
+/// Without restitution a body stays where it hits, while a force presses it.
 #[test]
 fn without_restitution_the_first_impact_is_the_last() {
     let own = Oscillator {
@@ -509,7 +512,7 @@ fn without_restitution_the_first_impact_is_the_last() {
     assert_eq!(seen.0[0].time, seen.0[2].time);
 }
 
-/// Impacts that do not end within the limit end the cycle with the status for it.
+/// Impacts that do not end within the event limit end the cycle with the corresponding status.
 #[test]
 fn impacts_without_end_are_given_up() {
     let own = Oscillator {
@@ -524,7 +527,7 @@ fn impacts_without_end_are_given_up() {
     );
 }
 
-/// Two coupled modes, a stop whose force acts in another direction than its deflection, a second stop, a spring.
+/// Two coupled modes, a stop whose force acts in another direction than its deflection, a second stop and a spring.
 fn coupled(restitution: f64) -> ModalStructure {
     let mut structure = ModalStructure::of_modes(&[1.0, 2.7], 0.03, &[1.0, 0.5], &[1.0, 0.2]);
     let first = StructureContact {
@@ -558,7 +561,7 @@ fn coupled(restitution: f64) -> ModalStructure {
     structure
 }
 
-/// Tangents through impacts, accumulations, rests and releases are differences of trajectories.
+/// Tangents through impacts, accumulations, rests and releases agree with differences of trajectories.
 #[test]
 fn tangents_are_differences_of_trajectories() {
     let model = model(&coupled(0.5), 2.9);
@@ -597,7 +600,7 @@ fn tangents_are_differences_of_trajectories() {
     assert!(rests > 2, "{rests}");
 }
 
-/// Stops that are springs of rigidity 1/ε, with the damper that leaves the same part of the speed, tend to the rigid one as √ε.
+/// Springs of rigidity 1/ε with a damper that leaves the same part of the speed converge to the rigid stop as √ε.
 #[test]
 fn stiff_springs_tend_to_the_rigid_stop() {
     let (own, start) = FORCED.on_orbit(0.3);
