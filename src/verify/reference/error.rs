@@ -9,7 +9,7 @@ pub enum ReferenceError {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// Contact chatters.
+    /// The contact chatters.
     #[error("more than {limit} changes of contact state in mesh cycle {cycle}")]
     Chatter {
         /// The mesh cycle.
@@ -23,7 +23,7 @@ pub enum ReferenceError {
     /// The integrator does not support rigid stops here.
     #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
     RigidStop,
-    /// The integration has no rule for it.
+    /// The integrator does not support dry friction here.
     #[error("the extended integrator cannot follow dry friction; replace it by a slider")]
     DryFriction,
     /// The trajectory touches a surface so closely that the arithmetic cannot distinguish a touch from a crossing.

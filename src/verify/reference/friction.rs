@@ -1,17 +1,17 @@
 //! When does dry friction stick and slip?
 //!
-//! Where the speed of sliding vanishes the force that would hold the structure decides: it sticks, or slips back at once.
+//! When the speed of sliding vanishes, the force that would hold the structure decides: it sticks, or slips back at
+//! once.
 
 use super::crossing::Margin;
 use super::integrator::Integration;
 use super::watched::{Watched, Way};
 use crate::model::DryFriction;
 
-/// Round-off of a speed, in units of the terms that it is the sum of; [`Model::sliding_speed`](crate::model::Model::sliding_speed)
-/// has a multiple of it.
+/// Round-off of a speed, as a part of the bound of [`Model::sliding_speed`](crate::model::Model::sliding_speed).
 const AT_REST: f64 = 0.1;
 
-/// Round-off of a force, in units of that of static friction.
+/// Round-off of a force, relative to the static force.
 const OF_FORCE: f64 = 1e-13;
 
 impl Way {
@@ -24,7 +24,7 @@ impl Way {
 }
 
 impl Integration<'_> {
-    /// What static friction can bear on top of what it bears in one direction \[N\], and its rate.
+    /// Static friction that remains in one direction \[N\], and its rate.
     pub(super) fn room(&self, contact: usize, way: Way, state: &[f64], time: f64) -> Margin {
         let held = self.hold(contact, state, time);
         let model = self.reference.model;
@@ -45,7 +45,7 @@ impl Integration<'_> {
         AT_REST * (noise + OF_FORCE * own.static_force * own.push * self.reference.step)
     }
 
-    /// Lets a state of dry friction end at a time \[s\] of a mesh cycle.
+    /// Ends a state of dry friction at a time \[s\] of a mesh cycle.
     pub(super) fn meet_friction(&mut self, own: DryFriction, watched: Watched, time: f64) {
         if let Watched::Limit(way) = watched {
             self.still(time);
@@ -62,7 +62,7 @@ impl Integration<'_> {
         self.still(time);
     }
 
-    /// Takes the round-off of the speed off what sticks.
+    /// Removes round-off of the speed from sticking elements.
     fn still(&mut self, time: f64) {
         let model = self.reference.model;
         let (first, second) = self.state.value.split_at_mut(model.modes());

@@ -1,27 +1,27 @@
-//! What do rigid stops do to a state, and with what force do they hold it?
+//! How do rigid stops change a state, and with what force do they hold it?
 //!
-//! Impacts are followed one by one until what is left of them is so short that its third power is below round-off. Then the
-//! velocity is taken away, and the state rests.
+//! Impacts are followed one by one until the duration of the remaining impacts is so short that its third power is
+//! below round-off. Then the velocity is set to zero, and the state rests.
 
 use super::crossing::Margin;
 use super::integrator::Integration;
 use super::push::round_off;
 use crate::model::{ActiveSet, Stop};
 
-/// Duration of the impacts that are left out, in units of the fastest rate: while the force hardly changes, and otherwise.
+/// Duration of the omitted impacts, in units of the fastest rate: if the force hardly changes, and otherwise.
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
-/// Part of the force by which it hardly changes.
+/// Relative change of a force that hardly changes.
 const LITTLE: f64 = 1e-5;
 
-/// Speed, in units of its round-off, below which impacts that alternate between stops are left out.
+/// Speed, in units of its round-off, below which impacts that alternate between stops are omitted.
 const AT_SEVERAL: f64 = 1e3;
 
-/// Part of a step over which the rate of a force is a difference.
+/// Part of a step for the difference that gives the rate of a force.
 const APART: f64 = 1e-4;
 
 impl Integration<'_> {
-    /// Lets a contact of a stop happen at a time \[s\] of a mesh cycle.
+    /// Applies an event of a stop at a time \[s\] of a mesh cycle.
     pub(super) fn meet_stop(&mut self, stop: Stop, contact: usize, time: f64) {
         let model = self.reference.model;
         if contact == stop.rest() {
@@ -76,7 +76,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Force \[N\] of a stop that holds the state, or would do so.
+    /// Force \[N\] of a stop that holds the state, or would hold it.
     fn force(&self, stop: Stop, time: f64) -> f64 {
         let model = self.reference.model;
         let at = (self.cycle, time);
@@ -88,7 +88,7 @@ impl Integration<'_> {
         own.next().map_or(0.0, |(_, force)| force)
     }
 
-    /// Takes a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
+    /// Subtracts a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
     fn halt(&mut self, stop: Stop, rate: f64) {
         let (beside, push) = self.reference.model.held_beside(stop, self.contact);
         for (own, share) in beside.into_iter().chain([(stop.hold(), 1.0)]) {
@@ -96,8 +96,8 @@ impl Integration<'_> {
         }
     }
 
-    /// Distance \[m\] beyond an open stop, rate of approach \[m/s\] and round-off of the distance; `None` of a stop that holds
-    /// the state.
+    /// Distance \[m\] beyond an open stop, rate of approach \[m/s\] and round-off of the distance; `None` if the stop
+    /// holds the state.
     fn beyond(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
         let (model, state) = (self.reference.model, &self.state.value);
         let (contact, segment) = (stop.impact, &self.segments[stop.impact]);
@@ -107,7 +107,7 @@ impl Integration<'_> {
         open.then(|| [deflection - gap, rate, round_off(model, contact, state)])
     }
 
-    /// A stop at which the state is and which it approaches.
+    /// A stop that the state has reached and approaches.
     pub(super) fn struck(&self, time: f64) -> Option<Stop> {
         let mut stops = self.reference.model.stops.iter().copied();
         stops.find(|stop| {
@@ -118,7 +118,7 @@ impl Integration<'_> {
         })
     }
 
-    /// Whether the state comes to a further stop within a duration \[s\], at its present rate.
+    /// Whether the state reaches another stop within a duration \[s\] at its present rate.
     fn meets_another(&self, stop: Stop, time: f64, lasts: f64) -> bool {
         let mut others = self
             .reference
@@ -137,7 +137,7 @@ impl Integration<'_> {
         (self.reference.model).push_along(direction, impulse, [first, second]);
     }
 
-    /// Force \[N\] of a contact that holds a state, and its rate \[N/s\].
+    /// Force \[N\] of a constraint that holds a state, and its rate \[N/s\].
     pub(super) fn hold(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
         let place = model.holds().position(|own| own.contact == contact);

@@ -1,4 +1,4 @@
-//! What may end the state of a contact?
+//! Which quantities may end the state of a contact?
 
 /// A direction of sliding.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -7,7 +7,7 @@ pub(super) enum Way {
     Backwards,
 }
 
-/// What may end a contact's state.
+/// A quantity that may end the state of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Watched {
     /// Its deflection, at its surface.
@@ -16,10 +16,10 @@ pub(super) enum Watched {
     Push,
     /// The velocity of its slider, at zero.
     Slide,
-    /// Its depth, where the next layer of its film gives way to it.
+    /// Its depth, where the next layer of its film replaces it.
     Depth,
     /// The force of a rigid stop, at zero.
     Hold,
-    /// The force of dry friction that sticks, at its limit forwards and at that backwards.
+    /// The force of sticking dry friction, at its forward or backward limit.
     Limit(Way),
 }
