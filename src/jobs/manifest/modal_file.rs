@@ -1,5 +1,5 @@
-//! Modal files: a structure from any finite-element code, one list a column, one entry a
-//! mode. The same diagnostics as for the manifest, pointing into the modal file.
+//! Modal files: a structure from any finite-element code, with one list per column and one entry per mode. Diagnostics
+//! are as for the manifest, but point into the modal file.
 
 mod coast;
 mod contacts;
@@ -21,10 +21,10 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Most modes; the kernels are meant for tens.
+/// Largest number of modes; the kernels are meant for tens.
 const MAX_MODES: usize = 1000;
 
-/// Reads the modal file named in the manifest at `span`, once a job.
+/// Reads the modal file named in the manifest at `span`, once per job.
 pub(super) fn load(
     issues: &mut Issues,
     context: &mut Context,
@@ -41,7 +41,8 @@ pub(super) fn load(
     file
 }
 
-/// Puts the tree of the modal file that a manifest names into that of the manifest, so that its values can be changed.
+/// Adds the tree of the modal file that a manifest names to the tree of the manifest, so that its values can be
+/// changed.
 pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context) {
     let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
     let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
@@ -60,7 +61,7 @@ pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context
     modal_keys::attach(tree, file.map_or_else(faulty, |file| file.tree.clone()));
 }
 
-/// The structure of the tree of a modal file, whose values may be other ones than those of the text.
+/// The structure from the tree of a modal file, whose values may differ from those in the text.
 pub(super) fn of_tree(tree: &Node, issues: &mut Issues) -> Option<Arc<ModalStructure>> {
     read(&Section::root(tree, MODAL_FILE), issues).map(Arc::new)
 }
@@ -155,7 +156,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     })
 }
 
-/// The tables `[[bearing]]`; none where there are none.
+/// The tables `[[bearing]]`; empty if there are none.
 fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<Vec<BearingGain>> {
     if !root.has("bearing") {
         return Some(Vec::new());
@@ -180,7 +181,7 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
     all.into_iter().collect()
 }
 
-/// Results name forces of bearings by these names: of two that are equal neither could be told.
+/// Results name forces of bearings by these names, so equal names would be ambiguous.
 fn equal_names(tables: &[Section], issues: &mut Issues) {
     let mut known = HashSet::new();
     for table in tables {
@@ -202,7 +203,7 @@ fn equal_names(tables: &[Section], issues: &mut Issues) {
     }
 }
 
-/// A column with one entry a mode.
+/// A column with one entry per mode.
 fn column(
     root: &Section,
     issues: &mut Issues,
@@ -250,7 +251,7 @@ fn acting(column: &[f64]) -> bool {
     column.iter().any(|&value| value != 0.0)
 }
 
-/// Whether any mode takes part.
+/// Whether any mode participates.
 fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
     if acting(values) {
         return true;
@@ -275,16 +276,15 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
     false
 }
 
-/// Part of the highest frequency below which one is the round-off of a rigid rotation: a solver
-/// that knows stiffnesses to 1e-16 knows frequencies to 1e-8 of the highest of its own, which the
-/// file may have left out.
+/// Part of the highest frequency below which a frequency is the round-off of a rigid rotation. A solver with
+/// stiffnesses exact to 1e-16 has frequencies exact to 1e-8 of its highest one, which the file may omit.
 const ROUND_OFF: f64 = 1e-5;
 
-/// Part of the highest frequency below which one can only be round-off: squares of frequencies are known to no better than
-/// 1e-16 of the highest.
+/// Part of the highest frequency below which a frequency can only be round-off: squares of frequencies are exact to no
+/// better than 1e-16 of the highest.
 const UNRESOLVED: f64 = 1e-8;
 
-/// Frequencies with those at 0 that are below [`UNRESOLVED`].
+/// Frequencies, with those below [`UNRESOLVED`] set to 0.
 fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
     let least = UNRESOLVED * frequency.iter().copied().fold(0.0, f64::max);
     for omega in frequency.iter_mut().filter(|omega| omega.abs() < least) {
@@ -293,8 +293,8 @@ fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
     frequency
 }
 
-/// A rigid rotation with the frequency that an eigenvalue solver's round-off has given it turns
-/// for thousands of cycles into a quarter: no motion would be seen to repeat.
+/// A rigid rotation whose frequency is the round-off of an eigenvalue solver takes thousands of cycles for a quarter of
+/// its period. No motion would then be seen to repeat.
 fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
     let highest = frequency.last().copied().unwrap_or(0.0);
     let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;

@@ -2,8 +2,8 @@
 //! `contact.stop.gap`, `harmonic_load.shaker.force[2]`.
 //!
 //! Indices in brackets count from 1, as modes do. Named tables are addressed by their names. The values go into the
-//! tree of the modal file, which stands in the tree of the manifest where any of them is changed, so that a changed file
-//! is read by the same code as the text.
+//! tree of the modal file, which is part of the manifest's tree if any value is changed. The same code then reads a
+//! changed file and an unchanged one.
 
 use super::schema::{self, Key, Kind, MANIFEST, MODAL_FILE};
 use super::tree::{Entry, NoPlace, Node, Value};
@@ -12,7 +12,7 @@ use std::borrow::Cow;
 /// The entry of the manifest's tree with the tree of the modal file.
 const ROOT: &str = "modal file";
 
-/// Lists of tables that have names.
+/// Lists of named tables.
 const NAMED: [&str; 5] = [
     "contact",
     "harmonic_load",
@@ -21,10 +21,10 @@ const NAMED: [&str; 5] = [
     "bearing",
 ];
 
-/// The matrix whose entries across the diagonal are opposite.
+/// The matrix whose entries across the diagonal have opposite signs.
 const SKEW: &str = "gyroscopic_matrix";
 
-/// A name as it was understood.
+/// A parsed name.
 struct Place<'n> {
     key: &'static Key,
     /// The list and the name of the table in it.
@@ -47,13 +47,13 @@ pub(super) fn find(name: &str) -> Option<&'static Key> {
     schema::find(MANIFEST, name).or_else(|| place(name).map(|place| place.key))
 }
 
-/// How numbers of a modal file are named, with their entries: `contact.NAME.levels[N]`.
+/// Patterns of the names of numbers of a modal file, with their entries: `contact.NAME.levels[N]`.
 pub(super) fn forms() -> impl Iterator<Item = (String, &'static Key)> {
     let numbers = schema::all(MODAL_FILE).filter(|key| matches!(key.kind, Kind::Quantity(_)));
     numbers.map(|key| (form(key.path, "NAME", "N"), key))
 }
 
-/// The nearest name to one that is none.
+/// The nearest valid name to an invalid one.
 pub(super) fn nearest(name: &str) -> Option<String> {
     let own = name.split(['.', '[']).nth(1).unwrap_or("NAME");
     let names: Vec<String> = forms().map(|(_, key)| form(key.path, own, "1")).collect();
@@ -80,7 +80,7 @@ fn place(name: &str) -> Option<Place<'_>> {
     };
     let in_table = |list: &'static str| {
         let rest = name.strip_prefix(list)?.strip_prefix('.')?;
-        // The name of a table may have dots.
+        // The name of a table may contain dots.
         rest.match_indices('.').find_map(|(dot, _)| {
             let below = parts(&rest[dot + 1..])?;
             let key = known(format!("{list}.0.{}", below.join(".")))?;
@@ -119,15 +119,15 @@ fn parts(text: &str) -> Option<Vec<String>> {
     Some(parts)
 }
 
-/// The tree of the modal file with changed values, where any is changed; the inner `None` for a file with faults,
-/// which have been reported.
+/// The tree of the modal file with changed values, if any is changed. The inner `None` is a file with faults, which
+/// have been reported.
 pub(super) fn tree(entries: &[Entry]) -> Option<Option<&Node>> {
     let entry = entries.iter().find(|entry| entry.key == ROOT)?;
     let whole = matches!(entry.node.value, Value::Table(_));
     Some(whole.then_some(&entry.node))
 }
 
-/// Puts the tree of a modal file into that of the manifest.
+/// Adds the tree of a modal file to that of the manifest.
 pub(super) fn attach(tree: &mut Node, file: Node) {
     if let Value::Table(entries) = &mut tree.value {
         entries.push(Entry {
@@ -138,7 +138,7 @@ pub(super) fn attach(tree: &mut Node, file: Node) {
     }
 }
 
-/// Takes the tree of the modal file out of that of the manifest.
+/// Removes the tree of the modal file from that of the manifest.
 pub(super) fn detach(tree: &mut Node) -> Option<Node> {
     let Value::Table(entries) = &mut tree.value else {
         return None;
@@ -147,7 +147,7 @@ pub(super) fn detach(tree: &mut Node) -> Option<Node> {
     Some(entries.remove(place).node)
 }
 
-/// Where a name leads to in the tree of a modal file.
+/// The path to a name in the tree of a modal file.
 pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
     let fault = |holder: &str, why: String| NoPlace {
         why,
@@ -184,9 +184,9 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
     Ok(path)
 }
 
-/// Puts a value where a key of the manifest or a number of the modal file stands.
+/// Sets the value of a key of the manifest or of a number of the modal file.
 ///
-/// Returns where the path ends, when it names an element that is not there.
+/// Returns the end of the path as an error if it names a missing element.
 pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), NoPlace> {
     if !is_name(name) {
         let path: Vec<&str> = name.split('.').collect();
@@ -225,7 +225,7 @@ pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), NoPlace
     })
 }
 
-/// A text `KEY=VALUE` with the key in quotes where it is the name of a number: brackets have no place in bare keys.
+/// A text `KEY=VALUE`, with the key in quotes if it is the name of a number: bare keys may not contain brackets.
 pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
     match change.split_once('=') {
         Some((name, value)) if is_name(name.trim()) && !name.contains(['"', '\'']) => {
@@ -235,7 +235,7 @@ pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
     }
 }
 
-/// Takes a number of the modal file out of its table; whether it was there.
+/// Removes a number of the modal file from its table. Returns whether it was there.
 pub(super) fn take_out(tree: &mut Node, name: &str) -> bool {
     let Some(Ok(path)) = tree.entry(ROOT).map(|file| path(&file.node, name)) else {
         return false;

@@ -1,18 +1,18 @@
-//! What a modal file says of the coast flanks.
+//! Which keys of a modal file describe the coast flanks?
 
 use super::{column, optional};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::structure::FlankParticipation;
 
-/// What has no meaning without `mesh_coast`.
+/// Keys without an effect if there is no `mesh_coast`.
 const BESIDE: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_lever_coast"];
 
-/// Largest difference of both flanks' deflections in a rigid rotation, as a part of the largest
-/// participation: what a file of six digits leaves.
+/// Largest difference of both flanks' deflections in a rigid rotation, as a part of the largest participation: the
+/// error of a file with six digits.
 const SAME_ROTATION: f64 = 1e-5;
 
-/// The columns of the coast flanks; the outer `None` is a fault.
+/// The columns of the coast flanks. The outer `None` is a fault.
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -43,8 +43,8 @@ pub(super) fn read(
     }))
 }
 
-/// A rotation opens one side of a tooth by what it closes the other: in rigid rotations both
-/// flanks have one deflection.
+/// A rotation opens one side of a tooth as much as it closes the other. In rigid rotations both flanks therefore have
+/// the same deflection.
 fn same_rotation(
     root: &Section,
     issues: &mut Issues,

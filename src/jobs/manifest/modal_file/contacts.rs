@@ -1,4 +1,4 @@
-//! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts beside the two flanks.
+//! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts besides the two flanks.
 
 use super::{column, optional};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -7,10 +7,10 @@ use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
 
-/// Contacts that may stand beside the two flanks.
+/// Most contacts besides the two flanks.
 const MOST: usize = MOST_CONTACTS - 2;
 
-/// The contacts; none where there are none.
+/// The contacts; empty if there are none.
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -121,7 +121,7 @@ fn dry_friction(
     Some(parts)
 }
 
-/// A contact; of a rigid stop with its coefficient of restitution.
+/// A contact, with the coefficient of restitution if it is a rigid stop.
 fn contact(
     table: &Section,
     issues: &mut Issues,

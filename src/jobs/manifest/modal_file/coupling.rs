@@ -1,4 +1,4 @@
-//! The matrices of a modal file that couple its modes: a list of rows each, one row a mode.
+//! The matrices of a modal file that couple its modes: each is a list of rows, one row per mode.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
@@ -6,15 +6,15 @@ use crate::manifest::schema;
 use crate::manifest::tree::entries;
 use crate::structure::Coupling;
 
-/// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest
-/// entry: what a file of six digits leaves.
+/// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest entry: the error of a file
+/// with six digits.
 const SKEW_BOUND: f64 = 1e-5;
 
-/// Part of the highest frequency below which the damping of a rigid motion is what a projection has left
-/// of 0: it would take years to be felt, and the round-off of a load divided by it is a speed beyond any.
+/// Part of the highest frequency below which the damping of a rigid motion is a projection's error of 0. It would take
+/// years to have an effect. The round-off of a load divided by it would be an arbitrarily high speed.
 const NO_DAMPING: f64 = 1e-12;
 
-/// The coupling; the outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
+/// The coupling. The outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -36,7 +36,7 @@ pub(super) fn read(
     Some(felt.then_some(coupling))
 }
 
-/// A square matrix with a row a mode, row by row; zeros where it is absent.
+/// A square matrix with one row per mode, row by row; zeros if it is absent.
 fn matrix(
     root: &Section,
     issues: &mut Issues,
@@ -70,7 +70,7 @@ fn matrix(
     None
 }
 
-/// A damping matrix, 0 where rigid motions have less than [`NO_DAMPING`].
+/// A damping matrix, with entries of rigid motions below [`NO_DAMPING`] set to 0.
 fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
     let least = NO_DAMPING * frequency.iter().copied().fold(0.0, f64::max);
     let modes = frequency.len();
@@ -83,7 +83,7 @@ fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
     matrix
 }
 
-/// The gyroscopic matrix, skew in every bit.
+/// The gyroscopic matrix, made exactly skew.
 fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
     let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let places = (0..modes).flat_map(|i| (0..=i).map(move |j| (i, j)));
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn round_off_damps_no_rigid_motion() {
-        // Rigid, elastic: below 1e-12 of 4000 rad/s only where a rigid motion takes part.
+        // Rigid, elastic: entries below 1e-12 of 4000 rad/s are removed only if a rigid motion participates.
         let given = vec![1e-24, -3.9e-9, 3.9e-9, 1e-10];
         let read = without_round_off(given, &[0.0, 4000.0]);
         assert_eq!(read, [0.0, 0.0, 0.0, 1e-10]);

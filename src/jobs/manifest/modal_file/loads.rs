@@ -5,7 +5,7 @@ use crate::manifest::diagnostic::Issues;
 use crate::manifest::reader::Section;
 use crate::structure::HarmonicLoad;
 
-/// The loads; none where there are none. `teeth` are those of the pinion.
+/// The loads; empty if there are none. `teeth` are those of the pinion.
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
@@ -35,7 +35,7 @@ pub(super) fn read(
     all.into_iter().collect()
 }
 
-/// How fast a load turns.
+/// Frequency of a load.
 enum Turns {
     /// p turns in q mesh cycles.
     Cycles([u64; 2]),

@@ -1,11 +1,11 @@
-//! What a modal file without a mesh says instead: the displacement that results show, and its defaults.
+//! What does a modal file without a mesh have instead? The displacement that results show, with a default.
 
 use super::{acting, acts, column, optional};
 use crate::manifest::diagnostic::Issues;
 use crate::manifest::reader::Section;
 use crate::structure::StructureContact;
 
-/// Keys of the mesh, which have no meaning without `mesh`.
+/// Keys of the mesh, without an effect if there is no `mesh`.
 const OF_MESH: [&str; 4] = ["mesh_tilt", "friction", "friction_lever", "mesh_coast"];
 
 /// Whether the file has no mesh.
