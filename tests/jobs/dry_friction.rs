@@ -1,4 +1,4 @@
-//! Dry friction and softening contacts in modal files: what is read, and what is refused.
+//! Dry friction and softening contacts in modal files: accepted and refused keys.
 
 #![allow(clippy::unwrap_used)]
 
@@ -35,7 +35,7 @@ fn elements_are_read() {
         let laws = [own.forwards, own.forwards + 1, own.stick()];
         let laws = laws.map(|contact| model.contacts[contact].release);
         assert_eq!(laws, [Release::Rub, Release::Rub, Release::Grip]);
-        // Tables cannot follow it, and `auto` takes what can.
+        // Tables do not support it, and `auto` takes a kernel that does.
         assert!(matches!(Why::of(&model, false), Why::Refused(_)));
     }
 }
@@ -64,7 +64,7 @@ fn faulty_elements_are_refused() {
         said.contains("129 contacts") && said.contains("at most 126"),
         "{said}"
     );
-    // What only the model knows.
+    // Faults that only the model can detect.
     let stop = "\n[[contact]]\nname = \"buffer\"\nparticipation = [0.1, 0.2, 0.3]\ngap = \"20 um\"\nrestitution = 0.8\n";
     for (text, told) in [
         (
@@ -100,7 +100,7 @@ fn what_excludes_dry_friction_is_refused() {
     assert!(modal(BELT, &format!("{MODAL}\n[run]\nkernel = \"volterra\"\n")).is_ok());
 }
 
-/// A stiffness may be negative where it is constant.
+/// A stiffness may be negative if it is constant.
 #[test]
 fn contacts_may_soften() {
     let contact = |law: &str| {

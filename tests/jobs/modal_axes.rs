@@ -100,7 +100,7 @@ fn a_swept_gap_is_the_gap_of_a_file() {
     }
 }
 
-/// A mass on a belt: swept numbers are those of a file, and a belt that is too fast never sticks.
+/// A mass on a belt: swept numbers are those of a file, and on a belt that is too fast it never sticks.
 #[test]
 fn a_swept_belt_is_the_belt_of_a_file() {
     let belt = |force: f64, speed: f64| {
@@ -365,7 +365,7 @@ fn an_expression_is_evaluated_along_a_branch() {
     assert!(nearest < 1e-11, "{low}: {speeds:?}");
 }
 
-/// The derivative by the stiffness of the stop, of a settled motion, compared with differences of files.
+/// Derivatives of a settled motion with respect to the stiffness of the stop agree with differences of files.
 #[test]
 fn sensitivities_by_a_stiffness_are_differences() {
     let folder = tempfile::tempdir().unwrap();

@@ -76,7 +76,7 @@ fn faulty_stops_are_refused() {
     );
 }
 
-/// A force that pulls a stop shut is reported when the model is made.
+/// A force that pulls a stop shut is reported when the model is built.
 #[test]
 fn a_force_that_closes_its_stop_is_refused() {
     let text = STOP.replacen("gap =", "force = [-0.1, 0.0, 0.0]\ngap =", 1);

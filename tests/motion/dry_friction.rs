@@ -17,7 +17,7 @@ use gearatlas::structure::{
 use pieces::{Rubbing, State};
 use std::f64::consts::TAU;
 
-/// A gap of the mesh that no motion here crosses.
+/// A gap of the mesh that no motion in these tests crosses.
 const WIDE: f64 = 1e3;
 
 impl Rubbing {
@@ -43,8 +43,8 @@ impl Rubbing {
     }
 }
 
-/// Den Hartog's motions with one and with two stops per half cycle, and belts: all events are where closed forms of the
-/// pieces have them.
+/// Den Hartog's motions with one and with two stops per half cycle, and belts: all events agree with the closed forms
+/// of the pieces.
 #[test]
 fn forced_motions_are_their_pieces() {
     let plain = Rubbing {
@@ -134,7 +134,7 @@ fn forced_motions_are_their_pieces() {
             },
             length,
         );
-        // The list of the kernel has a turn as the end of one slip and the begin of the other.
+        // In the kernel's list a turn is the end of one slip and the start of the other.
         let mut turned = 0;
         let mut merged: Vec<(f64, &Event)> = Vec::new();
         for event in &seen.0 {
@@ -175,7 +175,7 @@ fn forced_motions_are_their_pieces() {
     }
 }
 
-/// A structure of one to four modes with one to three elements of dry friction, every other one with a spring besides.
+/// A structure with one to four modes and one to three elements of dry friction. Every other one has a spring as well.
 fn structure(number: u64, stream: &mut Stream) -> ModalStructure {
     let modes = 1 + number as usize % 4;
     let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| stream.normal()).collect() };
@@ -230,7 +230,7 @@ const POINT: OperatingPoint = OperatingPoint {
     speed: TAU / 2.3,
 };
 
-/// Times of events with the contacts closed behind them, those of one moment together.
+/// Times of events with the contacts closed after them. Events at the same time are merged.
 fn moments(events: impl Iterator<Item = (f64, ActiveSet)>) -> Vec<(f64, ActiveSet)> {
     let mut all: Vec<(f64, ActiveSet)> = Vec::new();
     for (time, to) in events {
@@ -242,7 +242,7 @@ fn moments(events: impl Iterator<Item = (f64, ActiveSet)>) -> Vec<(f64, ActiveSe
     all
 }
 
-/// Cycle by cycle, so that no growth of errors adds up: events and states are those of the other integrator.
+/// Cycle by cycle, so that errors do not accumulate: events and states agree with those of the other integrator.
 #[test]
 fn random_elements_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(17, 0, 0);
@@ -274,7 +274,7 @@ fn random_elements_are_followed_as_by_another_integrator() {
                 faults.push((model.frictions.len(), fault));
                 break;
             };
-            // One element may free another at once: in which order does not matter.
+            // One element may free another at once; the order does not matter.
             let of_kernel = seen.0.iter().map(|own| (own.time, own.to));
             let of_other = |own: &Crossing| (own.time, own.to);
             let own = moments(of_kernel);
@@ -315,7 +315,7 @@ fn random_elements_are_followed_as_by_another_integrator() {
     assert!(worst < 1e-11 && late < 1e-5, "{worst:e} {late:e}");
 }
 
-/// Friction takes as much energy as it says, and belts give theirs, with modal damping and with a matrix.
+/// Friction takes as much energy as is reported, and belts supply theirs, with modal damping and with a matrix.
 #[test]
 fn energy_balances_through_sticks_and_slips() {
     let mut stream = Stream::new(5, 0, 0);
@@ -335,7 +335,7 @@ fn energy_balances_through_sticks_and_slips() {
         let start = TrajectoryState::new(&model, vec![0.0; 2 * modes], 0);
         let mut both = (EnergyAudit::new(&model), Events::default());
         let (end, _) = advance_with(&volterra(&model), &start, 30, &mut both);
-        // Of what always sticks there is no energy to compare with.
+        // An element that always sticks has no energy for a comparison.
         if both.1.0.len() > 10 {
             worst = worst.max(both.0.residual(&end).unwrap());
             events += both.1.0.len();

@@ -11,20 +11,20 @@ use gearatlas::structure::{
 };
 use std::f64::consts::TAU;
 
-/// A gap of the mesh larger than all motions here.
+/// A gap of the mesh larger than all motions in these tests.
 const WIDE: f64 = 1e3;
 
 /// Speed of impact below which impacts accumulate: each integrator ends them differently.
 const SLOW: f64 = 1e-4;
 
-/// Difference of states, as a part of their size, that impacts which alternate between stops may leave: the other integrator
-/// resolves their times by round-off of the place over their speed.
+/// Difference of states, as a part of their size, after impacts that alternate between stops. The other integrator
+/// resolves their times by the round-off of the position divided by the speed.
 const AT_SEVERAL: f64 = 1e-8;
 
 /// Events of a cycle above which impacts alternate between stops.
 const ALTERNATE: usize = 200;
 
-/// Time \[s\] within which a rest that ends is one of impacts that accumulate at several stops.
+/// Time \[s\] below which a rest that ends belongs to impacts that accumulate at several stops.
 const SHORT: f64 = 1e-6;
 
 /// A structure of one to four modes with one to three rigid stops, every other one with a spring as well, and every
@@ -111,7 +111,7 @@ fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
     kept
 }
 
-/// Cycle by cycle, so that errors do not accumulate: events and states are those of the other integrator.
+/// Cycle by cycle, so that errors do not accumulate: events and states agree with those of the other integrator.
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
@@ -124,7 +124,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             speed: TAU / 2.3,
         };
         let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point);
-        // A force with such an inclination that it pulls its stop shut is refused.
+        // A force that is inclined so much that it pulls its stop shut is refused.
         let Ok(model) = model else { continue };
         let kernel = volterra(&model);
         let reference = Reference::new(&model);
@@ -275,7 +275,7 @@ fn tangents_of_several_stops_are_differences_of_trajectories() {
     assert!(worst < 1e-4, "{worst:e}");
 }
 
-/// Opposite stops need a place between them; crossed lines and a gap of zero have one.
+/// Opposite stops need room between them. Crossed lines and a gap of zero leave room.
 #[test]
 fn opposite_stops_leave_room() {
     let built = |felt: [f64; 2], gap: f64| {

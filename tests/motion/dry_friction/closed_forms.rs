@@ -1,4 +1,4 @@
-//! A mass on a belt, Den Hartog's motions without stops, a free motion that friction ends, a stick that a load ends.
+//! A mass on a belt, Den Hartog's motions without stops, free motions that friction ends, sticks that a load ends.
 
 use crate::common::advance::{Events, volterra};
 use gearatlas::model::{Drive, Model, OperatingPoint, TrajectoryState};
@@ -8,7 +8,7 @@ use gearatlas::structure::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// A gap of the mesh that no motion here crosses.
+/// A gap of the mesh that no motion in these tests crosses.
 const WIDE: f64 = 100.0;
 
 /// A mass of 1 kg on a spring of 1 N/m with dry friction under a load `cos(2π t/period + phase)`, in mesh cycles of that period.
@@ -31,7 +31,8 @@ fn model(law: FrictionLaw, period: f64, phase: Option<f64>) -> Model {
     Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap()
 }
 
-/// Advances cycles with the identity as tangents: the trajectory, the columns of its derivative, the events, the work.
+/// Advances cycles with the identity as tangents. Returns the trajectory, the columns of its derivative, the events and
+/// the counters.
 fn follow(
     model: &Model,
     start: &TrajectoryState,
@@ -64,8 +65,8 @@ fn times(model: &Model, events: &[Event]) -> Vec<f64> {
         .collect()
 }
 
-/// Stick and slip of a mass on a belt in closed form: with a = F_s − F it slips for `2π − 2 arctan(a/u)` and sticks for 2 a/u,
-/// between F − a and F_s, and its greatest displacement is `F + √(a² + u²)`.
+/// Stick and slip of a mass on a belt in closed form. With a = F_s − F it slips for `2π − 2 arctan(a/u)` and sticks for
+/// 2 a/u, between F − a and F_s. Its greatest displacement is `F + √(a² + u²)`.
 #[test]
 fn a_mass_on_a_belt_sticks_and_slips() {
     for (force, static_force, u) in [(0.7, 1.0, 0.2), (0.5, 2.0, 0.9), (1.0, 1.001, 0.01)] {
@@ -95,13 +96,13 @@ fn a_mass_on_a_belt_sticks_and_slips() {
             assert!(events.iter().all(|event| event.contact == backwards));
             let off = (end.state[0] - way * force).abs();
             println!("{law:?}: late by {late:.1e} s, off by {off:.1e} m");
-            // The time of a release from a slow belt is that of its displacement divided by the speed.
+            // The error of the time of release from a slow belt is the error of the displacement divided by the speed.
             assert!(
                 late < 3e-13 * (1.0 + 1.0 / u) && off < 1e-12,
                 "{late:e} {off:e}"
             );
             assert_eq!(end.state[1], way * u);
-            // One dimension is lost, and of an autonomous motion the other one stays.
+            // A stick removes one dimension. An autonomous motion keeps the other one.
             assert!((columns[0][0] - 1.0).abs() < 1e-12, "{columns:?}");
             let speeds = [columns[0][1], columns[1][0], columns[1][1]];
             assert!(
@@ -112,8 +113,8 @@ fn a_mass_on_a_belt_sticks_and_slips() {
     }
 }
 
-/// Den Hartog 1931: no stops, `A² = V² − f²U²`, `V = 1/(1 − β²)`, `U = sin(π/β)/(β(1 + cos(π/β)))`. Derived figures: f at which
-/// stops begin, and the amplitude at half of it.
+/// Den Hartog 1931: no stops, `A² = V² − f²U²`, `V = 1/(1 − β²)`, `U = sin(π/β)/(β(1 + cos(π/β)))`. Derived figures:
+/// the f at which stops begin, and the amplitude at half of it.
 #[test]
 fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
     for (beta, most, amplitude) in [
@@ -159,17 +160,19 @@ fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
         let off = [end.state[0] - exact, end.state[1]];
         println!("{beta}: off by {:.1e} m, {:.1e} m/s", off[0], off[1]);
         assert!(off.iter().all(|off| off.abs() < 4e-14), "{beta} {off:?}");
-        // Half a period later it turns: one slip ends, the other begins. The end may come within round-off of the cycle's.
+        // Half a period later it turns: one slip ends, the other begins. This end may be within round-off of the end of
+        // the cycle.
         let half = model.period() / 2.0;
         assert!((events[0].time - half).abs() < 1e-6 && events[1].time == events[0].time);
         assert_eq!(
             [events[0].contact, events[1].contact],
             [own.slip_towards(-1.0), own.forwards]
         );
-        // Without a damper phase volume shrinks at the turns only, by the ratio of the accelerations after and before one.
+        // Without a damper, phase volume shrinks only at the turns, by the ratio of the accelerations after and before
+        // a turn.
         let spring = -exact + phase_of_load.cos();
         let ratio = (spring + force_of_friction) / (spring - force_of_friction);
-        // Round-off decides whether the turn at the end of the cycle is in it.
+        // Round-off decides whether the cycle includes the turn at its end.
         let expected = ratio.powi(events.len() as i32 / 2);
         let volume = columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0];
         assert!(
@@ -189,7 +192,7 @@ fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
     }
 }
 
-/// Each half cycle of a free motion takes 2F/k off the amplitude, until the spring cannot overcome the friction.
+/// Each half cycle of a free motion reduces the amplitude by 2F/k, until the spring cannot overcome the friction.
 #[test]
 fn a_free_motion_stops_where_friction_holds_the_spring() {
     let law = FrictionLaw {
@@ -218,7 +221,7 @@ fn a_free_motion_stops_where_friction_holds_the_spring() {
     }
 }
 
-/// A load that grows beyond the static force frees a mass at the moment at which it does.
+/// A load that exceeds the static force frees a mass at that moment.
 #[test]
 fn a_stick_ends_where_the_load_exceeds_the_static_force() {
     for (static_force, force) in [(0.8, 0.8), (0.8, 0.5)] {
@@ -236,7 +239,8 @@ fn a_stick_ends_where_the_load_exceeds_the_static_force() {
     }
 }
 
-/// What no model has: a static force below that of sliding, two elements along one line, a belt without a speed.
+/// Models are refused with a static force below that of sliding, two elements along one line, or a belt without a
+/// finite speed.
 #[test]
 fn faulty_elements_are_refused() {
     let made = |laws: &[FrictionLaw]| {
@@ -282,7 +286,7 @@ fn faulty_elements_are_refused() {
     }
 }
 
-/// A structure that friction feeds for ever ends with a status.
+/// A structure that gains energy from negative damping without limit ends with a status.
 #[test]
 fn an_unstable_motion_ends_as_diverged() {
     let mut structure = ModalStructure::of_modes(&[1.0], 0.0, &[1.0], &[1.0]);
@@ -315,8 +319,8 @@ fn an_unstable_motion_ends_as_diverged() {
     assert!(matches!(ended, Err(Stop::Diverged { .. })), "{ended:?}");
 }
 
-/// A spring that gives way: beyond 1 m a stiffness of 1 N/m becomes −3 N/m. Behind the unstable rest at 4/3 m a motion leaves as
-/// `cosh`, and ends as diverged; before it, it comes back.
+/// A spring that gives way: beyond 1 m a stiffness of 1 N/m becomes −3 N/m. From beyond the unstable rest at 4/3 m a
+/// motion leaves as `cosh` and ends as diverged. From a start below it the motion returns.
 #[test]
 fn a_contact_that_softens_lets_go_as_cosh() {
     let mut structure = ModalStructure::of_modes(&[1.0], 0.0, &[1.0], &[1.0]);
@@ -360,7 +364,7 @@ fn a_contact_that_softens_lets_go_as_cosh() {
         if start > rest {
             assert!(matches!(ended, Err(Stop::Diverged { .. })), "{ended:?}");
         } else {
-            // It swings through 0 to the other side, where the spring alone acts, and comes back.
+            // It swings through 0 to the other side, where the spring alone acts, and returns.
             let energy = 0.5 * start * start - 2.0 * (start - 1.0) * (start - 1.0);
             let [x, v] = [trajectory.state[0], trajectory.state[1]];
             let soft = 2.0 * (x - 1.0).max(0.0).powi(2);

@@ -1,4 +1,4 @@
-//! An oscillator of unit mass and unit stiffness with dry friction, piece by piece in closed form:
+//! An oscillator of unit mass and unit stiffness with dry friction, in pieces with closed forms:
 //! `x'' + c x' + x + f = P cos ωt`, `f = ±F` while it slips, `x' = u` while it sticks.
 
 use gearatlas::model::{Model, TrajectoryState};
@@ -21,7 +21,7 @@ pub struct Rubbing {
     pub frequency: f64,
 }
 
-/// Where it is.
+/// A state of the oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub time: f64,
@@ -31,11 +31,11 @@ pub struct State {
     pub way: f64,
 }
 
-/// Looks at signs per unit of time.
+/// Checks of signs per unit of time.
 const LOOKS: f64 = 2000.0;
 
 impl Rubbing {
-    /// Which way the trajectory of a model slips.
+    /// The direction in which the trajectory of a model slips.
     pub fn way(&self, model: &Model, at: &TrajectoryState) -> f64 {
         let [forwards, backwards] = model.frictions[0]
             .slips()
@@ -43,7 +43,7 @@ impl Rubbing {
         f64::from(u8::from(forwards)) - f64::from(u8::from(backwards))
     }
 
-    /// Displacement and velocity a while after a state, without an event in between.
+    /// Displacement and velocity at a time `tau` after a state, without an event in between.
     fn after(&self, from: &State, tau: f64) -> [f64; 2] {
         if from.way == 0.0 {
             return [from.x + self.belt_speed * tau, self.belt_speed];
@@ -70,12 +70,12 @@ impl Rubbing {
         ]
     }
 
-    /// The force that keeps it on the belt.
+    /// The force that holds the mass on the belt.
     fn holding(&self, x: f64, time: f64) -> f64 {
         self.load * (self.frequency * time).cos() - x - self.damping * self.belt_speed
     }
 
-    /// Which state follows a while after a state; none where it goes on.
+    /// The next state after a time `tau`; `None` if the present one continues.
     fn follows(&self, from: &State, tau: f64) -> Option<f64> {
         let [x, v] = self.after(from, tau);
         let held = self.holding(x, from.time + tau);
@@ -87,13 +87,13 @@ impl Rubbing {
         ends.then(|| if turns { -from.way } else { 0.0 })
     }
 
-    /// The state at a time, and the times of all events up to there with the states that they lead to.
+    /// The state at a time, and the times of all events up to it with the states after them.
     pub fn follow(&self, start: State, end: f64) -> (State, Vec<(f64, f64)>) {
         let (mut state, mut events) = (start, Vec::new());
         while state.time < end {
             let left = end - state.time;
             let looks = (left * LOOKS).ceil();
-            // Where a slip begins at rest its speed is round-off at first.
+            // A slip that begins at rest has a speed of round-off at first.
             let found = (1..=looks as u64).find_map(|look| {
                 let tau = left * (look as f64 / looks);
                 self.follows(&state, tau).map(|_| tau)
