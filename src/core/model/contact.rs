@@ -1,24 +1,24 @@
-//! One-sided contacts, and which of them are closed.
+//! What is a one-sided contact, and which contacts are closed?
 
 use super::{MeshCycle, Release, Segment};
 use crate::numerics::integers::least_multiple;
 
-/// Place of the drive flank among the contacts of a gear pair.
+/// Index of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;
 
-/// Place of the coast (back) flank among the contacts of a gear pair.
+/// Index of the coast (back) flank among the contacts of a gear pair.
 pub const COAST_FLANK: usize = 1;
 
 /// Most contacts of a model.
 pub const MOST_CONTACTS: usize = 128;
 
-/// Contacts of a word of their sets.
+/// Contacts per word of a set.
 const WORD: usize = u64::BITS as usize;
 
-/// Contacts that are commonly closed at once at most: room for all is not made where these have it.
+/// Usually no more contacts are closed at once. Up to this number smaller arrays suffice.
 pub const SEVERAL_CONTACTS: usize = 16;
 
-/// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
+/// The set of closed contacts of a model, by their indices in [`super::Model::contacts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ActiveSet(u128);
 
@@ -30,7 +30,7 @@ impl ActiveSet {
     /// The coast flank alone.
     pub const COAST: Self = Self(1 << COAST_FLANK);
 
-    /// The set with one contact more, or less where it holds it already.
+    /// The set with a contact added, or removed if it is in the set.
     pub fn toggled(self, contact: usize) -> Self {
         Self(self.0 ^ (1 << contact))
     }
@@ -68,12 +68,12 @@ impl ActiveSet {
         })
     }
 
-    /// How many are closed.
+    /// Number of closed contacts.
     pub fn count(self) -> usize {
         self.0.count_ones() as usize
     }
 
-    /// The one that is closed, where it is one.
+    /// The closed contact, if exactly one is closed.
     pub fn only(self) -> Option<usize> {
         (self.count() == 1).then(|| self.0.trailing_zeros() as usize)
     }
@@ -87,7 +87,7 @@ impl ActiveSet {
         }
     }
 
-    /// What the flanks of the gear pair do.
+    /// The state of the flanks of the gear pair.
     pub fn flanks(self) -> Flanks {
         match (self.holds(DRIVE_FLANK), self.holds(COAST_FLANK)) {
             (true, false) => Flanks::Drive,
@@ -97,12 +97,12 @@ impl ActiveSet {
         }
     }
 
-    /// The word stored in result files: of the flanks.
+    /// The word for the flanks in result files.
     pub fn name(self) -> &'static str {
         self.flanks().name()
     }
 
-    /// The set as sums of `2^place`: of the first 64 contacts, and of those behind them from place 0 on.
+    /// The set as sums of `2^index`: the first 64 contacts, then the others with indices from 0.
     pub fn words(self) -> [u64; 2] {
         [self.0 as u64, (self.0 >> WORD) as u64]
     }
@@ -113,7 +113,7 @@ impl ActiveSet {
     }
 }
 
-/// What the two flanks of a gear pair do.
+/// The state of the two flanks of a gear pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flanks {
     /// The drive flank touches.
@@ -127,7 +127,7 @@ pub enum Flanks {
 }
 
 impl Flanks {
-    /// How many there are.
+    /// Number of states.
     pub const COUNT: usize = 4;
 
     /// Index into statistics: drive, free, coast, both.
@@ -141,7 +141,7 @@ impl Flanks {
         [both || self == Self::Drive, both || self == Self::Coast]
     }
 
-    /// The word stored in result files.
+    /// The word in result files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Drive => "drive",
@@ -152,36 +152,35 @@ impl Flanks {
     }
 }
 
-/// A one-sided contact: a spring and a damper across a gap, along a direction that each segment
-/// of its cycle says.
+/// A one-sided contact: a spring and a damper across a gap, along the direction of each segment of its cycle.
 ///
-/// δ being the deflection along that direction, a contact closes where `side δ` rises to the gap.
-/// The coast flank of a gear pair is seen along the direction opposite to its push (`side` −1),
-/// so that the δ of both flanks grows with the relative rotation.
+/// A contact closes if `side δ` rises to the gap, with the deflection δ along that direction. For the coast flank of a
+/// gear pair this direction is opposite to its push (`side` −1), so that the δ of both flanks grows with the relative
+/// rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite. 0 of the spring of a dry slider and of dry
-    /// friction that sticks, which bear on either side.
+    /// s: +1 closes where δ rises to the gap, −1 where it falls to minus the gap. 0 for the spring of a dry slider and
+    /// for sticking dry friction, which exert forces in both directions.
     pub side: f64,
-    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]). Of a slip of a dry slider the
-    /// stretch F/k of its spring.
+    /// Half gap b \[m\]. [`Self::gap`] adds the error of loaded flanks. For a slip of a dry slider it is the stretch
+    /// F/k of its spring.
     pub half_gap: f64,
-    /// What it is like in every mesh cycle of a base period: they recur in turn.
+    /// Its mesh cycles in a base period, which repeat in turn.
     pub cycles: Vec<MeshCycle>,
-    /// When it lets go. Without a damper both laws are one, and it is [`Release::Deflection`].
+    /// Rule for opening. Without a damper both rules are equal, and it is [`Release::Deflection`].
     pub release: Release,
-    /// Depth from which the next layer of a film acts in its place \[m\]; infinite of other contacts.
+    /// Depth from which the next layer of a film replaces it \[m\]; infinite for other contacts.
     pub band: f64,
 }
 
-/// Mesh cycles after which all of some contacts are as they were.
+/// Mesh cycles after which all given contacts repeat.
 pub(super) fn base_cycles(contacts: &[Contact]) -> usize {
     let lengths = contacts.iter().map(|contact| contact.cycles.len());
     lengths.fold(1, least_multiple)
 }
 
 impl Contact {
-    /// Its mesh cycle of a number.
+    /// The mesh cycle with a number.
     pub fn cycle(&self, number: u64) -> &MeshCycle {
         match self.cycles.len() {
             1 => &self.cycles[0],
@@ -196,13 +195,13 @@ impl Contact {
         [self.half_gap + error, slope / period]
     }
 
-    /// Distance \[m\] by which δ lies inside the contact where it is closed, outside where it is
-    /// open; negative on the other side.
+    /// Distance \[m\] of δ from the surface: positive inside a closed contact and outside an open one, negative on the
+    /// other side.
     pub fn margin(&self, closed: bool, deflection: f64, gap: f64) -> f64 {
         if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
-    /// Force \[N\] along its direction of a slip of a dry slider or of dry friction, ±F; none of other contacts.
+    /// Force \[N\] along its direction, ±F, of a slip of a dry slider or of dry friction; `None` for other contacts.
     pub fn constant_force(&self, segment: &Segment) -> Option<f64> {
         let force = self.side * segment.stiffness.mean();
         match self.release {
@@ -212,8 +211,8 @@ impl Contact {
         }
     }
 
-    /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs
-    /// no memory: what has let go without coming free is compressed, and its damper would pull.
+    /// Whether a deflection and its rate close it at a time \[s\] within its segment. Neither rule needs memory: a
+    /// contact that opened under compression has a damper that would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
         let pushes = || self.side * self.force(segment, time, deflection, rate) > 0.0;
         let gap = self.gap(segment, time);
@@ -222,15 +221,15 @@ impl Contact {
             && self.side * deflection - gap[0] < self.band
     }
 
-    /// Whether a deflection and its rate have reached its surface, for its gap and the gap's rate; on
-    /// the surface the rates decide.
+    /// Whether a deflection and its rate have reached its surface, for its gap and the gap's rate. On the surface the
+    /// rates decide.
     pub fn is_reached(&self, deflection: f64, rate: f64, [gap, opening]: [f64; 2]) -> bool {
         let (reach, approach) = (self.side * deflection, self.side * rate);
         reach > gap || (reach == gap && approach > opening)
     }
 
-    /// Force \[N\] of the closed contact along its direction, `k (δ − s b) + c (δ' − s b')`, at a
-    /// time \[s\] within its segment; the limit of a slider that slips.
+    /// Force \[N\] of the closed contact along its direction, `k (δ − s b) + c (δ' − s b')`, at a time \[s\] within its
+    /// segment. For a slip it is the constant force.
     pub fn force(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> f64 {
         if let Some(limit) = self.constant_force(segment) {
             return limit;
@@ -246,8 +245,7 @@ mod tests {
     use super::*;
     use crate::model::{Division, FlankError, Stiffness};
 
-    /// A contact whose gap grows from 11 to 13 µm within a millisecond, while its stiffness does from 3e8
-    /// to 5e8 N/m.
+    /// A contact whose gap grows from 11 to 13 µm and whose stiffness grows from 3e8 to 5e8 N/m within a millisecond.
     fn contact(side: f64, release: Release) -> Contact {
         let division = Division {
             stiffness: Stiffness::series([4e8, 1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -278,8 +276,8 @@ mod tests {
         }
     }
 
-    /// By deflection what is compressed is closed, and on the surface what approaches it; by force
-    /// only what pushes besides.
+    /// By deflection, a contact is closed if it is compressed, or on its surface and approaching. By force, it must
+    /// also push.
     #[test]
     fn contacts_close_by_their_law() {
         for side in [1.0, -1.0] {
@@ -292,7 +290,7 @@ mod tests {
                     own.closes(segment, 0.5e-3, deflection, side * (opening + approach))
                 })
             };
-            // 1 µm of 4e8 N/m is 400 N, which 1000 N s/m take off at 0.4 m/s.
+            // 1 µm of 4e8 N/m is 400 N. The damper of 1000 N s/m cancels it at 0.4 m/s.
             assert_eq!(closes(1e-6, -0.3), [true, true]);
             assert_eq!(closes(1e-6, -0.5), [true, false]);
             assert_eq!(closes(-1e-6, 0.5), [false, false]);
@@ -336,7 +334,7 @@ mod tests {
         assert_eq!(all.map(ActiveSet::sign), [1.0, 0.0, -1.0, 0.0]);
         assert_eq!(all.map(ActiveSet::name), ["drive", "free", "coast", "both"]);
         assert_eq!(all.map(|set| set.flanks().index()), [0, 1, 2, 3]);
-        // Further contacts are no flanks.
+        // Other contacts do not count as flanks.
         assert_eq!(one.flanks(), Flanks::Free);
     }
 }

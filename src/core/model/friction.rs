@@ -1,22 +1,23 @@
 //! What are the elements of dry friction of a model?
 //!
-//! With v = δ' − u the speed of sliding, a slip bears the constant force F sgn v. While v is 0 the constraint δ'' = 0 bears λ
-//! ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows `δ''/ρ`.
+//! The speed of sliding is v = δ' − u. A slip exerts the constant force F sgn v. While v is 0, the constraint δ'' = 0
+//! exerts λ ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows
+//! `δ''/ρ`.
 
 use super::error::{ModelError, positive};
 use super::stop::{Hold, pushed};
 use super::{Contact, Direction};
 use crate::structure::{FrictionPart, ModalStructure};
 
-/// Part of a motion along a line that is left beside the motions along others, squared, below which there is none.
+/// Smallest squared part of a motion along a line that counts as independent of the motions along other lines.
 const SAME_LINE: f64 = 1e-10;
 
 /// An element of dry friction of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DryFriction {
-    /// Place of its slip forwards among the contacts. The slip backwards and the stick come next.
+    /// Index of its forward slip among the contacts. The backward slip and the stick follow.
     pub forwards: usize,
-    /// Direction of its force, among the model's, along the line of δ.
+    /// Direction of its force along the line of δ, as an index among the model's directions.
     pub direction: usize,
     /// Change of the rate δ' by a unit impulse ρ \[1/kg\].
     pub push: f64,
@@ -28,7 +29,7 @@ pub struct DryFriction {
     pub belt_speed: f64,
 }
 
-/// That no element sticks only because others do: by elimination in the matrix `ρ_ij = r_i·g_j`.
+/// Checks that no element is forced to stick by others, by elimination in the matrix `ρ_ij = r_i·g_j`.
 fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), ModelError> {
     let gains = |own: &DryFriction| &directions[own.direction].gains[..];
     let mut rows: Vec<Vec<f64>> = (all.iter())
@@ -55,11 +56,11 @@ fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), 
 }
 
 impl DryFriction {
-    /// Those of a structure, whose contacts follow `before` others.
+    /// The elements of a structure, whose contacts follow `before` others.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] where the static force is below that of sliding, the speed is not finite, or the force does
-    /// not oppose the sliding; [`ModelError::FrictionWithStops`], [`ModelError::FrictionsAlike`].
+    /// [`ModelError::OutOfRange`] if the static force is below that of sliding, the speed is not finite, or the force
+    /// does not oppose the sliding; [`ModelError::FrictionWithStops`], [`ModelError::FrictionsAlike`].
     pub(super) fn of_structure(
         structure: &ModalStructure,
         before: usize,
@@ -109,17 +110,17 @@ impl DryFriction {
         Ok(all)
     }
 
-    /// Places of its two slips among the contacts: forwards, backwards.
+    /// Indices of its two slips among the contacts: forwards, backwards.
     pub fn slips(self) -> [usize; 2] {
         [self.forwards, self.forwards + 1]
     }
 
-    /// Place of its stick among the contacts.
+    /// Index of its stick among the contacts.
     pub fn stick(self) -> usize {
         self.forwards + 2
     }
 
-    /// The slip in a direction, by its sign.
+    /// The slip in the direction of the sign of `way`.
     pub fn slip_towards(self, way: f64) -> usize {
         self.slips()[usize::from(way < 0.0)]
     }
@@ -129,7 +130,7 @@ impl DryFriction {
         (self.forwards..=self.stick()).contains(&contact)
     }
 
-    /// What holds the structure while it sticks.
+    /// The constraint while the element sticks.
     pub fn hold(self) -> Hold {
         Hold {
             contact: self.stick(),

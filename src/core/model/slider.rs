@@ -1,21 +1,21 @@
 //! What are the dry sliders of a model?
 //!
-//! The place s of a slider is the first component of a block of its own, whose second component is nothing and stays 0.
-//! The line of the slider takes s off the deflection, so that its spring is a contact without a gap.
+//! The position s of a slider is the first component of an additional block, whose second component stays 0. The line
+//! of the slider subtracts s from the deflection, so that its spring is a contact without a gap.
 
 use crate::structure::{ModalStructure, SliderPart};
 
 /// A dry slider of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slider {
-    /// Block that has its place.
+    /// Block with its position.
     pub block: usize,
-    /// Place of its slip forwards among the contacts. The slip backwards and the spring come next.
+    /// Index of its forward slip among the contacts. The backward slip and the spring follow.
     pub forwards: usize,
 }
 
 impl Slider {
-    /// Those of a structure, whose contacts follow `before` others. Their blocks follow those of its modes.
+    /// The sliders of a structure, whose contacts follow `before` others. Their blocks follow those of its modes.
     pub(super) fn of_structure(structure: &ModalStructure, before: usize) -> Vec<Self> {
         let parts = structure.contacts.iter().zip(before..);
         let starts = parts.filter(|(own, _)| own.law.slider == Some(SliderPart::Forwards));
@@ -24,7 +24,7 @@ impl Slider {
             .collect()
     }
 
-    /// Places of its two slips among the contacts: forwards, backwards.
+    /// Indices of its two slips among the contacts: forwards, backwards.
     pub fn slips(self) -> [usize; 2] {
         [self.forwards, self.forwards + 1]
     }
@@ -34,7 +34,7 @@ impl Slider {
         (self.forwards..=self.spring()).contains(&contact)
     }
 
-    /// Place of its spring among the contacts.
+    /// Index of its spring among the contacts.
     pub fn spring(self) -> usize {
         self.forwards + 2
     }

@@ -2,11 +2,11 @@
 
 use super::{ActiveSet, DryFriction, Model, Segment};
 
-/// Round-off of a speed, in units of the sizes of the terms that it is the sum of.
+/// Round-off of a speed, relative to the sizes of its terms.
 const ROUND_OFF: f64 = 1e-13;
 
 impl Model {
-    /// The element of dry friction that a contact is a state of.
+    /// The element of dry friction to which a contact belongs.
     pub fn friction_of(&self, contact: usize) -> Option<DryFriction> {
         let own = |friction: &&DryFriction| friction.has(contact);
         self.frictions.iter().find(own).copied()
@@ -26,8 +26,8 @@ impl Model {
         [speed, ROUND_OFF * size]
     }
 
-    /// The closed contacts with the states of all elements of dry friction in a state, those without a speed of sliding
-    /// sticking unless more than the static force would be needed.
+    /// Adds the states of all elements of dry friction to the closed contacts. An element without a speed of sliding
+    /// sticks, unless it would need more than the static force.
     pub(super) fn with_frictions(
         &self,
         segments: &[Segment],
@@ -45,7 +45,7 @@ impl Model {
             };
             active = active.toggled(own);
         }
-        // One after the other lets go, the one that is overcome by most first.
+        // Elements are released one at a time, the one with the largest excess first.
         loop {
             let forces = self.forces_of_holds(segments, active, at, state);
             let overcome = (self.frictions.iter().zip(&forces[self.stops.len()..]))

@@ -1,14 +1,15 @@
 //! What are the rigid stops of a model, and what do their impulses and forces do?
 //!
-//! With r = wA the gains of the rate, `δ' = r·x − e'`, an impulse J along g moves the state by −g J and the rate by −ρ J,
-//! `ρ = r·g`. The force that holds δ at the gap follows from `δ'' = 0`:
+//! With the gains r = wA of the rate, `δ' = r·x − e'`, an impulse J along g changes the state by −g J and the rate by
+//! −ρ J, `ρ = r·g`. The force that holds δ at the gap follows from `δ'' = 0`:
 //!
 //! ```text
 //! λ = (r·(A x + s) − Σ r·g_j F_j − e'') / ρ
 //! ```
 //!
-//! s being the inputs and F_j the forces of other contacts. It is a sum over the state as a deflection is, to which inputs add
-//! at once ([`super::Line::direct`]). The contact of the rest sees it along a line of its own, and bears 1 N per unit of it.
+//! Here s are the inputs and F_j the forces of other contacts. λ is a sum over the state as a deflection is, with a
+//! direct contribution of the inputs ([`super::Line::direct`]). The contact of the rest has a separate line that shows
+//! λ, and exerts 1 N per unit.
 
 use super::direction::Directions;
 use super::error::{ModelError, positive};
@@ -18,22 +19,23 @@ use crate::structure::{ModalStructure, StopPart};
 /// A rigid stop of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Place of its impacts among the contacts. The rest comes next.
+    /// Index of its impacts among the contacts. The rest follows.
     pub impact: usize,
     /// Coefficient of restitution ε.
     pub restitution: f64,
-    /// Direction of its force, among the model's, along the line of δ.
+    /// Direction of its force along the line of δ, as an index among the model's directions.
     pub direction: usize,
     /// Change of the rate δ' by a unit impulse ρ \[1/kg\].
     pub push: f64,
 }
 
-/// What holds a structure along a line while a contact is closed: a rigid stop on which it rests, or dry friction that sticks.
+/// A constraint that holds a structure along a line while a contact is closed: a rest on a rigid stop, or sticking dry
+/// friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hold {
     /// The contact, whose line shows the force λ.
     pub contact: usize,
-    /// Direction of the force, among the model's, along the line of δ.
+    /// Direction of the force along the line of δ, as an index among the model's directions.
     pub direction: usize,
     /// Change of the rate δ' by a unit impulse ρ \[1/kg\].
     pub push: f64,
@@ -47,19 +49,19 @@ pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
 }
 
-/// `Σ r·g` of two directions: what a unit force along the second does to the second derivative of the deflection along the
-/// first \[1/kg\].
+/// `Σ r·g` of two directions: change of the second derivative of the deflection along the first by a unit force along
+/// the second \[1/kg\].
 pub(super) fn pushed(felt: &[MeshGain], force: &[MeshGain]) -> f64 {
     let pairs = felt.iter().zip(force);
     pairs.map(|(a, b)| product(a.rate, b.mesh_input)).sum()
 }
 
 impl Stop {
-    /// Those of a structure, whose contacts follow `before` others.
+    /// The stops of a structure, whose contacts follow `before` others.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] if the force of a stop does not push its contact open, or if the gaps of opposite stops
-    /// leave no place between them.
+    /// [`ModelError::OutOfRange`] if the force of a stop does not push its contact open, or if the gaps of opposite
+    /// stops leave no room between them.
     pub(super) fn of_structure(
         structure: &ModalStructure,
         before: usize,
@@ -92,7 +94,7 @@ impl Stop {
         Ok(all)
     }
 
-    /// Checks that a place exists outside two stops, if these act against each other along one line.
+    /// Checks that there is room outside two stops, if these act against each other along one line.
     fn leaves_room(
         self,
         other: Self,
@@ -114,12 +116,12 @@ impl Stop {
         positive(name, room, !opposite || room >= 0.0, "at least 0 m")
     }
 
-    /// Place of its rest among the contacts.
+    /// Index of its rest among the contacts.
     pub fn rest(self) -> usize {
         self.impact + 1
     }
 
-    /// What holds the structure while it rests there.
+    /// The constraint while the structure rests on the stop.
     pub fn hold(self) -> Hold {
         Hold {
             contact: self.rest(),
@@ -130,7 +132,8 @@ impl Stop {
 }
 
 impl Directions {
-    /// The direction of a stop that holds the structure, whose force acts as that of `gains` and which sees that force.
+    /// Adds the direction of a stop that holds the structure. Its force acts as that of `gains`, and its line shows
+    /// this force.
     pub fn add_resting(
         &mut self,
         (gains, blocks): (&[MeshGain], &[Block]),

@@ -1,11 +1,11 @@
-//! What do rigid stops, and dry friction that sticks, do to the states of a model, and with what forces do they hold it?
+//! How do rigid stops and sticking dry friction change the states of a model, and with what forces do they hold it?
 
 use super::stop::{product, pushed};
 use super::{ActiveSet, Hold, Model, Release, Segment, Stop};
 use crate::numerics::linalg;
 use faer::Mat;
 
-/// Takes a multiple of a column off a state, given by its first and second components.
+/// Subtracts a multiple of a column from a state, given by its first and second components.
 fn take(column: impl Iterator<Item = [f64; 2]>, amount: f64, [first, second]: [&mut [f64]; 2]) {
     for ([a, b], (x, y)) in column.zip(first.iter_mut().zip(second)) {
         *x -= amount * a;
@@ -20,7 +20,7 @@ fn halves(state: &mut [f64]) -> [&mut [f64]; 2] {
 }
 
 impl Model {
-    /// The stop that a contact is a part of.
+    /// The stop to which a contact belongs.
     pub fn stop_of(&self, contact: usize) -> Option<Stop> {
         let own = |stop: &&Stop| stop.impact == contact || stop.rest() == contact;
         self.stops.iter().find(own).copied()
@@ -45,25 +45,26 @@ impl Model {
         !(release.of_friction() || release == Release::Rest)
     }
 
-    /// The direction along which a contact moves on a segment: of what holds the structure that of its force.
+    /// The direction along which a contact moves on a segment. For a constraint it is the direction of its force.
     pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
         let held = self.holds().find(|own| own.contact == contact);
         held.map_or(segment.direction, |own| own.direction)
     }
 
-    /// All that can hold the structure: stops, then dry friction.
+    /// All constraints of the structure: stops, then dry friction.
     pub fn holds(&self) -> impl Iterator<Item = Hold> {
         let stops = self.stops.iter().map(|own| own.hold());
         stops.chain(self.frictions.iter().map(|own| own.hold()))
     }
 
-    /// What inputs of the blocks add at once to what a line shows.
+    /// Direct contribution of inputs of the blocks to the quantity that a line shows.
     pub fn added_at_once(&self, line: usize, input: &[[f64; 2]]) -> f64 {
         let direct = self.lines[line].direct.iter().zip(input);
         direct.map(|(row, input)| product(*row, *input)).sum()
     }
 
-    /// What a unit force along a direction takes off at once from what a line shows, its own force left out.
+    /// Direct reduction of the quantity that a line shows by a unit force along a direction; 0 for the line's own
+    /// force.
     pub fn taken_at_once(&self, line: usize, direction: usize) -> f64 {
         let force = &self.directions[direction];
         if force.line == line {
@@ -73,7 +74,8 @@ impl Model {
         direct.map(|(row, own)| product(*row, own.mesh_input)).sum()
     }
 
-    /// What constant inputs and ripples add at once to what a line shows, at a time \[s\] within a mesh cycle.
+    /// Direct contribution of constant inputs and ripples to the quantity that a line shows, at a time \[s\] within a
+    /// mesh cycle.
     pub(super) fn loads_at_once(&self, line: usize, cycle: u64, time: f64) -> f64 {
         let rows = &self.lines[line].direct;
         let constant = rows.iter().zip(&self.blocks);
@@ -90,8 +92,8 @@ impl Model {
         }
     }
 
-    /// What a deflection along a direction and its rate feel of a state or a tangent, given by its first and second
-    /// components: `w·x` and `r·x`.
+    /// Deflection along a direction, `w·x`, and its rate, `r·x`, from a state or a tangent, given by its first and
+    /// second components.
     pub fn felt_along(&self, direction: usize, [first, second]: [&[f64]; 2]) -> [f64; 2] {
         let gains = self.directions[direction].gains.iter();
         let parts = gains.zip(first.iter().zip(second));
@@ -104,15 +106,15 @@ impl Model {
         })
     }
 
-    /// Takes a multiple of g off a state or a tangent: an impulse along a direction \[N s\]. The rate δ' falls by ρ times as
-    /// much.
+    /// Subtracts a multiple of g from a state or a tangent: an impulse along a direction \[N s\]. The rate δ' falls by
+    /// ρ times the impulse.
     pub fn push_along(&self, direction: usize, impulse: f64, parts: [&mut [f64]; 2]) {
         let along = self.directions[direction].gains.iter();
         take(along.map(|own| own.mesh_input), impulse, parts);
     }
 
-    /// Takes a multiple of `A g` off, A with the dampers of closed contacts: δ falls by ρ times as much, and what remains is
-    /// moved as by two opposite impulses one shortly after the other.
+    /// Subtracts a multiple of `A g`, where A includes the dampers of closed contacts. δ falls by ρ times the amount.
+    /// The effect is that of two opposite impulses in quick succession.
     pub fn shift_along(
         &self,
         direction: usize,
@@ -134,15 +136,15 @@ impl Model {
         }
     }
 
-    /// What holds a state with these contacts closed.
+    /// The constraints that hold a state with these closed contacts.
     pub fn held(&self, active: ActiveSet) -> Vec<Hold> {
         let held = |own: &Hold| active.holds(own.contact);
         self.holds().filter(held).collect()
     }
 
-    /// Which of the stops that hold the structure with these contacts closed go on while another one is hit, with their
-    /// impulses per unit of its own; and by how much a unit impulse then changes the rate at that one \[1/kg\]. A stop that
-    /// would have to pull lets go, and dry friction has no impulse.
+    /// The closed rests that hold while another stop is hit, each with its impulse per unit impulse of that stop. Also
+    /// the change of the rate at that stop by a unit impulse \[1/kg\]. A rest that would have to pull opens, and dry
+    /// friction has no impulse.
     pub fn held_beside(&self, stop: Stop, active: ActiveSet) -> (Vec<(Hold, f64)>, f64) {
         let gains = |direction: usize| &self.directions[direction].gains[..];
         let own = gains(stop.direction);
@@ -165,7 +167,7 @@ impl Model {
         }
     }
 
-    /// Takes the rates at what holds a state off it, which moves there at the rates `levels` \[m/s\], or off a tangent.
+    /// Changes the rates of a state at constraints to the rates `levels` \[m/s\], or those of a tangent.
     pub fn still(&self, held: &[Hold], levels: &[f64], [first, second]: [&mut [f64]; 2]) {
         let rates: Vec<f64> = (held.iter().zip(levels))
             .map(|(own, level)| self.felt_along(own.direction, [&*first, &*second])[1] - level)
@@ -175,8 +177,8 @@ impl Model {
         }
     }
 
-    /// Moves a state onto stops, which stand at `levels` with these rates \[m, m/s\], and takes its rates there; or a tangent.
-    /// Dry friction holds no place.
+    /// Moves a state or a tangent to the `levels` of constraints and to their rates \[m, m/s\]. Dry friction constrains
+    /// no position.
     pub fn seat(
         &self,
         held: &[Hold],
@@ -199,8 +201,8 @@ impl Model {
         self.still(held, &rates, [first, second]);
     }
 
-    /// Where the surfaces that hold a state stand along their lines, and their rates \[m, m/s\], at a time \[s\] within a mesh
-    /// cycle. Those of dry friction have a rate only.
+    /// Positions and rates of constraining surfaces along their lines \[m, m/s\], at a time \[s\] within a mesh cycle.
+    /// Dry friction has a rate only.
     pub fn levels(&self, held: &[Hold], cycle: u64, time: f64) -> Vec<(Option<f64>, f64)> {
         let of_hold = |own: &Hold| {
             if let Some(friction) = self.friction_of(own.contact) {
@@ -216,7 +218,7 @@ impl Model {
         held.iter().map(of_hold).collect()
     }
 
-    /// Takes off the derivative of a state what the stops on which it rests push, `Σ g λ`, so that no δ'' is left.
+    /// Subtracts the forces of constraints, `Σ g λ`, from the derivative of a state, so that δ'' vanishes.
     pub(super) fn hold(&self, active: ActiveSet, (cycle, time): (u64, f64), slope: &mut [f64]) {
         let held = self.held(active);
         let forces = self.holding(&held, (cycle, time), slope);
@@ -225,7 +227,7 @@ impl Model {
         }
     }
 
-    /// Forces \[N\] that take all δ'' from the derivative of a state without them.
+    /// Forces \[N\] that reduce all δ'' to zero, from the derivative of a state without these forces.
     fn holding(&self, held: &[Hold], (cycle, time): (u64, f64), slope: &[f64]) -> Vec<f64> {
         let n = self.blocks.len();
         let quickening: Vec<f64> = (held.iter())
@@ -244,7 +246,7 @@ impl Model {
         self.against(held, &quickening)
     }
 
-    /// Forces or impulses that together take off rates or accelerations at what holds a state.
+    /// Forces or impulses that together remove given accelerations or rates at constraints.
     fn against(&self, held: &[Hold], taken: &[f64]) -> Vec<f64> {
         match held {
             [] => Vec::new(),
@@ -258,8 +260,8 @@ impl Model {
         }
     }
 
-    /// Forces \[N\] that hold a state, in the order of [`Self::holds`]; of what does not hold it the force that would be
-    /// needed on top of those that act.
+    /// Forces \[N\] of the constraints, in the order of [`Self::holds`]. For an open one, the force that would be
+    /// needed in addition to those that act.
     pub fn forces_of_holds(
         &self,
         segments: &[Segment],
@@ -291,8 +293,8 @@ impl Model {
         self.holds().filter_map(&mut force).collect()
     }
 
-    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there. A stop that it
-    /// comes beyond by this move joins the others.
+    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there. If
+    /// this move takes it beyond another stop, that stop is included.
     pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         let holds: Vec<Hold> = self.stops.iter().map(|stop| stop.hold()).collect();
         let levels = self.levels(&holds, cycle, 0.0);

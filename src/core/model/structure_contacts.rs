@@ -1,4 +1,4 @@
-//! Contacts beside the two flanks: further meshes, stops, splines, stages of a clutch spring.
+//! Contacts besides the two flanks: further meshes, stops, splines, stages of a clutch spring.
 
 use super::basis::Basis;
 use super::direction::Directions;
@@ -13,10 +13,10 @@ use crate::structure::{
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
-/// A contact with a law of its own: that of the flank that it copies, where it copies one.
+/// A contact with a complete law. If it copies a flank, it has the law of that flank.
 ///
 /// # Errors
-/// [`ModelError::NoCopy`] where that flank has what no other contact can have.
+/// [`ModelError::NoCopy`] if that flank has a property that no other contact can have.
 pub(super) fn with_own_law<'c>(
     own: &'c StructureContact,
     drive: &Drive,
@@ -35,7 +35,7 @@ pub(super) fn with_own_law<'c>(
             contact: own.name.clone(),
         });
     }
-    // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
+    // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
     let turned = if flank == COAST_FLANK { PI } else { 0.0 };
     let law = ContactLaw {
         gap: drive.half_gap,
@@ -48,7 +48,7 @@ pub(super) fn with_own_law<'c>(
 }
 
 impl Division {
-    /// The law of a contact that bears what divisions do under a coefficient of friction; everything else is 0.
+    /// The law of a contact with the properties of divisions and a coefficient of friction; everything else is 0.
     pub fn law(divisions: &[Self], friction: f64) -> ContactLaw {
         let off_middle = divisions.iter().any(|own| own.centre() != 0.0);
         let lacking = divisions.iter().any(|own| !own.error.is_none());
@@ -68,8 +68,8 @@ impl Division {
 }
 
 impl ContactLaw {
-    /// The laws of the drive flanks and of the coast flanks of a mesh with these divisions, mirrored about a phase: all else
-    /// is this law's, its error counted as that of the drive flanks.
+    /// The laws of the drive flanks and of the coast flanks of a mesh with these divisions, mirrored about a phase. All
+    /// else is from this law, whose error is that of the drive flanks.
     pub fn on_both_flanks(
         &self,
         divisions: &[Division],
@@ -81,14 +81,14 @@ impl ContactLaw {
             gap: self.gap,
             damping: self.damping,
             phase: self.phase,
-            // Counted as its own deflection, which of coast flanks grows as that of the drive flanks falls.
+            // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
             error: self.error.iter().map(|own| own.ahead(turned)).collect(),
             ..Division::law(divisions, friction)
         })
     }
 }
 
-/// The divisions of a law, with its own directions of friction.
+/// The divisions of a law, with its directions of friction.
 fn divisions(law: &ContactLaw) -> Vec<Division> {
     (law.stiffness.iter().enumerate())
         .map(|(piece, &(end, series))| Division {
@@ -102,13 +102,13 @@ fn divisions(law: &ContactLaw) -> Vec<Division> {
         .collect()
 }
 
-/// Whether a contact holds the structure by a constraint.
+/// Whether a contact is a constraint that holds the structure.
 fn holds(law: &ContactLaw) -> bool {
     let sticks = matches!(law.dry_friction, Some(FrictionPart::Stick { .. }));
     sticks || law.stop == Some(StopPart::Rest)
 }
 
-/// The side of a contact: 0 of what bears on either side.
+/// The side of a contact; 0 if it exerts forces in both directions.
 fn side(law: &ContactLaw) -> f64 {
     match (law.slider, law.dry_friction) {
         (Some(SliderPart::Backwards), _) | (_, Some(FrictionPart::Backwards)) => -1.0,
@@ -117,7 +117,8 @@ fn side(law: &ContactLaw) -> f64 {
     }
 }
 
-/// That the stiffness of a contact is above 0 everywhere, or constant: one that is negative softens what acts beside it.
+/// Checks that the stiffness of a contact is above 0 everywhere, or constant. A negative stiffness softens parallel
+/// contacts.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -135,9 +136,9 @@ fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), Model
     positive(name, smallest, smallest > 0.0 || softens, accepted)
 }
 
-/// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
-/// direction, on the positive side. `on_bearings` are the shares of each bearing in a unit of its force
-/// ([`crate::structure::StaticShare`]), `slider` is the block with the place of its slider, where it is a state of one.
+/// Converts a contact of a structure to a contact of the model, with a separate gap b and direction, on the positive
+/// side. `on_bearings` are the shares of each bearing in a unit of its force ([`crate::structure::StaticShare`]).
+/// `slider` is the block with the position of the slider to which the contact belongs, if any.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -181,7 +182,7 @@ pub(super) fn contact(
         [] => vec![0.0; w.len()],
         column => basis.turn(column),
     });
-    // Of rotations that no contact feels only round-off of the turn is there.
+    // Rotations without an effect on any contact have only round-off of the transformation here.
     for &i in basis.unfelt() {
         g[i] -= w[i];
         w[i] = 0.0;
@@ -234,8 +235,7 @@ pub(super) fn contact(
     })
 }
 
-/// The divisions of one mesh cycle in which a contact passes `ratio` of its own cycles from its
-/// phase `start` on.
+/// The divisions of a mesh cycle in which a contact passes `ratio` of its own cycles, from its phase `start`.
 fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
     let mut out: Vec<Division> = Vec::new();
     let mut from = start;
@@ -252,7 +252,7 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
         let length = division.end - begin;
         let place = |phase: f64| {
             let place = (2.0 * phase - begin - division.end) / length;
-            // An end of the division is met to rounding.
+            // The end of a division is reached within rounding.
             if (place.abs() - 1.0).abs() < 1e-9 { place.signum() } else { place }
         };
         out.push(Division {
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_slower_cycle_is_cut_into_those_of_the_mesh() {
-        // Three cycles of its own in five of the mesh, two levels, stepping at 0.4.
+        // Three cycles of the contact in five of the mesh, two levels, with a step at 0.4.
         let divisions = Division::levels(&[2.0, 1.0], &[0.4]);
         let ratio = 0.6;
         for number in 0..5 {
@@ -296,7 +296,7 @@ mod tests {
         }
     }
 
-    /// A step just before the cycle of the mesh ends, a part of 1e-12 of the contact's own, which takes a thousand.
+    /// A step just before the end of a mesh cycle, by 1e-12 of the contact's cycle, which takes a thousand mesh cycles.
     #[test]
     fn a_cycle_is_covered_to_its_end() {
         let divisions = Division::levels(&[2.0, 1.0], &[1e-3 - 1e-12]);
@@ -353,7 +353,7 @@ mod tests {
         };
         for cycles in [[1, 1], [MOST_CYCLES, 1], [1, MOST_CYCLES]] {
             let model = build(cycles, law.clone()).unwrap();
-            // One level of stiffness is the same in every cycle.
+            // A single level of stiffness is the same in every cycle.
             assert_eq!(model.contacts[2].cycles.len(), 1);
         }
         for cycles in [[0, 1], [1, 0], [MOST_CYCLES + 1, 1], [1, MOST_CYCLES + 1]] {

@@ -14,9 +14,9 @@ pub struct FrictionLaw {
 }
 
 impl StructureContact {
-    /// The three contacts of dry friction along a line: the slips forwards and backwards, then the stick.
+    /// The three contacts of dry friction along a line: the forward and the backward slip, then the stick.
     ///
-    /// * `participation`: of its deflection, one entry per mode \[1/√kg\].
+    /// * `participation`: that of its deflection, one entry per mode \[1/√kg\].
     pub fn dry_friction(name: &str, participation: &[f64], law: FrictionLaw) -> [Self; 3] {
         let parts = [
             (FrictionPart::Forwards, law.force),
@@ -32,7 +32,7 @@ impl StructureContact {
         let suffixes = SliderPart::ALL.map(|(_, suffix)| suffix);
         let mut suffixes = suffixes.into_iter();
         parts.map(|(part, force)| {
-            // The force of a slip, and what the stick bears per newton that its line shows.
+            // The force of a slip. For the stick, the force per newton that its line shows.
             let mut series = [0.0; 8];
             series[0] = force;
             let law = ContactLaw {

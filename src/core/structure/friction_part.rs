@@ -1,6 +1,6 @@
-//! What is dry friction without a spring to a structure?
+//! Which states does dry friction without a spring have?
 
-/// The three states of an element of dry friction, each a contact of its own. Exactly one of them is closed.
+/// The three states of an element of dry friction, each a separate contact. Exactly one of them is closed.
 ///
 /// The surface that the element rubs against moves at a constant speed u along the line. With v = δ' − u,
 ///

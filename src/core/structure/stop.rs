@@ -3,8 +3,8 @@
 use super::{ContactLaw, ModalStructure, StopPart, StructureContact};
 
 impl StructureContact {
-    /// The two contacts of a rigid stop with a coefficient of restitution and the gap, cycles and error of a contact, whose
-    /// stiffness and damping do not count: impact, rest.
+    /// The two contacts of a rigid stop, impact and rest, with a coefficient of restitution. They have the gap, cycles
+    /// and error of this contact; its stiffness and damping have no effect.
     pub fn rigid(self, restitution: f64) -> [Self; 2] {
         let part = |part: StopPart| ContactLaw {
             stiffness: vec![(1.0, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
