@@ -11,9 +11,9 @@ from ._errors import AtlasError
 from ._map import CycleMap, Floats
 
 _SECTIONS = 15
-"""States between two ends that are mapped together: four bisections at once."""
+"""Number of states between two ends that are mapped together: four bisections at once."""
 _RECORD = 240
-"""States that describe an attractor."""
+"""Number of states that describe an attractor."""
 _APART = 1e-6
 """Distance at which two motions differ, and at which the border's motion repeats, as a part of its size."""
 _NEWTON_STEPS = 12
@@ -22,20 +22,20 @@ _CONVERGED = 1e-13
 
 @dataclass(frozen=True)
 class Border:
-    """Where two basins meet."""
+    """A point on the border of two basins, and the motion from it."""
 
     state: Floats
     """The state on the line between the starts, (2N,)."""
     width: float
-    """Distance of the states on either side between which it lies, in half gaps of the energy norm."""
+    """Distance between the states on either side of the border, in half gaps of the energy norm."""
     track: Floats
     """The motion of this state along the border, base period by base period, (m, 2N)."""
     saddle: Floats | None
-    """The orbit that the motion comes to, (2N,); None if it does not repeat within the track."""
+    """The orbit that the motion approaches, (2N,); None if the motion does not repeat within the track."""
     period: int | None
     """Period of the orbit, in mesh cycles."""
     multipliers: npt.NDArray[np.complex128] | None
-    """Floquet multipliers of the orbit, the largest modulus first. Of a saddle one lies outside the unit circle."""
+    """Floquet multipliers of the orbit, the largest modulus first. A saddle has one outside the unit circle."""
 
 
 def border(
@@ -88,7 +88,7 @@ def border(
 
 
 class _Basins:
-    """Two starts, and which of their two motions other starts lead to."""
+    """Two starts, and a test for which of their two motions another start leads to."""
 
     def __init__(self, map: CycleMap, one: Floats, other: Floats, cycles: int) -> None:
         if map.base_period is None:
@@ -111,7 +111,7 @@ class _Basins:
         return sizes
 
     def divided(self, ends: Floats, tolerance: float) -> Floats:
-        """Two neighbours between states (2, 2N), the first of which leads to the first motion."""
+        """Two neighbours on the line between states (2, 2N). The first leads to the first motion."""
         while self.size(ends[1] - ends[0]) > tolerance * self.scale:
             shares = np.arange(1, _SECTIONS + 1)[:, np.newaxis] / (_SECTIONS + 1)
             between = ends[0] + shares * (ends[1] - ends[0])
@@ -138,7 +138,7 @@ class _Basins:
         return None
 
     def closed(self, state: Floats, period: int) -> tuple[Floats, npt.NDArray[np.complex128]] | None:
-        """The orbit near a state by Newton's method, with its multipliers; None if there is none near."""
+        """The orbit near a state by Newton's method, with its multipliers; None if none is found nearby."""
         state, start = state.copy(), state
         for _ in range(_NEWTON_STEPS):
             image = self.map.image(state, period * self.step, jacobian=True)

@@ -16,10 +16,10 @@ Inside = Callable[[Floats], npt.NDArray[np.bool_]]
 Mapping = CycleMap | Callable[[Floats], Floats]
 
 _CANDIDATES = 24
-"""Displaced states that are tried together for each walker."""
+"""Number of displaced states that are tried together for each walker."""
 _TRIES = 400
 _GROUPS = 8
-"""Groups of walkers, whose spread gives standard errors."""
+"""Number of groups of walkers. The spread between groups gives standard errors."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class Escape:
     """How fast states leave a region, per application of the map."""
 
     rate: float
-    """Escape rate κ: the number that is left falls as exp(−κ n)."""
+    """Escape rate κ: the number of remaining states falls as exp(−κ n)."""
     stderr: float
     """Its standard error."""
     survivors: npt.NDArray[np.intp]
-    """Number of starts that are left after 0, 1, 2, ... applications."""
+    """Number of starts that remain after 0, 1, 2, ... applications."""
 
 
 def escape(map: Mapping, inside: Inside, starts: npt.ArrayLike, *, after: int, most: int) -> Escape:
-    """The escape rate from the number of starts (n, d) that are left in a region.
+    """The escape rate from the number of starts (n, d) that remain in a region.
 
     >>> import numpy, gearatlas
     >>> tent = lambda states: 3.0 * numpy.minimum(states, 1.0 - states)
@@ -45,10 +45,10 @@ def escape(map: Mapping, inside: Inside, starts: npt.ArrayLike, *, after: int, m
     >>> bool(abs(found.rate - numpy.log(1.5)) < 3 * found.stderr), bool(found.stderr < 0.01)
     (True, True)
 
-    * `after`: applications before exits count. The first ones depend on the starts.
-    * `most`: applications after which states that are left are no longer observed.
+    * `after`: applications before exits count. The first exits depend on the starts.
+    * `most`: applications after which remaining states are no longer observed.
 
-    The rate is the maximum of the likelihood of a constant chance to leave, −log(1 − exits/chances).
+    The rate is the maximum-likelihood estimate for a constant chance to leave, −log(1 − exits/chances).
 
     Raises `AtlasError` if no state leaves after `after`.
     """
@@ -73,7 +73,7 @@ class ChaoticSaddle:
     def exponents(self, slope: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
         """Lyapunov exponents per application of the map, the largest first, and standard errors, (d,) each.
 
-        `slope(states)` has the derivatives of the map, (n, d, d).
+        `slope(states)` returns the derivatives of the map, (n, d, d).
         """
         walkers, length, width = self.states.shape
         slopes = slope(self.states[:, :-1].reshape(-1, width)).reshape(walkers, length - 1, width, width)
@@ -98,15 +98,15 @@ class ChaoticSaddle:
             raise ValueError(f"the entropy follows from the dimension in one or two dimensions only, not in {len(exponents)}")
         inverse = (1.0 / np.abs(exponents)).sum()
         rate = exponents[exponents > 0.0].sum() - dimension / inverse
-        # Derivatives of the rate by the exponents and by the dimension.
+        # Derivatives of the rate with respect to the exponents and to the dimension.
         by = (exponents > 0.0) - dimension / inverse**2 * np.sign(exponents) / exponents**2
         return float(rate), float(np.hypot(np.linalg.norm(by * stderr), unsure / inverse))
 
     def dimension(self) -> tuple[float, float]:
         """Information dimension of the saddle from distances of nearest neighbours, and its standard error.
 
-        The mean logarithm of the distance falls as log(n)/D with the number n of points. The error has the spread between
-        eight groups of walkers, and the difference between all walkers and a group, whose points show coarser scales.
+        The mean logarithm of the distance falls as log(n)/D with the number n of points. The error includes the spread
+        between eight groups of walkers, and the difference between all walkers and a group, whose scales are coarser.
 
         Source: Badii & Politi, J. Stat. Phys. 40, 1985, 725-750.
         """
@@ -140,18 +140,19 @@ def chaotic_saddle(
     ((64, 50, 1), False)
 
     * `map`: a `CycleMap`, or any function of states (n, d).
-    * `inside`: which states are in the region. It contains no attractor.
+    * `inside`: which states are in the region. The region contains no attractor.
     * `starts`: states (n, d) in the region, some of which stay there for `life` applications.
-    * `life`: every state of a trajectory stays in the region for so many applications. Take log(1/`spread`) over the largest
-      exponent, and ten more.
-    * `walkers`, `length`: trajectories and their states, without the first `life` states, which approach the saddle.
+    * `life`: every state of a trajectory stays in the region for this number of applications. Take log(1/`spread`) divided
+      by the largest exponent, and ten more.
+    * `walkers`, `length`: number of trajectories and of their states, without the first `life` states, which approach the
+      saddle.
     * `spread`: standard deviation of displacements, as a part of that of the starts. A displaced state replaces a state
-      whose life falls short.
+      whose life is too short.
 
-    All displacements have one size. The published method prefers small ones. These favour the borders of the gaps that states
-    leave through: the exponent of a baker's map is then 1.5 % too large, against 0.2 % by chance here.
+    All displacements have the same scale. The published method prefers small ones. These favour the borders of the gaps
+    through which states leave: the exponent of a baker's map is then 1.5 % too large, compared with 0.2 % by chance here.
 
-    Raises `AtlasError` if no start lives so long, or no displaced state does.
+    Raises `AtlasError` if no start, or no displaced state, stays in the region for `life` applications.
 
     Source: Sweet, Nusse & Yorke, Phys. Rev. Lett. 86, 2001, 2261-2264.
     """
@@ -198,7 +199,7 @@ def _lives(map: Mapping, inside: Inside, states: Floats, most: int) -> npt.NDArr
 
 
 def _dimension(points: Floats) -> float:
-    """Dimension from the mean logarithm of the distance to the nearest neighbour, over numbers of points."""
+    """Dimension from the mean logarithm of the distance to the nearest neighbour, for several numbers of points."""
     counts = np.unique(np.geomspace(len(points) / 32, len(points), 11).astype(int))
     order = np.random.default_rng(1).permutation(len(points))
     probes, others = points[order[: len(points) // 8]], points[order]

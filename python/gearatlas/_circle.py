@@ -18,7 +18,7 @@ class Circle:
     """States at the angles 0, 1/n, 2/n, ..., (n, d). The number n is odd."""
 
     def __len__(self) -> int:
-        """How many nodes the curve has."""
+        """Number of nodes."""
         return len(self.nodes)
 
     def __call__(self, angles: npt.ArrayLike) -> Floats:
@@ -26,7 +26,7 @@ class Circle:
         return self._summed(self.coefficients(), angles)
 
     def derivative(self, angles: npt.ArrayLike) -> Floats:
-        """Derivatives by the angle in turns, (m, d)."""
+        """Derivatives with respect to the angle in turns, (m, d)."""
         return self._summed(2.0j * np.pi * _orders(len(self))[:, np.newaxis] * self.coefficients(), angles)
 
     def coefficients(self) -> npt.NDArray[np.complex128]:
@@ -48,7 +48,7 @@ class Circle:
 
 
 def turning(count: int, rotation: float) -> Floats:
-    """The matrix that takes the values at nodes to those at the nodes turned by so much, (n, n)."""
+    """The matrix from values at nodes to values at the nodes turned by `rotation`, (n, n)."""
     column = np.fft.ifft(np.exp(2.0j * np.pi * rotation * _orders(count))).real
     matrix: Floats = column[(np.arange(count)[:, np.newaxis] - np.arange(count)) % count]
     return matrix

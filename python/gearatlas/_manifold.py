@@ -31,15 +31,15 @@ def manifold(
 
     * `state`: a point (2N,) of the orbit at the start of a cycle, such as a row of `branches.parquet`.
     * `period`: of the orbit, in mesh cycles.
-    * `length`: of each branch, in half gaps of the energy norm (`map.weights`). A branch ends earlier where its points
+    * `length`: of each branch, in half gaps of the energy norm (`map.weights`). A branch ends earlier if its points
       cannot be mapped.
     * `step`: largest distance between neighbours, in the same unit.
     * `offset`: distance from the orbit at which the curve starts. There it is a straight line.
 
-    Raises ValueError if the orbit has not exactly one multiplier outside the unit circle (inside it for `stable`): its
-    manifold is not a curve.
+    Raises ValueError unless the orbit has exactly one multiplier outside the unit circle (inside it for `stable`).
+    Otherwise its manifold is not a curve.
 
-    The method is that of Hobson (J. Comput. Phys. 104, 1993, 14-22). `examples/manifolds.py` draws both.
+    Source: Hobson, J. Comput. Phys. 104, 1993, 14-22. `examples/manifolds.py` draws both manifolds.
     """
     grown = _Grown(map, np.array(state, dtype=np.float64), period, stable)
     return tuple(grown.branch(sign * offset, length, step) for sign in (1.0, -1.0))  # type: ignore[return-value]
@@ -67,7 +67,7 @@ class _Grown:
             self.cycles, self.growth = 2 * period, self.growth**2
 
     def branch(self, offset: float, length: float, step: float) -> Floats:
-        """One branch, from the orbit outwards."""
+        """A branch, from the orbit outwards."""
         start = np.tile(self.orbit, (2, 1))
         start[0, self.felt] += offset * self.direction
         start[1, self.felt] += offset * self.growth * self.direction
@@ -76,7 +76,7 @@ class _Grown:
             images = self._drawn_back(piece, step) if self.stable else self._drawn_on(piece, step)
             pieces.append(images[1:])
             walked = self._gaps(images).sum()
-            # It winds onto an attractor, or goes no further.
+            # The branch winds onto an attractor, or grows no further.
             if len(images) < len(piece) or walked < _LEAST_SHARE * step:
                 break
             piece, travelled = self._thinned(images, 0.5 * step), travelled + walked
@@ -85,7 +85,7 @@ class _Grown:
         return points[: int(np.searchsorted(walked, length, side="right"))]
 
     def _drawn_on(self, piece: Floats, step: float) -> Floats:
-        """The image of a piece of the curve, with points inserted where it is coarse; up to where there is none."""
+        """The image of a piece of the curve, with points inserted where it is coarse; it ends at a point without an image."""
         images = self._mapped(piece, piece)
         while True:
             coarse = self._gaps(images) > step
@@ -100,7 +100,7 @@ class _Grown:
         return images[: bad[0]] if len(bad) else images
 
     def _drawn_back(self, piece: Floats, step: float) -> Floats:
-        """What the map takes to a piece of the curve, from its second point on; the first comes from the last one."""
+        """The preimage of a piece of the curve from its second point on; the preimage of the first is the last point."""
         known, images = piece[0], [piece[-1]]
         ahead = list(piece[:0:-1])
         while ahead:
@@ -119,7 +119,7 @@ class _Grown:
         return np.array(images)
 
     def _thinned(self, points: Floats, least: float) -> Floats:
-        """The points without those nearer than so much to the one before; the last stays."""
+        """The points, without those closer than `least` to the previous one; the last is kept."""
         scaled = self.weights * points[:, self.felt]
         kept = [0]
         for i in range(1, len(points)):
@@ -128,7 +128,7 @@ class _Grown:
         return points[kept]
 
     def _mapped(self, points: Floats, guesses: Floats) -> Floats:
-        """Where the points go outwards; NaN where that is not known."""
+        """Images of points under the outward map; NaN if not found."""
         if not self.stable:
             return self.map(points, self.cycles)
         found = guesses.copy()

@@ -26,7 +26,7 @@ class Torus:
     """An invariant circle x(θ) of the cycle map P with P(x(θ)) = x(θ + ρ). Angles are in turns."""
 
     map: CycleMap
-    """The map that keeps the circle."""
+    """The map that leaves the circle invariant."""
     circle: Circle
     """The circle: `circle(angles)` has states (m, 2N)."""
     rotation: float
@@ -73,14 +73,14 @@ def torus(
     >>> round(found.rotation, 4), bool(found.distance(far)[0] < found.error < 1e-3)
     (0.3447, True)
 
-    * `start`: a state, whose motion settles on the circle, or a circle nearby.
+    * `start`: a state whose motion settles on the circle, or a circle nearby.
     * `rotation`: the rotation number. The default is that of `start` if a key is free, else it is found.
     * `free`: a key of the manifest, whose value is found. `Torus.map` has the result. Circles with a given rotation number
       exist along curves in a plane of two keys.
-    * `tolerance`: of the states, in half gaps of the energy norm. The nodes are doubled until they change less.
-    * `most`: largest number of nodes. `Torus.error` shows what was reached.
+    * `tolerance`: of the states, in half gaps of the energy norm. The number of nodes is doubled until they change less.
+    * `most`: largest number of nodes. `Torus.error` has the error that was reached.
 
-    The circle is a trigonometric polynomial with n nodes. The equations are those at the nodes, and one for the phase. A
+    The circle is a trigonometric polynomial with n nodes. The equations hold at the nodes, and one more fixes the phase. A
     contact that closes at the start of a cycle leaves a circle with a step in the second derivative (in the first, if the
     contact has damping). The error then falls with a power of n only.
 
@@ -122,10 +122,10 @@ def tori(
     With a `free` key the rotation number stays that of `start`. Without one the rotation number varies with the key. The
     circle then ends before a locked motion, where the rotation number becomes a simple fraction.
 
-    * `step`: first and largest step of the key, 1/20 of the way by default. It is halved down to a thousandth where Newton's
+    * `step`: first and largest step of the key, 1/20 of the way by default. It is halved down to a thousandth if Newton's
       method fails or the circle would need more than `most` nodes. The list ends there if it does not reach `to`.
 
-    `tolerance` is that of `torus`. Circles in the list have it.
+    `tolerance` is that of `torus`. All circles in the list meet it.
     """
     at = float(start.map.point[over])
     largest = abs(to - at) / 20.0 if step is None else step
@@ -155,7 +155,7 @@ def tori(
 
 
 def _ahead(found: Sequence[Torus], over: str, target: float) -> Torus:
-    """A first guess at a value of a key: on the line through the last two circles."""
+    """A first guess at a value of a key, extrapolated from the last two circles."""
     last = found[-1]
     count = max(_FIRST_NODES, (len(last.circle) // 4) | 1)
     circle, rotation = last.circle.refined(count), last.rotation
@@ -180,7 +180,7 @@ class _Equations:
         return sizes
 
     def solved(self, start: Circle, rotation: float, value: float) -> tuple[Circle, float]:
-        """The circle, and the value that is free: the rotation number or that of the key."""
+        """The circle, and the free value: the rotation number or that of the key."""
         scaled, angles = self.weights * start.nodes[:, self.felt], start.angles()
         count, width = scaled.shape
         phase = Circle(scaled).derivative(angles)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the figures of README.md and docs/measured.md from the records under benches/runs/, so that each of them is a
-record's and none is chosen by hand, and benches/figures.md: every figure of README.md with its record, the hash of the
-record's sources and the command that measures it again.
+"""Writes the figures of README.md and docs/measured.md from the records under benches/runs/, so that no figure is chosen
+by hand. Also writes benches/figures.md: every figure of README.md with its record, the hash of the record's sources and
+the command that measures it again.
 
     .venv/bin/python scripts/records/front_page.py           rewrites those parts
-    .venv/bin/python scripts/records/front_page.py --check   status 1 where a page says something else
+    .venv/bin/python scripts/records/front_page.py --check   status 1 if a page differs
 
 The kinds of records are `cycle`, `peers`, `by-hand`, `settling` and `verify`.
 """
@@ -24,11 +24,11 @@ SCENES = {
     "load-0.3": "rattle, 30 % load",
     "constant-contact": "constant contact",
 }
-# Half gaps after five cycles, at which solvers are compared.
+# Error in half gaps after five cycles, at which solvers are compared.
 TARGET = 1e-9
 
 
-# Kind of record, figure and its text, of what is written to README.md.
+# A figure of README.md: kind of record, figure and its text.
 Figure = tuple[str, str, str]
 
 
@@ -42,7 +42,7 @@ def power(value: float) -> str:
 
 
 def cycles() -> list[str]:
-    """The cycle's cost over modes, and what comes on top."""
+    """The cost of a cycle over the number of modes, and additional costs."""
     record = load("cycle", "raw.json")
     facts = record["facts"]
     ns = lambda name: record["estimates"][name]["median"]  # noqa: E731
@@ -99,7 +99,7 @@ def accuracy() -> str:
 
 
 def solver_ratios() -> dict[str, float]:
-    """Times of general-purpose solvers over that of `volterra` at equal error."""
+    """Times of general-purpose solvers divided by that of `volterra` at equal error."""
     found = by_solver(load("peers", "raw.json"), "40 modes")
     base = time_at(found["volterra"], TARGET)
     times = {
@@ -123,7 +123,7 @@ def solvers() -> list[str]:
 
 
 def by_hand() -> list[str]:
-    """A program that was written for one drive."""
+    """Comparison with a program for one drive."""
     cases = load("by-hand", "raw.json")["cases"]
     kinds = ("bare", "tangent")
     peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
@@ -164,7 +164,7 @@ def campaign() -> list[str]:
 
 
 def front() -> list[str]:
-    """What README.md says of speed and accuracy."""
+    """The part of README.md about speed and accuracy."""
     error, least, seconds = (figures()[place][2] for place in (0, 1, 2))
     return [
         f"The largest error of one cycle is {error} half gaps against an integrator with 30 digits "

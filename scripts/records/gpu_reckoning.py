@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the table of docs/gpu.md: operations and bytes of a mesh cycle as the record `machine` under benches/runs/ counted
-them, over published peaks.
+"""Writes the table of docs/gpu.md: operations and bytes of a mesh cycle from the record `machine` under benches/runs/,
+divided by published peaks.
 
     .venv/bin/python scripts/records/gpu_reckoning.py           rewrites the table
-    .venv/bin/python scripts/records/gpu_reckoning.py --check   status 1 where the page says something else
+    .venv/bin/python scripts/records/gpu_reckoning.py --check   status 1 if the page differs
 """
 
 import sys
@@ -11,14 +11,14 @@ import sys
 from records import link, load, write_blocks
 from replication import significant
 
-# Double precision outside of matrix units [operations/s], memory [bytes/s]: the makers' data sheets.
+# Double precision without matrix units [operations/s], memory [bytes/s], from data sheets.
 CARDS = {
     "NVIDIA H100 SXM": (34e12, 3.35e12),
     "NVIDIA A100 SXM, 80 GB": (9.7e12, 2.04e12),
     "NVIDIA GeForce RTX 4090": (1.29e12, 1.01e12),
 }
 
-# Trajectories that share what one window reads of its tables.
+# Trajectories that share one window's reads of its tables.
 TOGETHER = 32
 
 

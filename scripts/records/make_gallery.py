@@ -1,10 +1,10 @@
-"""Runs the commands of docs/gallery.md and keeps their pictures: the page says how each is made, and nothing else does.
+"""Runs the commands of docs/gallery.md and keeps their pictures. Only the page defines how each picture is made.
 
     .venv/bin/python scripts/records/make_gallery.py [PICTURE ...]
 
 A section of the page has one block of commands and below it the picture `pictures/NAME`. The last command of the block
-says behind `# →` which file it writes (a pattern where a name has a checksum in it); that file becomes docs/pictures/NAME.
-Commands are run in target/gallery, each once however many sections state it.
+names the file that it writes after `# →` (a pattern if the name contains a checksum). That file becomes
+docs/pictures/NAME. Commands run in target/gallery, each once even if several sections have it.
 """
 
 import os
@@ -20,7 +20,7 @@ PAGE = ROOT / "docs/gallery.md"
 PICTURES = ROOT / "docs/pictures"
 PLACE = ROOT / "target/gallery"
 
-# Of the repository what the commands name.
+# Parts of the repository that the commands use.
 NAMED = ["manifests", "docs", "examples", ".venv"]
 
 
@@ -30,7 +30,7 @@ class Section:
 
     picture: str
     commands: list[str]
-    # What the last command writes, from the folder that commands are run in.
+    # The file of the last command, relative to the folder of the commands.
     written: str
 
 
@@ -52,7 +52,7 @@ def sections(page: str) -> list[Section]:
 
 
 def make(wanted: list[str]) -> None:
-    """Makes the pictures of some names, or all."""
+    """Makes the pictures with the given names, or all."""
     chosen = [section for section in sections(PAGE.read_text()) if not wanted or section.picture in wanted]
     unknown = set(wanted) - {section.picture for section in chosen}
     if unknown:

@@ -1,14 +1,14 @@
 """Puts mutants into Rust sources, each behind a switch, so that one build holds them all.
 
 An operator `a + b` with the mutant 7 becomes `(if crate::mutants::active(7) { a - b } else { a + b })`, a
-function's body begins with `if crate::mutants::active(8) { return REPLACEMENT; }`. No line moves, so that an
-error of the compiler at a line tells which mutants do not compile.
+function's body begins with `if crate::mutants::active(8) { return REPLACEMENT; }`. No line moves, so the line of a
+compiler error shows which mutants do not compile.
 """
 
 import tree_sitter_rust
 from tree_sitter import Language, Parser
 
-# Numbers are less than these.
+# Upper limit of the numbers.
 MOST = 8192
 
 SWITCH = f"""\
@@ -44,7 +44,7 @@ fn reached(mutant: u32) {{
 }}
 """
 
-# What operators become, as cargo-mutants has it.
+# Replacements of operators, as in cargo-mutants.
 OPERATORS = {
     "==": ["!="],
     "!=": ["=="],
@@ -70,7 +70,7 @@ OPERATORS = {
     "/=": ["%=", "*="],
 }
 
-# What functions give instead of a value of a type; of other types their default, where there is one.
+# Replacements of returned values by type. Other types have their default, if there is one.
 VALUES = {
     "": ["()"],
     "bool": ["true", "false"],
@@ -87,7 +87,7 @@ _parser = Parser(Language(tree_sitter_rust.language()))
 
 
 def _values(returned):
-    """What a function of a type may give instead."""
+    """Replacements of a function's value by its type."""
     if returned in VALUES:
         return VALUES[returned]
     if returned.startswith("Option<"):
@@ -98,7 +98,7 @@ def _values(returned):
 
 
 def _is_test(node, source):
-    """Whether an attribute in front of an item keeps it for tests."""
+    """Whether an attribute restricts an item to tests."""
     before = node.prev_named_sibling
     while before is not None and before.type in {"attribute_item", "line_comment"}:
         if b"cfg(test)" in before.text or before.text == b"#[test]":
@@ -108,7 +108,7 @@ def _is_test(node, source):
 
 
 def listed(source, name):
-    """The mutants of a source file: places and what stands there instead."""
+    """The mutants of a source file: places and replacements."""
     mutants = []
 
     def add(node, kind, at, replacement, what):
@@ -135,7 +135,7 @@ def listed(source, name):
             if b"const" not in modifiers and b"unsafe" not in modifiers and body.named_child_count:
                 for value in _values(returned):
                     add(body, "value", node, value, f"{function} gives {value}")
-                    # An error of the value is told at the opening brace.
+                    # The compiler reports an error of the value at the opening brace.
                     mutants[-1]["rows"] = (body.start_point[0] + 1,) * 2
         if node.type in {"binary_expression", "compound_assignment_expr"}:
             operator = node.child_by_field_name("operator")
@@ -180,14 +180,14 @@ class Switched:
         return self.source[node.start_byte : node.end_byte].decode()
 
     def _changed(self, node, mutant):
-        """What stands in the place of an expression where its mutant is active, on one line."""
+        """The replacement of an expression by its active mutant, on one line."""
         if node.type == "unary_expression":
             operand = node.children[-1]
             text = self._slice(operand)
         else:
             left, operator, right = (node.child_by_field_name(f) for f in ("left", "operator", "right"))
             text = f"{self._slice(left)} {mutant['replacement']} {self._slice(right)}"
-        # Neither a comment nor a line end inside, so that no line moves.
+        # Without comments and line ends, so that no line moves.
         return " ".join(line.split("//")[0] for line in text.split("\n"))
 
     def _render(self, node):
@@ -215,7 +215,7 @@ class Switched:
 
     @staticmethod
     def _arm(pattern, rendered, mutants):
-        """A pattern with its guard: the guard replaced, or the arm passed over."""
+        """A pattern with its guard: the guard is replaced, or the arm is skipped."""
         guard = pattern.child_by_field_name("condition")
         for mutant in mutants:
             switch = f"crate::mutants::active({mutant['number']})"

@@ -2,7 +2,7 @@
 """Writes the figures of single sections of docs/ from the records `fmu`, `run-up` and `columns` under benches/runs/.
 
     .venv/bin/python scripts/records/other_pages.py           rewrites those parts
-    .venv/bin/python scripts/records/other_pages.py --check   status 1 where a page says something else
+    .venv/bin/python scripts/records/other_pages.py --check   status 1 if a page differs
 """
 
 import sys
@@ -33,7 +33,7 @@ def run_up() -> list[str]:
 
 
 def columns() -> list[str]:
-    """docs/theory/propagation.md: what trajectories would gain as columns of one product."""
+    """docs/theory/propagation.md: speed-up of trajectories as columns of one product."""
     raw = load("columns", "raw.json")
     counts = raw["columns"]
     times = {row["modes"]: [time[0] for time in row["rattle"][0]["cycle_ns"]] for row in raw["structured"]}

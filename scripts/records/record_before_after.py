@@ -1,4 +1,4 @@
-"""Writes summary.md of what two builds of the program take for the same jobs, in turn.
+"""Writes summary.md with the times of two builds of the program for the same jobs, in turn.
 
     python3 scripts/records/record_before_after.py COMMIT ATLAS COMMIT ATLAS benches/runs/NAME
 """
@@ -15,19 +15,19 @@ import tempfile
 from records import keep, processor
 
 TURNS = int(os.environ.get("TURNS", "5"))
-# Jobs whose name has these words; all of them without.
+# Part of the name of the jobs to run; all jobs if it is empty.
 ONLY = os.environ.get("ONLY", "")
 GRID = "grid={load={values=[0.05, 0.30]},speed={values=[1200, 1500]}}"
-# No search for orbits, whose matrices of many modes would be most of the time.
+# No search for orbits: its matrices of many modes would take most of the time.
 INTEGRATED = ["-j", "1", "--set", GRID, "--set", "run.settle=false", "--set", "run.transient=200", "--set", "run.cycles=2000"]
 
 
 def modes(count):
-    """Arguments for so many modes."""
+    """Arguments for a number of modes."""
     return [*INTEGRATED, "--set", f"model.modes={count}", "--set", f"model.retained={count}"]
 
 
-# Helical gears in steady contact, their stiffness from the drawing.
+# Helical gears in steady contact, with the stiffness from the drawing.
 SPEEDS = [
     *["-j", "1", "--set", "model.modes=12", "--set", "model.retained=12", "--set", "gear.helix_angle=\"15 deg\""],
     *["--set", "mesh={half_gap=\"50 um\",stiffness=\"table\",contact_damping=0.05}"],
@@ -70,7 +70,7 @@ def main(before, older, after, newer, out):
         for number, (name, arguments) in enumerate(case for case in CASES if ONLY in case[0]):
             found = {older: [], newer: []}
             for turn in range(TURNS):
-                # Who is first changes, so that a machine that warms up or slows down favours neither.
+                # The order alternates, so that a machine that warms up or slows down favours neither.
                 for program in [older, newer][:: 1 if turn % 2 else -1]:
                     folder = pathlib.Path(work) / f"{number}-{turn}-{program == newer}"
                     found[program].append(ran(program, arguments, folder))

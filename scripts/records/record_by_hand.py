@@ -18,7 +18,7 @@ KINDS = {"bare": "bare", "tangent": "one tangent"}
 
 
 def rows(cases: list[dict]) -> list[list[str]]:
-    """Microseconds a cycle of all programs, bare and with a tangent, and how many times the peer's time kernels take."""
+    """Microseconds per cycle of all programs, bare and with a tangent, and times of kernels over that of the peer."""
     found = []
     for kind, words in KINDS.items():
         times = [{name: 1e6 * case[name][kind][1] for name in NAMES} for case in cases]
@@ -36,7 +36,7 @@ def main() -> None:
     cases = record["cases"]
     for case in cases:
         apart = [case["distance"], case["tangent_distance"]]
-        # Written so that what is no number is refused.
+        # Written so that NaN is refused.
         if not all(d <= ACCEPTED for d in apart):
             sys.exit(
                 f"record_by_hand: at {case['modes']} modes the peer's motion and tangent are {apart} from those of volterra; "

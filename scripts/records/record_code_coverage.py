@@ -2,8 +2,8 @@
 
     python3 scripts/records/record_code_coverage.py TARGET OUT [WITHOUT…]
 
-A function counts as reached where any copy of it was entered, in a test or in a process that a test has started.
-Closures and derived functions are not counted, nor what is compiled for tests alone. Programs that are named are left out.
+A function counts as reached if any copy of it was entered, in a test or in a process that a test has started.
+Closures, derived functions and code for tests do not count. Programs named WITHOUT are omitted.
 """
 
 import json
@@ -21,7 +21,7 @@ from records import keep
 
 from record_unsafe import counted
 
-# A program may take so long [s]; counts are written at its end.
+# Time limit of a program [s]; counts are written at its end.
 LONGEST = 1800
 
 
@@ -33,7 +33,7 @@ def programs(target):
         "CARGO_TARGET_DIR": str(target),
         "LLVM_PROFILE_FILE": "/dev/null",
     }
-    # A third of the time to compile.
+    # It compiles in a third of the time.
     quick = ["--config", "scripts/quick.toml"]
     command = ["cargo", *quick, "test", "--release", "--workspace", "--no-run", "--message-format", "json"]
     said = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
@@ -68,7 +68,7 @@ def source(file):
 
 
 def named(place):
-    """The name of a function that stands there; none where it is no function or one for tests."""
+    """The name of the function at a place; None if there is no function, or one for tests."""
     file, line = place
     lines, tests = source(file)
     if line >= tests or re.search(r"(^|_|/)(tests?|fixtures)(/|\.rs$)", file):

@@ -1,4 +1,4 @@
-"""Writes summary.md of what trajectories would gain as columns of one product.
+"""Writes summary.md with the speed-up of trajectories as columns of one product.
 
     python3 scripts/records/record_columns.py COLUMNS.json benches/runs/NAME
 """
@@ -13,7 +13,7 @@ MODES = {81: 40, 321: 160, 1281: 640}
 
 
 def gains(times, columns):
-    """How many times as fast each number of columns is than as many single ones: medians."""
+    """Median speed-up of each number of columns over the same number of single ones."""
     single = times[0][0]
     return [f"{count * single / time[0]:.2f}" for count, time in zip(columns[1:], times[1:])]
 

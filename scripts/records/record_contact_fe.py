@@ -3,11 +3,11 @@
     python -m venv fe && fe/bin/pip install gmsh==4.15.* numpy scipy
     fe/bin/python scripts/records/record_contact_fe.py > tests/data/contact-fe.toml
 
-Both gears of a pair whole, as in record_tooth_fe.py, the wheel held at its bore, the pinion turned
-at its bore. Nodes on the flanks of every pair of teeth that may touch face each other; their
-compliance, that of the two gears in full, and their gaps from the undeformed flanks, also beyond
-the ends of the path of contact where a tip's corner touches, are a linear complementarity problem
-without friction. Shares nothing with the program but the drawing.
+Both gears of a pair are whole, as in record_tooth_fe.py. The wheel is fixed at its bore, the pinion
+turned at its bore. Nodes on the flanks of every pair of teeth that may touch face each other. Their
+compliance is that of the two whole gears. Their gaps are those of the undeformed flanks, also beyond
+the ends of the path of contact, where a tip's corner touches. Both define a linear complementarity
+problem without friction. It shares only the drawing with the program.
 """
 
 from math import ceil, cos, pi, sin, sqrt, tan
@@ -48,7 +48,7 @@ HEADER = f"""\
 
 
 def hertz(pinion, wheel, line_load):
-    """Half width of contact where the flanks are equally curved."""
+    """Half width of contact for equally curved flanks."""
     radius = (pinion.pitch + wheel.pitch) * sin(ALPHA) / 4
     return sqrt(8 * line_load * radius * (1 - NU**2) / (pi * YOUNG))
 
@@ -57,14 +57,14 @@ class Mating:
     """Nodes of one pair of teeth that may touch, at `place` on the line of action: roll angles of
     vertices and of all nodes by gear, turn of the common normal from each flank's own, and gap.
 
-    Each gear is seen in its own frame: axis at 0, the other axis at (distance, 0), the line of
-    action touching the base circle at the angle -ALPHA."""
+    Each gear has its own frame: axis at 0, the other axis at (distance, 0). The line of action
+    touches the base circle at the angle -ALPHA."""
 
     def __init__(self, gears, place, edge, reach):
         nominal = [tan(ALPHA) + sign * place / g.base for sign, g in zip((1, -1), gears)]
         self.on_path = all(roll <= g.tip * (1 + 1e-9) for roll, g in zip(nominal, gears))
         distance = gears[0].pitch + gears[1].pitch
-        # Nodes are put on the flank nearer its tip, opposite nodes where the other's normal meets.
+        # Nodes are on the flank nearer its tip, opposite nodes where their normals meet the other flank.
         one = 1 if place < 0 else 0
         tip, two = gears[one], 1 - one
         count = ceil(reach / edge)
@@ -92,7 +92,7 @@ class Mating:
         self.vertices = [None, None]
         self.vertices[one], self.vertices[two] = rolls, facing[::-1]
         both = np.sort(np.concatenate([rolls, (rolls[1:] + rolls[:-1]) / 2]))
-        # Where nothing may press, the flank going on: at both ends, a corner excepted.
+        # The flank continues at both ends, except at a corner: these nodes may not press.
         self.ends = [0] if rolls[-1] > tip.tip * (1 - 1e-9) else [0, -1]
         across, self.gap, tilt = opposite(both)
         self.rolls, self.tilts = [None, None], [None, None]
@@ -103,7 +103,7 @@ class Mating:
 
 
 def compliance(gear, index, matings, scale):
-    """Of one gear, between all nodes along their normals, by plane; times Young's modulus."""
+    """Compliance of one gear between all nodes along their normals, by plane, times Young's modulus."""
     tooth = lambda ahead: ahead if index else -ahead  # a base pitch ahead, clockwise
     stretches = {tooth(ahead): mating.vertices[index] for ahead, mating in matings}
     nodes, elements = mesh(gear, scale, stretches)
@@ -160,8 +160,8 @@ def matings_at(gears, place, scale):
 
 
 def solve(gears, place, scale):
-    """Approach, tangent compliance and shares, of all pairs that may touch and of those on the
-    path of contact alone, by plane and line load."""
+    """Approach, tangent compliance and shares, by plane and line load, of all pairs that may touch
+    and of only those on the path of contact."""
     matings = matings_at(gears, place, scale)
     parts = [compliance(gear, index, matings, scale) for index, gear in enumerate(gears)]
     gap, arm = (np.concatenate([getattr(m, key) for _, m in matings]) for key in ("gap", "arm"))
@@ -187,7 +187,7 @@ def solve(gears, place, scale):
 
 
 def places(gears):
-    """Of the pair that came into contact last, over a cycle of the mesh."""
+    """Places of the pair that came into contact last, over a mesh cycle."""
     start, end = (sign * g.base * (g.tip - tan(ALPHA)) for sign, g in zip((-1, 1), gears[::-1]))
     base_pitch = 2 * pi * gears[0].base / gears[0].teeth
     double = (end - start) / base_pitch - 1

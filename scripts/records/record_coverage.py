@@ -60,7 +60,7 @@ def run(point, numbers, out, settings):
 
 
 def values(row, name):
-    """Estimate and standard error of a statistic of a chaotic row; None where there is none."""
+    """Estimate and standard error of a statistic of a chaotic row; None if it has none."""
     column = STATISTICS[name]
     if row["class"] not in ("chaotic", "transient_chaos"):
         return None
@@ -82,7 +82,7 @@ def truth_of(rows, name):
 
 
 def lives(work):
-    """Lives of chaos that flex80 states, against other trajectories of 400 000 cycles a point."""
+    """Lifetimes of chaos from flex80 and from other trajectories of 400 000 cycles per point."""
     command = [ATLAS, "run", ROOT / FLEX80, "--out", work / "flex80", "--quiet", "--overwrite"]
     code = subprocess.run([str(part) for part in command], cwd=work).returncode
     assert code in (0, 3), code
@@ -143,7 +143,7 @@ def main():
                 if known is None:
                     continue
                 mean, error, _ = known
-                # Rows that say ok: the others say that their errors are not to be relied on.
+                # Only rows with status ok: the errors of others are not reliable.
                 ok = rows.filter(pl.col("status") == "ok").iter_rows(named=True)
                 found = [pair for pair in (values(row, name) for row in ok) if pair]
                 if len(found) < 5:

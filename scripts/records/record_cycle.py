@@ -59,7 +59,7 @@ def exponent(times: dict[int, float]) -> float:
 
 
 class Run:
-    """A run and what follows from it."""
+    """A run and its tables."""
 
     def __init__(self, found: dict, facts: dict) -> None:
         self.found, self.facts = found, facts
@@ -94,7 +94,7 @@ class Run:
         return rows
 
     def roofline_rows(self) -> list[list[str]]:
-        """A full window in contact against reading its tables and against its multiply-adds."""
+        """A full window in contact, compared with reads of its tables and with its multiply-adds."""
         rows = []
         for n in MODES:
             work = self.facts["work"][f"cycle/constant-contact/{n}"]
@@ -117,7 +117,7 @@ class Run:
         return rows
 
     def cost_rows(self) -> list[list[str]]:
-        """Set-up and tangents against a cycle at 5 % load."""
+        """Set-up and tangents, compared with a cycle at 5 % load."""
         base, one, eight = (
             self.by_modes(p) for p in ("cycle/load-0.05", "tangents/1", "tangents/8")
         )
@@ -135,7 +135,7 @@ class Run:
         ]
 
     def other_rows(self) -> list[list[str]]:
-        """Other kernels and instruction sets against the default."""
+        """Other kernels and instruction sets, compared with the default."""
         rows = []
         for name, time in self.found.items():
             group, kind, parameter = name.split("/")

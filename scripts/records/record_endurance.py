@@ -1,4 +1,4 @@
-"""Runs that are long, or that the system disturbs; whatever is not as it should be is counted as a fault.
+"""Does the program survive long runs, and runs that the system disturbs? Counts every deviation as a fault.
 
     .venv/bin/python scripts/records/record_endurance.py benches/runs/NAME [PART…]
 """
@@ -18,7 +18,7 @@ import time
 import polars as pl
 from records import ATLAS, ROOT, keep
 
-# Where and how long, not what.
+# Columns about the place and time of a computation, not its results.
 PLACEMENT = ["wall_time", "worker", "numa_node"]
 
 OSCILLATOR = (ROOT / "tests/data/oscillator.toml").read_text()
@@ -63,8 +63,8 @@ class Place:
 
 
 def peak_of(process):
-    """Most memory that a process had [MB] when it was last looked at, every hundredth of a second. What the system
-    tells of a process that has ended holds that of its parent, too."""
+    """Peak memory of a process [MB], read every hundredth of a second. The system's figure for a process that has ended
+    includes that of its parent."""
     status, peak = pathlib.Path(f"/proc/{process.pid}/status"), 0.0
     while process.poll() is None:
         with contextlib.suppress(OSError):
@@ -79,7 +79,7 @@ def same(a, b):
 
 
 def one_point(cycles):
-    """A chaotic point that is integrated to the end."""
+    """A chaotic point, integrated to the end."""
     text = OSCILLATOR.replace("load = { from = 0.05, to = 0.3, count = 2 }", "load = 0.05")
     text = text.replace("speed = { from = 600, to = 1500, count = 3 }", "speed = 900")
     text = text.replace("cycles = 300", f"cycles = {cycles}\nsettle = false")
@@ -150,7 +150,7 @@ def part_disk(work, note):
         journal, deadline = disk / "r/.journal", time.monotonic() + 60
         while time.monotonic() < deadline and not (journal.exists() and journal.stat().st_size > 100_000):
             time.sleep(0.001)
-        # Another program takes what is left while the run is at work.
+        # Another program fills the remaining space during the run.
         with open(filler, "wb") as file:
             try:
                 while True:

@@ -3,13 +3,12 @@
     python -m venv fe && fe/bin/pip install gmsh==4.15.* numpy scipy pypardiso
     fe/bin/python scripts/records/record_face_fe.py > tests/data/face-fe.toml
 
-A whole gear as in record_tooth_fe.py, its quadratic triangles drawn out along the face with Legendre
-polynomials of high degree: all of it in three dimensions, both ends of the face free, the bore held. Line
-loads on a flank that vary along the face as cos(n pi (z/b + 1/2)), n = 0, 1, 2 ..., which add up to any
-load, and what gives is the same wave of the displacement along the force where it crosses the centre line
-of a tooth: of the same tooth, and of its neighbour. Everything is times Young's modulus. A wedge of contact
-of two such gears follows from these waves and a local flattening. Shares nothing with the program but the
-drawing.
+The gear is whole, as in record_tooth_fe.py. Its quadratic triangles are extruded along the face with Legendre
+polynomials of high degree. The model is three-dimensional, with both ends of the face free and the bore fixed.
+Line loads on a flank vary along the face as cos(n pi (z/b + 1/2)), n = 0, 1, 2 ...; their sums give any load.
+The result is the same wave of the displacement along the force, where it crosses the centre line of a tooth: of
+the same tooth, and of its neighbour. Everything is times Young's modulus. A wedge of contact of two such gears
+follows from these waves and a local flattening. It shares only the drawing with the program.
 """
 
 from math import cos, pi, sin, tan
@@ -100,7 +99,7 @@ def along(degree, width):
 
 
 def compliance(gear, width, scale, degree):
-    """Waves of displacement by waves of load, [own at each place, coupling], times E and per unit width."""
+    """Waves of displacement per wave of load, [same tooth at each place, coupling], times E and per unit width."""
     nodes, elements = mesh(gear, scale)
     plane = section(nodes, elements)
     even, mixed, steep, loads = along(degree, width)
@@ -122,7 +121,7 @@ def compliance(gear, width, scale, degree):
     free = np.hypot(*nodes.T) > gear.bore / 2 * (1 + 1e-6)
     norm = np.array([width if n == 0 else width / 2 for n in range(WAVES)])
     for odd in (0, 1):
-        # Displacements in the section are odd or even about mid-face, those along the face the other way.
+        # Displacements in the section are odd or even about mid-face, those along the face the opposite.
         across, axial = np.arange(odd, degree + 1, 2), np.arange(1 - odd, degree + 1, 2)
         z = lambda matrix, one, other: sparse.csr_matrix(matrix[np.ix_(one, other)])
         own, bent = z(even, across, across), z(steep, across, across)
@@ -166,7 +165,7 @@ def compliance(gear, width, scale, degree):
 
 
 def contact(matrix, width, line_load, misalignment):
-    """Load centroid, loaded length and approach at mid-face of a wedge on a face that yields by waves."""
+    """Load centroid, loaded length and approach at mid-face of a wedge on a face with compliance by waves."""
     count = 4000
     z = (np.arange(count) + 0.5) / count * width - width / 2
     waves = np.cos(np.arange(WAVES)[:, None] * pi * (z / width + 0.5))

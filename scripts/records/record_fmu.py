@@ -35,7 +35,7 @@ def measure(work, steps):
     rows = []
     for step in (1e-3, 1e-4):
         command = [program, library, token, f"{work}/own/resources/", str(step), str(steps), *asked]
-        # The last core, where least else runs.
+        # The last core has the fewest other processes.
         command = ["taskset", "-c", str(max(os.sched_getaffinity(0))), *command]
         rows.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
     return rows

@@ -1,4 +1,4 @@
-"""Writes summary.md of forecasts beside what the runs take.
+"""Writes summary.md with forecasts and the times of the runs.
 
     python3 scripts/records/record_forecast.py benches/runs/NAME
 """
@@ -13,7 +13,7 @@ import tempfile
 
 from records import ATLAS, keep
 
-# Small enough to be run three times, and of every kind: grids, chains, tables, many modes.
+# Manifests of every kind that are small enough for three runs: grids, chains, tables, many modes.
 MANIFESTS = [
     "quickstart", "points", "modes", "modes-mta", "flex80", "flex80-table", "pairs", "misalignment",
     "speed-sweep", "unsettled",
@@ -39,12 +39,12 @@ def main(out):
         for name in MANIFESTS:
             manifest = f"manifests/{name}.toml"
             forecasts, taken = [], []
-            # In turn, so that both see the same machine.
+            # In turn, so that both run on the machine in the same state.
             for turn in range(TURNS):
                 plan = json.loads(atlas(program, "plan", manifest, "--json", "--machine", machine, "--on", machine))
                 forecasts.append(plan["elsewhere"][1])
                 folder = work / f"{name}-{turn}"
-                # Status 3: done, some points ended with another status than ok.
+                # Status 3: complete, but some points have another status than ok.
                 atlas(program, "run", manifest, "--out", folder, well=(0, 3))
                 run = json.loads((folder / "run.json").read_text())
                 taken.append(run["totals"]["wall_time"])

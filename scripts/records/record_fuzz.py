@@ -1,8 +1,8 @@
-"""Counts what a campaign of libFuzzer has found, target by target, and writes summary.md.
+"""Counts the findings of a campaign of libFuzzer, target by target, and writes summary.md.
 
     python3 scripts/records/record_fuzz.py target/fuzz benches/runs/NAME SECONDS TARGET…
 
-An artifact is put to its target again: what is then said tells a wrong answer from a crash.
+Runs the target again with each artifact. The output distinguishes a wrong answer from a crash.
 """
 
 import os
@@ -15,7 +15,7 @@ from records import keep
 
 
 def said(program, target, artifact):
-    """The line that tells what an input breaks."""
+    """The line of the output that names the failure of an input."""
     environment = os.environ | {"ATLAS_FUZZ_TARGET": target, "ASAN_OPTIONS": "detect_leaks=0"}
     command = [program, "-timeout=60", "-rss_limit_mb=3000", "-malloc_limit_mb=1000", artifact]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace")

@@ -1,9 +1,9 @@
-"""What of the conclusions about flex80 depends on its half gap: runs flex80.toml and gearbox.toml over the half gap and the contact
+"""Which conclusions about flex80 depend on its half gap? Runs flex80.toml and gearbox.toml over the half gap and the contact
 damping, and writes record.json, summary.md and half-gap.png, or the tables of docs/half-gap.md.
 
     .venv/bin/python scripts/records/record_half_gap.py benches/runs/NAME-COMMIT    # measures
     .venv/bin/python scripts/records/record_half_gap.py                             # writes the page from the newest record
-    .venv/bin/python scripts/records/record_half_gap.py --check                     # status 1 where the page says something else
+    .venv/bin/python scripts/records/record_half_gap.py --check                     # status 1 if the page differs
 """
 
 import json
@@ -23,9 +23,9 @@ PINION, WHEEL = (f"train.shaft.{shaft}.gears.0.thinning" for shaft in (1, 2))
 GAPS = {"flex80": (10, 15, 25, 40, 60, 100), "gearbox": (10, 20, 40, 77, 100)}
 FEW = {"flex80": (10, 60), "gearbox": (10, 77)}
 DAMPING = {"flex80": (741, 1483, 2966, 5932), "gearbox": (415, 830, 1660, 3320)}
-# Damping ratios of the pair alone: gear bodies on a rigid frame, at the mean stiffness.
+# Damping ratios of the isolated pair: gear bodies on a rigid frame, at the mean stiffness.
 RATIO = {"flex80": 0.029 / 1483, "gearbox": 0.06 / 830}
-# Half gap over the thinning of both gears of the gearbox.
+# Half gap divided by the thinning of both gears of the gearbox.
 OPENS = 76.5766 / 82
 # A car that surges for longer: a third of the damping of its side shafts.
 SURGE = ["train.coupling.1.damping='2 N*m*s/rad'"]
@@ -153,7 +153,7 @@ def standard_stiffness():
 
 
 def by_hand():
-    """The gearbox of the manifest beside what a specialist reckons without a program."""
+    """The gearbox of the manifest, compared with a specialist's hand calculation."""
     base_radius, width, torque, drag = 28.4782e-3, 17.0, 190.0, 0.05 * 29 / 42
     short = ["run.settle=false", "run.transient=29", "run.cycles=58", "run.audit_cycles=0", "analyses.lyapunov="]
     loaded = [*short, "grid.load=1", "train.bearing_load=1"]
@@ -280,7 +280,7 @@ def draw(record, path):
 
 
 def page():
-    """The part of docs/half-gap.md that a record fills."""
+    """The part of docs/half-gap.md that is from a record."""
     record = json.loads((the("half-gap") / "record.json").read_text())
     picture = f"../benches/runs/{the('half-gap').name}/half-gap.png"
     own = [f"Figures from {link('half-gap')}.", "", *hand_table(record["by_hand"]), *tables(record)]

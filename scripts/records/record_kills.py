@@ -1,4 +1,4 @@
-"""Kills runs at random moments, takes them up, compares bits, and writes summary.md.
+"""Kills runs at random times, resumes them, compares bits, and writes summary.md.
 
     .venv/bin/python scripts/records/record_kills.py benches/runs/NAME [KILLS]
 """
@@ -16,12 +16,12 @@ from records import ATLAS, ROOT, keep, processor
 
 KILLS = 200
 SEED = 1
-# Where and how long, not what.
+# Columns about the place and time of a computation, not its results.
 PLACEMENT = ["wall_time", "worker", "numa_node"]
 
 
 def manifests():
-    """Independent points, and chains along which the state is carried."""
+    """Independent points, and chains in which each point starts from the state of the last one."""
     text = (ROOT / "tests/data/oscillator.toml").read_text()
     text = text.replace("count = 3", "count = 24").replace("cycles = 300", "cycles = 600")
     swept = text.replace("count = 24 }", 'count = 24 }\norder = "both"')
@@ -50,7 +50,7 @@ def same(a, b):
 
 
 def stage(folder):
-    """How far a killed run was."""
+    """The stage of a killed run."""
     if (folder / "run.json").exists():
         return "record written"
     if any(folder.glob("*.parquet")):
@@ -83,7 +83,7 @@ def main(folder, kills):
                 run = start(work, name, out.name, chance.choice([1, 2]))
                 moment = chance.uniform(0, patience[name])
                 try:
-                    # More kills than asked for would only be more of the same.
+                    # After the requested number of kills the run continues to its end.
                     code = run.wait(timeout=moment if len(log) < kills else None)
                     assert code in (0, 3), code
                     break

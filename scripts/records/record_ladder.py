@@ -3,7 +3,7 @@
 
     .venv/bin/python scripts/records/record_ladder.py RAW benches/runs/NAME
 
-RAW may be the raw.json of a recorded run, whose summary and pictures are then made anew.
+RAW may be the raw.json of a recorded run, whose summary and pictures are then made again.
 """
 
 import json
@@ -180,7 +180,7 @@ def precision(record: dict) -> list[str]:
 
 
 def solvers(record: dict) -> list[str]:
-    """Best of each solver at an error, and the kernels."""
+    """Best time of each solver at an error, and the kernels."""
     samples = record["work_precision"]["samples"]
     cycles = record["work_precision"]["cycles"]
     rows = []
@@ -208,7 +208,7 @@ def threads(record: dict) -> list[str]:
 
 
 def ratios(record: dict) -> list[str]:
-    """Structured kernel against the dense ones on the hardest case."""
+    """Structured kernel, compared with the dense ones on the hardest case."""
     kernels, found = record["reduction"]["40 modes"], record["conditioning"]
     base = kernels["volterra"]["ns"]
     return [
@@ -258,10 +258,10 @@ def reduction_picture(record: dict, file: Path) -> None:
 
 
 def ceiling_picture(record: dict, file: Path) -> None:
-    """Figure 1: how fast a mesh cycle can be passed, by what the motion asks for."""
+    """Figure 1: speed of a mesh cycle by the demands of the motion."""
     period = record["work_precision"]["period"]
     contact, events, reduction = record["contact"], record["events"], record["reduction"]
-    # (what the motion asks for, the paper's × real time, kernels here)
+    # (demand of the motion, the paper's × real time, kernels here)
     layers = [
         ("10⁶ cycles of\ncontact at once\n2 modes", 1e6 * period / 634e-9, {"fused": 1e15 * period / contact["2"]["jump"]["ns"]}),
         ("contact\na cycle\n2 modes", period / 61e-9, {"fused": contact["2"]["fused"]["real_time"]}),
@@ -296,7 +296,7 @@ def of(kernels: dict, *names: str) -> dict:
 
 
 def threads_picture(record: dict, file: Path) -> None:
-    """Figure 5c: cycles a second by number of threads."""
+    """Figure 5c: cycles per second by number of threads."""
     found = record["threads"]
     counts = [int(count) for count in found]
     figure, axes = plt.subplots(figsize=(6.2, 4.2), layout="constrained")

@@ -1,4 +1,4 @@
-"""Writes summary.md of `atlas machine` beside STREAM and lmbench.
+"""Writes summary.md with `atlas machine`, STREAM and lmbench.
 
     python3 scripts/records/record_machine.py WORK benches/runs/NAME
 """
@@ -14,7 +14,7 @@ from records import keep, table
 
 
 def streams(work, kind, threads):
-    """Best rates of STREAM [B/s], a dictionary a turn."""
+    """Best rates of STREAM [B/s], one dictionary per turn."""
     found = []
     for path in sorted(work.glob(f"stream-{kind}-{threads}-*.txt")):
         rates = re.findall(r"^(\w+):\s+([\d.]+)", path.read_text(), re.M)
@@ -24,8 +24,8 @@ def streams(work, kind, threads):
 
 
 def chains(work):
-    """Latency by size [s by bytes], the median of all turns: of the last line of every run, and
-    of all lines of the smallest."""
+    """Latency by size [s by bytes]: medians over all turns, from the last line of every run and
+    all lines of the smallest."""
     found = {}
     for path in work.glob("chain-*.txt"):
         largest = int(path.stem.split("-")[2])

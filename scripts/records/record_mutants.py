@@ -1,9 +1,9 @@
-"""Samples the mutants of some modules, puts each to the tests of its module that reach it, and records what survived.
+"""Samples the mutants of some modules, runs each with the tests of its module that reach it, and records the survivors.
 
-Every test is first run by itself without a mutant, noting which switches it passes. With `--only FILE` the survivors
-of an earlier record are tried again, and the record is written anew; `judged.json` beside it says, by the name of a
-mutant, why it changes nothing: those are not tried. How a record came about, where the summary would not say so, stands
-as `words` in mutants.json.
+Every test first runs alone without a mutant, to find the switches that it passes. `--only FILE` tries the survivors of
+an earlier record again and rewrites the record. `judged.json` in its folder gives by the name of a mutant why it
+changes nothing; such mutants are not tried. `words` in mutants.json has remarks on the origin of a record that the
+summary would not have.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from pathlib import Path
 
 from mutant_switches import SWITCH, Switched, listed
 
-# Integration tests that hold a module, beside the unit tests in it, quick ones first.
+# Integration tests of a module, in addition to its unit tests, quick ones first.
 TESTS = {
     "numerics": ["golden", "volterra", "exponents", "events"],
     "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release", "mesh_course"],
@@ -42,13 +42,13 @@ TESTS = {
 }
 
 
-# The crate below `src` that holds a module.
+# The crate below `src` with a module.
 CRATES = {"numerics": "core", "model": "core", "propagate": "core", "analysis": "core", "gear": "gears", "shaft": "gears"}
 
-# Mutants that are put to tests at once.
+# Mutants that are tested at the same time.
 AT_ONCE = max(1, len(os.sched_getaffinity(0)))
 
-# Addresses that a test may take, in bytes.
+# Address space of a test, in bytes.
 MOST_MEMORY = 8 << 30
 
 
@@ -57,7 +57,7 @@ def run(command, **options):
 
 
 def mutants_of(module):
-    """All mutants of the files of a module, those that hold tests left out."""
+    """All mutants of the files of a module, without files of tests."""
     files = sorted(Path(f"src/{CRATES[module]}/{module}").rglob("*.rs"))
     working = [file for file in files if "tests" not in file.parts and not file.stem.endswith("tests")]
     found = [mutant for file in working for mutant in listed(file.read_bytes(), str(file))]
@@ -66,7 +66,7 @@ def mutants_of(module):
 
 
 def copy_tree(scratch):
-    """A copy of the files that git knows, of the working tree."""
+    """Copies the working tree's files that git tracks."""
     tree = scratch / "tree"
     shutil.rmtree(tree, ignore_errors=True)
     names = run(["git", "ls-files", "-z"]).split("\0")
@@ -75,14 +75,14 @@ def copy_tree(scratch):
             continue
         (tree / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(name, tree / name)
-    # Dependencies are the same, whatever the folder.
+    # Dependencies are the same in any folder.
     run(["scripts/instrumented-target", str(scratch / "target")])
     return tree
 
 
 def switch_on(tree, mutants, files):
     """Writes the sources with the switches of the mutants."""
-    # A file whose mutants are all dropped gets its own text back.
+    # A file without remaining mutants gets its original text.
     for name in files:
         own = [mutant for mutant in mutants if mutant["file"] == name]
         (tree / name).write_text(Switched(Path(name).read_bytes(), own).text())
@@ -108,7 +108,7 @@ def viable(scratch, tree, mutants):
     for turn in range(12):
         left = [mutant for mutant in mutants if mutant["number"] not in dropped]
         switch_on(tree, left, sorted({mutant["file"] for mutant in mutants}))
-        # No `check`: it would have dependencies compiled once more.
+        # No `check`: it would compile dependencies again.
         code, messages, said = cargo(scratch, tree, ["test", "--no-run", "--workspace", "--lib"])
         errors = [m["message"] for m in messages if m["reason"] == "compiler-message" and m["message"]["level"] == "error"]
         if code == 0:
@@ -127,7 +127,7 @@ def viable(scratch, tree, mutants):
 
 
 def built(scratch, tree, tests):
-    """Builds the unit tests and some integration tests; gives their programs by name."""
+    """Builds the unit tests and some integration tests. Returns their programs by name."""
     arguments = ["test", "--no-run", "--workspace", "--lib", *(part for test in tests for part in ("--test", test))]
     code, messages, said = cargo(scratch, tree, arguments)
     if code:
@@ -147,18 +147,18 @@ class Test:
         self.reaches, self.seconds = set(), 0.0
 
     def run(self, tree, mutant, limit, reached=None):
-        """`killed`, `timeout`, or nothing."""
+        """`killed`, `timeout`, or None."""
         environment = os.environ | {"ATLAS_MUTANT": str(mutant), "RUST_BACKTRACE": "0", "CARGO_MANIFEST_DIR": str(tree)}
         if reached:
             environment["ATLAS_MUTANTS_REACHED"] = str(reached)
-        # Also the processes that a test has started are killed, at once: one that loops would go on. None takes all memory.
+        # Kills the processes that a test has started at once too, since one that loops would continue. Limits their memory.
         bounds = ["prlimit", f"--as={MOST_MEMORY}", "timeout", "--signal=KILL", f"{limit:.0f}"]
         command = ["nice", "-n", "19", *bounds, self.program, "--exact", self.name, "--test-threads=1"]
         code = subprocess.run(command, cwd=tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
         return "timeout" if code in {-signal.SIGKILL, 128 + signal.SIGKILL} else "killed" if code else None
 
     def trace(self, tree, scratch):
-        """Notes which mutants it reaches, and how long it takes."""
+        """Records which mutants it reaches, and its time."""
         with tempfile.TemporaryDirectory(dir=scratch) as folder:
             reached, begun = Path(folder) / "reached", time.monotonic()
             ended = self.run(tree, "trace", 900, reached)
@@ -170,13 +170,13 @@ class Test:
 
 
 def program_of(test):
-    """The program that holds a file of tests: its folder. `golden` is a folder itself."""
+    """The program with a file of tests: its folder. `golden` is a folder itself."""
     files = [*Path("tests").glob(f"*/{test}.rs"), Path(f"tests/{test}/main.rs")]
     return files[0].parent.name
 
 
 def tests_of(module, programs):
-    """The tests that hold a module."""
+    """The tests of a module."""
     suites = [(f"gearatlas_{CRATES[module]}", [f"{module}::"])] + [
         (program_of(test), [] if test == "golden" else [f"{test}::"]) for test in TESTS[module]
     ]
@@ -190,7 +190,7 @@ def tests_of(module, programs):
 
 
 def fate(mutant, tests, tree):
-    """What becomes of a mutant: put to the tests that reach it, quick ones first, until one fails."""
+    """The fate of a mutant: runs the tests that reach it, quick ones first, until one fails."""
     reaching = sorted((test for test in tests if mutant["number"] in test.reaches), key=lambda test: test.seconds)
     for test in reaching:
         ended = test.run(tree, mutant["number"], 10 + 6 * test.seconds)
@@ -200,7 +200,7 @@ def fate(mutant, tests, tree):
 
 
 def wilson(killed, tried):
-    """Interval at 95 % of a share."""
+    """Wilson's 95 % interval of a share."""
     z, share = 1.96, killed / tried
     middle = (share + z * z / (2 * tried)) / (1 + z * z / tried)
     half = z * math.sqrt(share * (1 - share) / tried + z * z / (4 * tried * tried)) / (1 + z * z / tried)
@@ -221,7 +221,7 @@ def sampled(asked, modules):
 
 
 def earlier(path):
-    """A record, with what is judged beside it."""
+    """A record, with the judgements in its folder."""
     judged = path.parent / "judged.json"
     return json.loads(path.read_text()) | {"judged": json.loads(judged.read_text()) if judged.exists() else {}}
 
@@ -245,13 +245,13 @@ def survivors(records, modules):
                 nearest = min(alike, key=lambda mutant: abs(placed(mutant["name"])[1] - line))
                 found.append(nearest | {"name": name, "module": module, "number": len(found) + 1})
             else:
-                # What it changes is no more: it stays a survivor of the record.
+                # The changed code was removed: the mutant stays a survivor of the record.
                 print(f"not in the sources any more, not tried again: {name}", flush=True)
     return found
 
 
 def placed(name):
-    """A mutant but for its line, and that."""
+    """The name of a mutant without its line, and the line."""
     path, line, what = name.split(":", 2)
     return (path, what), int(line)
 
@@ -291,11 +291,11 @@ def main():
             counts[module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
         programs = built(scratch, tree, sorted({program_of(test) for module in modules for test in TESTS[module]}))
         tests = {module: tests_of(module, programs) for module in modules}
-        # Programs that hold several modules have their tests traced once.
+        # Programs with tests of several modules are traced once.
         known_tests = {}
         for own in tests.values():
             own[:] = [known_tests.setdefault((test.suite, test.name), test) for test in own]
-        # Modules take turns, so that a run that is ended early has tried as many of each.
+        # Modules take turns, so that a run that is ended early has tried equal numbers of each.
         turns = {module: iter(range(len(left))) for module in modules}
         left.sort(key=lambda mutant: next(turns[mutant["module"]]))
         with ThreadPoolExecutor(AT_ONCE) as pool:

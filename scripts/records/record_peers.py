@@ -34,7 +34,7 @@ STYLES = {
 
 
 def front(samples: list[dict]) -> list[tuple[float, float]]:
-    """(error, time) of the samples that no other beats in both, the most accurate one first."""
+    """(error, time) of the samples that no other sample beats in both, the most accurate first."""
     best: list[tuple[float, float]] = []
     for error, time in sorted((s["error"], s["time"]) for s in samples):
         if not best or time < best[-1][1]:
@@ -97,7 +97,7 @@ def table_of(record: dict, problem: str) -> list[str]:
 
 
 def picture(record: dict, folder: Path) -> None:
-    """Work-precision diagrams, one panel a problem."""
+    """Work-precision diagrams, one panel per problem."""
     plt.rcParams.update({"font.size": 9, "svg.fonttype": "path"})
     problems = record["problems"]
     figure, axes = plt.subplots(1, len(problems), figsize=(11, 5.2), sharey=True)
@@ -145,7 +145,7 @@ def label(axis, ends: list[tuple[str, str, float, float]]) -> None:
             if near and other / apart < height < other * apart:
                 height = other * apart
         placed.append((place, height))
-        # Edged in white, so that no line strikes a name through.
+        # White edges keep names legible over lines.
         axis.text(
             place,
             height,

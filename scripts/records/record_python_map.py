@@ -1,10 +1,10 @@
-"""What a call of the Python package's cycle map costs above the kernel, and what a batch gets through.
+"""What does a call of the Python package's cycle map cost in addition to the kernel, and how fast is a batch?
 
     scripts/record python-map
 
-States along a trajectory are mapped, a thousand at once, over one cycle and over many: what a state
-takes over many cycles, divided by the cycles, is the kernel's; what one cycle takes beyond that is the
-call's. On one thread; medians of repetitions that alternate, the fastest as well.
+A thousand states of a trajectory are mapped at once, over one cycle and over many. The time per state
+and cycle over many cycles is the kernel's. The additional time of one cycle is the call's. On one
+thread; medians of alternating repetitions, and the fastest.
 """
 
 import pathlib
@@ -29,7 +29,7 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 def attractor(mapped: gearatlas.CycleMap) -> np.ndarray:
-    """States of one trajectory, a cycle apart, behind a transient."""
+    """States of one trajectory, a cycle apart, after a transient."""
     states = [mapped(mapped.start(), 1000)]
     while len(states) < BATCH:
         states.append(mapped(states[-1]))

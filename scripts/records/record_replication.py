@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Runs the paper's cases of motion, each on one line of action and on two, with half gaps of 9 and 10 µm
-(the paper gives neither), and records what the page docs/replication.md shows of them.
+(the paper gives neither), and records the figures of docs/replication.md.
 
     .venv/bin/python scripts/records/record_replication.py benches/runs/NAME
 """
@@ -27,7 +27,7 @@ LINES = {"one line": "same_line", "mirrored": "mirrored"}
 GAPS = {"9 µm": "9 um", "10 µm": "10 um"}
 VARIANTS = [f"{line}, {gap}" for line in LINES for gap in GAPS]
 
-# Okabe & Ito, a colour a variant.
+# Okabe & Ito, one colour per variant.
 COLOURS = dict(zip(VARIANTS, ["#E69F00", "#D55E00", "#56B4E9", "#0072B2"], strict=True))
 
 # The paper's speed of strong rattle, which it calls nominal [rad/s].
@@ -114,7 +114,7 @@ def probes(run: Runner, variant: str) -> dict:
 
 
 def modes(run: Runner, variant: str) -> dict:
-    """Figures 12 and 14: what is kept of 40 modes, at the strong point and two loads."""
+    """Figures 12 and 14: number of retained modes out of 40, at the strong point and two loads."""
     points, _ = run.points("modes.toml", of_variant(variant))
     kept = points[points["model.retained"] != 30].sort_values(["load", "model.retained"])
     light, heavy = [kept[kept["load"] == load] for load in (0.05, 0.30)]
@@ -134,7 +134,7 @@ def modes(run: Runner, variant: str) -> dict:
 
 
 def horizon(run: Runner, variant: str) -> dict:
-    """Figure 8: twins of 40 modes, and how the mean contact force settles."""
+    """Figure 8: twins of 40 modes, and the convergence of the mean contact force."""
     points, out = run.points("horizon.toml", [*of_variant(variant), "grid.load=0.05"])
     point, course = points.iloc[0], pd.read_parquet(out / "horizon.parquet")
     force = course[course["quantity"] == "contact_force"]
@@ -186,7 +186,7 @@ def orbit(out: Path, period: int) -> dict | None:
     if orbits.empty:
         return None
     sizes = [np.hypot(o["multipliers_re"], o["multipliers_im"]) for _, o in orbits.iterrows()]
-    # Rotation of the whole drive is a pair at one, which nothing changes.
+    # Rotation of the whole drive gives a constant pair of multipliers at one.
     rigid = lambda o: np.abs(o["multipliers_re"] + 1j * o["multipliers_im"] - 1) < 1e-6  # noqa: E731
     lead = [size[~rigid(o)].max() for size, (_, o) in zip(sizes, orbits.iterrows(), strict=True)]
     best = int(np.argmin(lead))
@@ -208,7 +208,7 @@ def number(value) -> float | None:
 
 
 def misalignment(run: Runner) -> dict:
-    """Stiffness at 1 mrad and 50 N m, by the table and with the shafts that give way."""
+    """Stiffness at 1 mrad and 50 N m, by the table and with the compliance of the shafts."""
     changes = [
         'grid.speed="1200 rad/s"',
         'grid."mesh.misalignment"={values=["0 mrad", "1 mrad"]}',
@@ -223,7 +223,7 @@ def misalignment(run: Runner) -> dict:
 
 
 def drift(run: Runner) -> dict:
-    """A misalignment that drifts over five slices, against the same length on one of them."""
+    """A misalignment that drifts over five slices, compared with the same length on one slice."""
     changes = ["mesh.shaft_tilt="]
     still = 'grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}'
     times = {"drifting": [], "still": []}
@@ -270,13 +270,13 @@ def modal_data() -> dict:
         )
         values, vectors = la.eig(matrix)
         elastic = np.abs(values) > 1.0
-        # One of each pair, as a real and an imaginary column of unit length together.
+        # One of each pair, as a real and an imaginary column with a joint unit length.
         chosen = elastic & (values.imag > 0)
         columns = np.concatenate([vectors[:, chosen].real, vectors[:, chosen].imag], axis=1)
         # Columns span the elastic subspace: the condition is that of its singular values.
         singular = np.linalg.svd(columns, compute_uv=False)
         found[name] = singular[0] / singular[-1]
-    # What modes above the twentieth leave of the mesh's flexibility.
+    # The mesh flexibility of the modes above the twentieth.
     residual = stiffness * np.sum(mesh[20:] ** 2 / frequency[20:] ** 2)
     return {"conditioning": found, "residual": residual}
 

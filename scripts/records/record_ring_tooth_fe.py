@@ -3,8 +3,8 @@
     python -m venv fe && fe/bin/pip install gmsh==4.15.* numpy scipy
     fe/bin/python scripts/records/record_ring_tooth_fe.py > tests/data/ring-tooth-fe.toml
 
-A whole ring, held all round at its outer diameter, as record_tooth_fe.py has gears that are held at
-their bores. The root fillets are arcs. The loads stand where a pinion touches.
+A whole ring, fixed at its outer diameter, as gears are fixed at their bores in record_tooth_fe.py.
+The root fillets are arcs. The loads are at the points where a pinion touches.
 """
 
 from math import atan, cos, pi, sin, sqrt, tan
@@ -33,7 +33,7 @@ HEADER = """\
 
 
 class Ring(Gear):
-    """Inner teeth, and a pinion of so many teeth, profile shift, tip diameter and centre distance."""
+    """Inner teeth, and a pinion with its teeth, profile shift, tip diameter and centre distance."""
 
     inner = True
 
@@ -52,7 +52,7 @@ class Ring(Gear):
             form = along + radius / self.base
             return form, form - self.half - atan(along)
 
-        # A little of the root circle stays, for the arc between two points.
+        # A small part of the root circle remains, for the arc between two points.
         low, high, room = 0.0, TIP * module, 0.98 * pi / teeth
         if centre(high)[1] > room:
             for _ in range(60):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Records what ROSS says of the rotors of examples/ross_rotors.py: their matrices, elements of bearings and
-eigenvalues, for tests/python/test_package_ross.py where ROSS is not installed.
+"""Records the results of ROSS for the rotors of examples/ross_rotors.py: their matrices, elements of bearings and
+eigenvalues. tests/python/test_package_ross.py uses them if ROSS is not installed.
 
     pip install ross-rotordynamics==2.3.0 "plotly<6"
     python scripts/records/record_ross.py                # writes tests/data/ross.npz

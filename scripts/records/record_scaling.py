@@ -15,9 +15,9 @@ import tempfile
 import polars as pl
 from records import ATLAS, ROOT, keep, processor
 
-# Kernel: how often each number of threads is run.
+# Runs per number of threads, by kernel.
 REPEATS = {"volterra": 3, "closed_modes": 2}
-# They say where and when a point was computed, not what was found.
+# Columns about the place and time of a computation, not its results.
 NOT_PHYSICS = ["wall_time", "worker", "numa_node"]
 
 

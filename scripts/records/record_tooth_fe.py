@@ -3,11 +3,11 @@
     python -m venv fe && fe/bin/pip install gmsh==4.15.* numpy scipy
     fe/bin/python scripts/records/record_tooth_fe.py > tests/data/tooth-fe.toml
 
-A whole gear, its teeth cut by the basic rack, in quadratic triangles of plane stress or plane
-strain, held at its bore. A unit force per unit width, spread over a short stretch of flank, acts on
-one tooth; what gives is the displacement along the force where it crosses the centre line of a
-tooth: of the same tooth, and of a neighbour loaded a base pitch ahead. Everything is times Young's
-modulus. Shares nothing with the program but the drawing.
+A whole gear, with teeth cut by the basic rack, in quadratic triangles of plane stress or plane
+strain, is fixed at its bore. A unit force per unit width acts on a short stretch of flank of one
+tooth. The result is the displacement along the force where it crosses the centre line of a tooth: of
+the same tooth, and of a neighbour loaded a base pitch ahead. Everything is times Young's modulus. It
+shares only the drawing with the program.
 """
 
 from math import ceil, cos, pi, radians, sin, sqrt, tan
@@ -92,10 +92,10 @@ def turned(point, angle):
 
 
 def mesh(gear, scale=1.0, stretches=None):
-    """Nodes and six-node triangles; fine in five teeth about the first.
+    """Nodes and six-node triangles, fine in five teeth around the first.
 
-    `stretches` are left flanks, by tooth, with one edge of an element between each two of the given
-    roll angles."""
+    `stretches` are left flanks, by tooth, with one element edge between neighbouring given roll
+    angles."""
     stretches = stretches or {}
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
@@ -172,7 +172,7 @@ def mesh(gear, scale=1.0, stretches=None):
 
 
 def stiffness(nodes, elements, plane):
-    """Of unit width and unit Young's modulus."""
+    """Stiffness matrix for unit width and unit Young's modulus."""
     normal, across = (1, NU) if plane == "stress" else (1 - NU, NU)
     scale = 1 / (1 - NU**2) if plane == "stress" else 1 / (1 + NU) / (1 - 2 * NU)
     shear = (normal - across) / 2
@@ -198,7 +198,7 @@ def stiffness(nodes, elements, plane):
 
 
 def held(gear, nodes, elements, plane):
-    """Which freedoms are free, and the factors of their stiffness."""
+    """The free degrees of freedom, and the factors of their stiffness."""
     radius = np.hypot(*nodes.T) / (gear.bore / 2)
     free = np.repeat(radius < 1 - 1e-6 if gear.inner else radius > 1 + 1e-6, 2)
     matrix = stiffness(nodes, elements, plane)[free][:, free]
@@ -253,9 +253,9 @@ def compliance(gear, scale, planes, patches):
                 displacement = np.zeros_like(load)
                 displacement[free] = solver.solve(load[free])
                 own.append(centre(roll, 0) @ displacement)
-                # The force pushes clockwise: against the rotation of a pinion that drives, with
-                # that of a wheel. On either the tooth in contact nearer its tip is the next
-                # counter-clockwise, and in a ring the one nearer its root the next clockwise.
+                # The force pushes clockwise: against the rotation of a driving pinion, with that of
+                # a wheel. On both, the next tooth counter-clockwise is in contact nearer its tip. In
+                # a ring the next tooth clockwise is in contact nearer its root.
                 if roll + pitch <= high:
                     ahead = 1 if gear.inner else -1
                     coupling.append(centre(roll + pitch, ahead) @ displacement)

@@ -2,11 +2,11 @@
 
     python3 scripts/records/record_unsafe.py SUMMARY PROFILES
 
-PROFILES holds a folder for each row of the summary: counts that programs built with `-Cinstrument-coverage` left
-(`*.profraw`), the programs' paths one a line (`programs`), and what was run (`about`). An `unsafe` has been
-executed as often as the regions of the coverage map that begin in its block, or where none does the smallest that
-holds it; the count is summed over copies of its function. Where a macro stands for the code, its caller may have the
-region: such a place is told as not seen, which is not the same as never executed.
+PROFILES has one folder per row of the summary: counts of programs built with `-Cinstrument-coverage` (`*.profraw`),
+the programs' paths, one per line (`programs`), and a description of the run (`about`). The count of an `unsafe` is
+that of the regions of the coverage map that begin in its block. If there are none, it is that of the smallest region
+around it. Counts are summed over copies of the function. The region of code from a macro may be in the caller. Such a
+place is reported as not seen, which is not the same as never executed.
 """
 
 import json
@@ -20,7 +20,7 @@ SETS = ["avx512", "avx2", "baseline"]
 
 
 def tool(name):
-    """A program of the version of LLVM that the compiler has: the format of counts changes between them."""
+    """A program of the compiler's version of LLVM: the format of counts depends on the version."""
     about = subprocess.run(["rustc", "-vV"], check=True, capture_output=True, text=True).stdout
     major = re.search(r"^LLVM version: (\d+)", about, re.M)[1]
     found = shutil.which(f"{name}-{major}")
@@ -28,7 +28,7 @@ def tool(name):
 
 
 def places():
-    """Every `unsafe` in front of a block in the code of `src`: file, where the block begins and ends, text of its line."""
+    """Every `unsafe` block in the code of `src`: file, start and end of the block, text of its line."""
     found = []
     for path in sorted(Path("src").rglob("*.rs")):
         lines = [line.split("//")[0] for line in path.read_text().splitlines()]
@@ -39,7 +39,7 @@ def places():
 
 
 def block_end(lines, number, column):
-    """Where a block ends whose brace stands before a column."""
+    """The end of a block whose brace is before a column."""
     depth = 1
     while True:
         for at, character in enumerate(lines[number - 1][column:], column + 1):
@@ -50,12 +50,12 @@ def block_end(lines, number, column):
 
 
 def counted(folder, programs, files):
-    """Functions of some programs with their regions and the counts that a folder holds, of some source files or folders."""
+    """Functions of some programs and source files, with their regions and the counts in a folder."""
     profile = folder / "merged.profdata"
     raw = [str(path) for path in folder.glob("*.profraw")]
     if not raw:
         return []
-    # A process that was killed may have left a file that is cut short.
+    # A killed process may have left a truncated file.
     subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-failure-mode=all", "-o", profile, *raw], check=True)
     objects = [part for program in programs[1:] for part in ("-object", program)]
     command = [tool("llvm-cov"), "export", programs[0], *objects, f"-instr-profile={profile}", "-skip-expansions"]
@@ -65,7 +65,7 @@ def counted(folder, programs, files):
 
 
 def times(functions, file, begin, end):
-    """How often a block was executed, and in the copies of which instruction sets."""
+    """Number of executions of a block, and the instruction sets of the executed copies."""
     total, sets = 0, set()
     for function in functions:
         own = [r for r in function["regions"] if r[7] == 0 and function["filenames"][r[5]].endswith(file)]

@@ -1,4 +1,4 @@
-"""What programs that make records and pages share: where records lie, how they are kept, and the parts of pages that they write."""
+"""Shared code of the programs for records and pages: places of records, how they are kept, and generated parts of pages."""
 
 import json
 import os
@@ -14,12 +14,12 @@ from sources import ROOT, about, changed
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 ATLAS = Path(os.environ.get("ATLAS", TARGET / "release/atlas"))
 RUNS = ROOT / "benches/runs"
-# Behind the link to a record whose sources are not those of the tree.
+# Follows the link to a record whose sources differ from the tree.
 STALE = " **(stale)**"
 
 
 def output(*command: str) -> str:
-    """What a command prints, empty where it cannot be run."""
+    """The output of a command; empty if it cannot run."""
     try:
         return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
@@ -52,7 +52,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
 
 
 def keep(folder: str | Path, summary: str | Iterable[str], **raw: object) -> None:
-    """Writes summary.md and, for each further argument NAME, the figures that it is made of as NAME.json."""
+    """Writes summary.md and, for each further argument NAME, its figures as NAME.json."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     text = summary if isinstance(summary, str) else "\n".join(summary)
@@ -75,7 +75,7 @@ def load(kind: str, file: str) -> dict:
 
 
 def link(kind: str, file: str = "summary.md", text: str = "") -> str:
-    """A link to a file of a record, as from a page of docs/; it says where the sources are older than the tree's."""
+    """A link to a file of a record from a page of docs/, marked if the sources are older than the tree's."""
     folder = the(kind)
     return f"[{text or folder.name}](../benches/runs/{folder.name}/{file}){STALE if changed(folder) else ''}"
 
@@ -87,8 +87,8 @@ def without_marks(text: str) -> str:
 def write_blocks(page: str, blocks: dict[str, Callable[[], list[str]]], arguments: list[str]) -> None:
     """Writes parts of a page, each between `<!-- NAME: begin -->` and `<!-- NAME: end -->`.
 
-    With `--check` the page stays as it is, and the status is 1 where it has other figures. Marks of stale records may differ:
-    they follow the sources, and a change of the sources alone makes no page wrong.
+    With `--check` the page is not changed, and the status is 1 if its figures differ. Marks of stale records may differ:
+    they depend on the sources, and a change of the sources alone makes no page wrong.
     """
     file = ROOT / page
     written = text = file.read_text()

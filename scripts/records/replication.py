@@ -1,20 +1,19 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/replication.md: the paper's figures beside those of the records `ladder`
+"""Writes the tables of docs/replication.md: the paper's figures and those of the records `ladder`
 (scripts/record ladder), `replication` (scripts/record replication), `machine` (scripts/record machine) and `verify` (scripts/record verify) under
 benches/runs/. The paper's kernels are those of the program atlas-paper.
 
     .venv/bin/python scripts/records/replication.py           rewrites the tables
-    .venv/bin/python scripts/records/replication.py --check   status 1 where the page says something else
+    .venv/bin/python scripts/records/replication.py --check   status 1 if the page differs
 
-No row without a record. A note says what is known to differ between both programs or machines. It stands in its row whatever the
-ratio is, and nothing chooses it by the ratio.
+Every row has a record. A note states known differences between the programs or machines. Notes do not depend on the ratio.
 """
 
 import sys
 
 from records import link, load, the, write_blocks
 
-# The paper's figures, in its own units: µs a cycle, × real time, products a cycle.
+# The paper's figures in its units: µs per cycle, × real time, products per cycle.
 PAPER_EVENTS = {
     "strong": {"dyadic": (48, 5, 371), "hermite": (31, 8, 193), "spectral": (33, 8, 74)},
     "sparse": {"hermite": (17.2, 14, 77.7), "spectral": (14.6, 16, 29.1)},
@@ -34,7 +33,7 @@ FLIGHT = "Here a free flight is one piece over any number of cells."
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """So many digits, an exponent where the number is far from one."""
+    """A number with the given digits, and an exponent if it is far from one."""
     if value == 0:
         return "0"
     if not 1e-2 <= abs(value) < 1e6:
@@ -47,12 +46,12 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def checked() -> str:
-    """The record with the checks of the paper's kernels: beside the ladder, or among those of `atlas verify`."""
+    """The record with the checks of the paper's kernels: in the ladder's folder, or in that of `atlas verify`."""
     return "ladder" if (the("ladder") / "verify.json").exists() else "verify"
 
 
 class Rows:
-    """Rows of one table: the paper's place, case, unit, the paper's figure, the one here, a note on what differs."""
+    """Rows of one table: the paper's place, case, unit, the paper's figure, the one here, a note on differences."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -170,7 +169,7 @@ def kernels() -> list[str]:
 
 
 def memory() -> list[str]:
-    """What the paper's machine showed of its memory, and this one."""
+    """Memory of the paper's machine and of this one."""
     machine, ladder = load("machine", "machine.json"), load("ladder", "raw.json")
     threads = load("replication", "record.json")["threads"]
     rows = Rows()
@@ -220,7 +219,7 @@ def several(values, form=significant) -> str:
 
 
 def motion() -> list[str]:
-    """Motions in four variants of what the paper does not give."""
+    """Motions in four variants of the data that the paper does not give."""
     record = load("replication", "record.json")
     variants = record["variants"]
     lines = ["| paper's | case | unit | paper | " + " | ".join(variants) + " |", "|---" * (4 + len(variants)) + "|"]
@@ -231,7 +230,7 @@ def motion() -> list[str]:
             try:
                 found = value(record[case_of][variant])
             except TypeError:
-                # An orbit that was not found, an exponent that foretells without end.
+                # An orbit that was not found, or an exponent without a finite horizon.
                 found = None
             cells.append("none" if found is None else found if isinstance(found, str) else significant(found))
         lines.append("| " + " | ".join([place, case, unit, paper, *cells]) + " |")

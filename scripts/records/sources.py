@@ -1,10 +1,10 @@
 """Which sources did a record measure, and are they those of the tree? Each folder of benches/runs has an `about.json`:
 
-    kind, command, commit   what was run, on which commit; `program` is the commit that the program itself tells
+    kind, command, commit   kind, command and commit of the measurement; `program` is the commit from the program itself
     sources                 a hash for each file or folder that the figures depend on (kinds.toml)
     contact                 the model of the flanks: "mirrored flanks", "one line", or both
     machine, load           processor, cores, system; load averages over a minute before and after
-    processor_seconds       time of all processes that were measured, user and system
+    processor_seconds       time of all measured processes, user and system
 
 A hash covers code: comments, blank lines, unit tests and the names and versions in Cargo.toml do not count.
 """
@@ -23,9 +23,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ["README.md", "docs"]
 KINDS = tomllib.loads((Path(__file__).parent / "kinds.toml").read_text())
-# What a record that no kind describes may depend on.
+# Possible sources of a record without a kind.
 PROGRAM = ["src/core", "src/gears", "src/jobs"]
-# The commits from which on the flanks of a drive are mirrored where nothing else is said have this word in their sources.
+# Commits with this word in their sources mirror the flanks of a drive by default.
 MIRRORED = "coast_flank"
 
 UNIT_TESTS = re.compile(rb"^#\[cfg\(test\)\]\nmod \w+ \{\n.*?^\}\n", re.M | re.S)
@@ -35,7 +35,7 @@ NOT_COUNTED = re.compile(r"(^|/)Cargo\.toml$|^src/.*(\btests?\.rs$|_tests?\.rs$|
 
 
 def git(root: Path, *arguments: str) -> bytes | None:
-    """What git prints; nothing where it fails."""
+    """The output of git; None if it fails."""
     done = subprocess.run(["git", *arguments], cwd=root, capture_output=True)
     return done.stdout if done.returncode == 0 else None
 
@@ -64,7 +64,7 @@ def code(name: str, data: bytes) -> bytes:
 
 
 def files(root: Path, path: str, commit: str | None) -> dict[str, bytes]:
-    """Contents of the files below a path, of a commit or as they lie in the tree."""
+    """Contents of the files below a path, of a commit or of the working tree."""
     if commit is None:
         listed = git(root, "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", path) or b""
         names = [name for name in listed.decode().split("\0") if name and (root / name).is_file()]
@@ -78,7 +78,7 @@ def files(root: Path, path: str, commit: str | None) -> dict[str, bytes]:
 
 @functools.cache
 def digest(root: Path, path: str, commit: str | None = None) -> str | None:
-    """Hash of the code below a path; nothing where there is none."""
+    """Hash of the code below a path; None if there is none."""
     found = {name: data for name, data in files(root, path, commit).items() if not NOT_COUNTED.search(name)}
     if not found:
         return None
@@ -93,13 +93,13 @@ def digests(kind: str, commit: str | None = None, root: Path = ROOT) -> dict[str
 
 
 def about(folder: Path) -> dict:
-    """What a record says of itself."""
+    """The description in a record."""
     file = folder / "about.json"
     return json.loads(file.read_text()) if file.exists() else {"kind": kind_of(folder.name)}
 
 
 def changed(folder: Path, root: Path = ROOT) -> list[str]:
-    """Sources of a record that are not those of the tree; empty for a record of this tree."""
+    """Sources of a record that differ from the tree; empty for a record of this tree."""
     said = about(folder)
     recorded = said.get("sources") or {}
     return [path for path in {**dict.fromkeys(paths_of(said["kind"])), **recorded}
@@ -118,7 +118,7 @@ def quoted(root: Path = ROOT) -> dict[str, list[str]]:
 
 
 def stale(pages: list[str], root: Path = ROOT) -> list[str]:
-    """A line for each record that these pages (all without) quote and whose sources are not those of the tree."""
+    """A line for each record that these pages (by default all) quote and whose sources differ from the tree."""
     lines = []
     for name, own in sorted(quoted(root).items()):
         shown = [page for page in own if not pages or page in pages]
@@ -133,7 +133,7 @@ def stale(pages: list[str], root: Path = ROOT) -> list[str]:
 
 
 def of_commit(folder: Path, root: Path = ROOT) -> dict:
-    """What can be said of a record that only has a commit in its name."""
+    """The description of a record that only has a commit in its name."""
     kind, commit = kind_of(folder.name), folder.name.rsplit("-", 1)[-1]
     known = git(root, "rev-parse", f"{commit}^{{commit}}")
     said = {"kind": kind, "commit": known.decode().strip() if known else commit, "program": None}
@@ -146,6 +146,6 @@ def of_commit(folder: Path, root: Path = ROOT) -> dict:
 
 
 if __name__ == "__main__":
-    # For records that scripts/record has not made: scripts/records/sources.py benches/runs/DATE-KIND-COMMIT
+    # For records from other programs than scripts/record: scripts/records/sources.py benches/runs/DATE-KIND-COMMIT
     for name in sys.argv[1:]:
         (Path(name) / "about.json").write_text(json.dumps(of_commit(Path(name).resolve()), indent=1) + "\n")
