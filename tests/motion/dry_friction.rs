@@ -315,7 +315,7 @@ fn random_elements_are_followed_as_by_another_integrator() {
     assert!(worst < 1e-11 && late < 1e-5, "{worst:e} {late:e}");
 }
 
-/// Friction takes as much energy as is reported, and belts supply theirs, with modal damping and with a matrix.
+/// Energy balances with the reported losses by friction and the work of belts, with modal damping and with a matrix.
 #[test]
 fn energy_balances_through_sticks_and_slips() {
     let mut stream = Stream::new(5, 0, 0);

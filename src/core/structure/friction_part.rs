@@ -6,7 +6,7 @@
 ///
 /// ```text
 /// slip:   v ≠ 0   f = F sgn v                    until v = 0
-/// stick:  v = 0   f = λ, what keeps δ' = u       until |λ| > F_s
+/// stick:  v = 0   f = λ, which keeps δ' = u      until |λ| > F_s
 /// ```
 ///
 /// F is the force of sliding friction, F_s ≥ F that of static friction. Source: Den Hartog 1931.

@@ -1,4 +1,4 @@
-//! Where on a window does an event happen, and what do observers see of the window?
+//! At which place of a window does an event happen, and which parts of the window do observers see?
 
 use super::Volterra;
 use super::lanes::{self, Solution};
