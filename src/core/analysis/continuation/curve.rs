@@ -77,6 +77,10 @@ const LARGEST_TURN: f64 = 0.5;
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
+/// Largest distance of a multiplier from its value at the bifurcation in a located point. A multiplier that jumps past its
+/// value stays farther away.
+const NEAR: f64 = 1e-4;
+
 /// Depth that counts as zero, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
 
@@ -237,6 +241,7 @@ enum Sought {
 
 const NO_TEST: &str = "the grazing extreme disappears";
 const NO_MULTIPLIER: &str = "the multiplier changes its type";
+const JUMPS: &str = "the multiplier jumps";
 
 impl Sought {
     fn new(kind: &Kind, last: &Orbit) -> Option<Self> {
@@ -366,6 +371,10 @@ fn point(
         .ok_or(NO_ORBIT)?;
     let mut older = (x, sought.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
+    // A slope across a jump says nothing about the next point.
+    if change.abs() <= LOCATED && older.1.abs() > NEAR {
+        change = FIRST_TRIAL;
+    }
     // The last trials with a negative and a positive value.
     let mut bracket: [Option<f64>; 2] = [None; 2];
     let watched = matches!(sought, Sought::Depth(_));
@@ -375,6 +384,9 @@ fn point(
         } else {
             older.1 == 0.0 || change.abs() <= LOCATED
         };
+        if located && !watched && older.1.abs() > NEAR {
+            return Err(JUMPS);
+        }
         if located {
             let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;
             return orbit.with_details(map).map_err(|_| NO_ORBIT);

@@ -239,3 +239,70 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
         assert!(nearest < width.max(1e-4), "{width}: {nearest:e}");
     }
 }
+
+/// `y' = m y`, where m passes −1 on the line p₀ = p₁ / 2: smoothly for p₁ below 1/2, and by a jump of 0.6 beyond.
+struct Jumping;
+
+impl Jumping {
+    fn multiplier(at: At) -> f64 {
+        let beyond = at[0] - 0.5 * at[1];
+        let step = if at[1] < 0.5 { beyond } else { f64::copysign(0.3, beyond) };
+        -1.0 - step
+    }
+}
+
+impl CycleMap for Jumping {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn image(&mut self, u: &[f64], at: At, _: u32) -> Result<Image, MapError> {
+        let m = Self::multiplier(at);
+        Ok(Image {
+            end: vec![m * u[0]],
+            monodromy: Mat::from_fn(1, 1, |_, _| m),
+        })
+    }
+
+    fn by_parameter(&mut self, _: &[f64], _: At, _: u32, _: usize) -> Result<Vec<f64>, MapError> {
+        Ok(vec![0.0])
+    }
+
+    fn details(&mut self, _: &[f64], _: At, _: u32) -> Result<Details, MapError> {
+        Ok(Details::default())
+    }
+}
+
+/// A curve of period doublings ends where the multiplier jumps past −1 instead of passing it.
+#[test]
+fn a_multiplier_that_jumps_past_its_value_is_no_bifurcation() {
+    let plane = Plane {
+        from: [-1.0, -1.0],
+        to: [1.0, 1.0],
+        longest: 0.02,
+        most: 500,
+    };
+    let mut map = Jumping;
+    let orbit = (correct(&mut map, &[0.0], [0.0; 2], 1, &Border::Parameters).unwrap())
+        .with_multipliers(1)
+        .unwrap();
+    let start = Bifurcation {
+        kind: Kind::PeriodDoubling,
+        orbit,
+        after: 0,
+        length: 0.0,
+        bracket: [0.0; 2],
+        lost: None,
+    };
+    let curve = follow(&mut map, &plane, &start).unwrap();
+    assert_eq!(curve.ends, ["the interval ends", JUMPS]);
+    let last = curve.points.last().unwrap().orbit.at;
+    assert!((0.49..0.5).contains(&last[1]), "{last:?}");
+    for CurvePoint { orbit, .. } in &curve.points {
+        assert!(
+            (Jumping::multiplier(orbit.at) + 1.0).abs() < 1e-8,
+            "{:?}",
+            orbit.at
+        );
+    }
+}
