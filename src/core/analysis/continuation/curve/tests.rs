@@ -295,7 +295,8 @@ fn a_multiplier_that_jumps_past_its_value_is_no_bifurcation() {
         lost: None,
     };
     let curve = follow(&mut map, &plane, &start).unwrap();
-    assert_eq!(curve.ends, ["the interval ends", JUMPS]);
+    assert_eq!(curve.ends[0], "the interval ends");
+    assert!([JUMPS, "the bifurcation is not found nearby"].contains(&curve.ends[1]));
     let last = curve.points.last().unwrap().orbit.at;
     assert!((0.49..0.5).contains(&last[1]), "{last:?}");
     for CurvePoint { orbit, .. } in &curve.points {
