@@ -23,14 +23,19 @@ CASES = {
 }
 
 
-def run(settings, out):
-    """Processor time of a run on one thread [s]; status 3 is a run with points that failed."""
+def processor_time(command, **options):
+    """Processor time of a command [s]. Status 3 is a run with points that failed."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    changes = [argument for setting in settings for argument in ("--set", setting)]
-    command = [ATLAS, "run", ROOT / "manifests/flex80.toml", "--out", out, "--quiet", "--overwrite", "--threads", "1", *changes]
-    assert subprocess.run(command, cwd=out.parent).returncode in (0, 3)
+    assert subprocess.run(command, **options).returncode in (0, 3)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def run(settings, out):
+    """Processor time of a run on one thread [s]."""
+    changes = [argument for setting in settings for argument in ("--set", setting)]
+    command = [ATLAS, "run", ROOT / "manifests/flex80.toml", "--out", out, "--quiet", "--overwrite", "--threads", "1", *changes]
+    return processor_time(command, cwd=out.parent)
 
 
 def found(points):

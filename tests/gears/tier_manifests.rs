@@ -179,3 +179,31 @@ fn a_torsional_drive_in_lasting_contact_is_one_oscillator() {
     );
     assert!((rate / exact.1 - 1.0).abs() < 1e-9, "{rate} {exact:?}");
 }
+
+/// Windage of the wheel as an expression of the speed loads the mesh like a constant torque of its value there.
+#[test]
+fn windage_is_a_torque_by_an_expression_of_the_speed() {
+    let plain = text("torsional");
+    let loads = |key: &str, value: &str| {
+        let text = plain.replace("[grid]", &format!("[grid]\n\"{key}\" = {value}"));
+        let job = job(&text);
+        let models = (0..job.points.len()).map(|point| job.points.at(point));
+        let inputs = |point| common::parts().model(point).unwrap().blocks.clone();
+        (models.map(|point| (point.speed, inputs(&point))))
+            .map(|(speed, blocks)| (speed, blocks.iter().map(|own| own.static_input).collect()))
+            .collect::<Vec<(f64, Vec<[f64; 2]>)>>()
+    };
+    let key = "shafts.wheel.drag_torque";
+    let windage = loads(key, "\"3.97e-6 * (speed * 2 / 3)^1.8\"");
+    let speeds = [1200.0, 1400.0];
+    for speed in speeds {
+        let torque = 3.97e-6 * (speed * 2.0 / 3.0_f64).powf(1.8);
+        let constant = loads(key, &format!("{torque:?}"));
+        let at = |all: &[(f64, Vec<[f64; 2]>)]| -> Vec<_> {
+            all.iter().filter(|own| own.0 == speed).cloned().collect()
+        };
+        assert_eq!(at(&windage).len(), 2);
+        assert_eq!(at(&windage), at(&constant));
+        assert_ne!(at(&windage), at(&loads(key, "0")));
+    }
+}

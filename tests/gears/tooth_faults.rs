@@ -4,11 +4,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+use crate::fixtures;
 use common::advance::{advance, volterra};
 use common::relative_difference;
 use gearatlas::analysis::{
     NvhConfig, OrderConfig, PointConfig, PointOutcome, Section, Signals, investigate,
 };
+use gearatlas::gear::{RootCrack, ToothForm};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::random::PointSeed;
@@ -204,6 +206,29 @@ fn kernels_rattle_over_the_revolution() {
     }
 }
 
+/// Alone in contact, the tooth yields by the deflection of the crack more than the others, and less near its root. The
+/// coast flank closes the crack.
+#[test]
+fn a_crack_adds_its_deflection_on_its_flank() {
+    let fault = "gear = \"pinion\"\ntooth = 4\ncrack = \"1.5 mm\"\nflanks = \"drive\"";
+    let model = model(fault, 1000.0, 0.2);
+    let gears = fixtures::pair([20, 30], ToothForm::default());
+    let crack = RootCrack::new(&gears, 0, 1.5e-3).unwrap();
+    let compliance = |contact: usize, cycle: u64, phase: f64| {
+        let cycle = model.contacts[contact].cycle(cycle);
+        1.0 / cycle.segment_at(phase * cycle.period).stiffness.mean()
+    };
+    let added = compliance(0, 3, 0.8) - compliance(0, 2, 0.8);
+    assert!((added / crack.at(0.8) - 1.0).abs() < 1e-12, "{added:e}");
+    assert!(crack.at(0.1) < 0.7 * crack.at(0.8) && added > 0.02 * compliance(0, 2, 0.8));
+    // Half of the load with a neighbour: f = 1/(1 + k c/2) of half of the stiffness.
+    let [both, half] = [1.0 / compliance(0, 2, 0.3), 0.5 / compliance(0, 2, 0.3)];
+    let left = 1.0 / compliance(0, 3, 0.3);
+    let exact = both - half * (1.0 - 1.0 / (1.0 + half * crack.at(0.3)));
+    assert!((left / exact - 1.0).abs() < 1e-12, "{left:e} {exact:e}");
+    assert!((0..20).all(|cycle| compliance(1, cycle, 0.8) == compliance(1, 0, 0.8)));
+}
+
 #[test]
 fn teeth_that_cannot_be_are_refused() {
     let drawn = text(CRACKED).replace(
@@ -222,6 +247,10 @@ fn teeth_that_cannot_be_are_refused() {
         (
             text("gear = \"pinion\"\ntooth = 2\nstiffness = 0"),
             "stiffness",
+        ),
+        (
+            text("gear = \"pinion\"\ntooth = 2\ncrack = \"8 mm\""),
+            "a crack of 8.0000 mm is too deep",
         ),
         (drawn, "springs of their own are all alike"),
     ];

@@ -50,6 +50,21 @@ fn holds(found: &[Found], kind: &str, period: u64, at: f64, within: f64) {
     assert_eq!(times, 1, "{kind} of period {period} at {at}: {found:#?}");
 }
 
+/// The shipped cascade of an oscillator against a stop. Intervals shrink by ratios that approach Feigenbaum's 4.6692.
+#[test]
+fn six_doublings_approach_the_ratio_of_feigenbaum() {
+    let modal = include_str!("../../manifests/oscillators/stop.modal.toml");
+    let manifest = include_str!("../../manifests/oscillators/doublings.toml")
+        .replace("stop.modal.toml", "s.modal.toml");
+    let mut doublings = follow(modal, &manifest);
+    doublings.retain(|own| own.kind == "period_doubling");
+    let periods: Vec<u64> = doublings.iter().map(|own| own.period).collect();
+    assert_eq!(periods, [2, 4, 8, 16, 32, 64], "{doublings:#?}");
+    let intervals: Vec<f64> = doublings.windows(2).map(|two| two[1].at - two[0].at).collect();
+    let ratios: Vec<f64> = intervals.windows(2).map(|two| two[0] / two[1]).collect();
+    assert!(ratios.is_sorted() && (ratios[3] / 4.6692 - 1.0).abs() < 0.06, "{ratios:?}");
+}
+
 /// Two flanks, one mode, a force of 60 N. At 92.17664307 rad/s the branch that closes a second contact at 92.1793 folds
 /// right behind that graze, by arclength continuation with Runge-Kutta steps. The period doublings at both ends of an
 /// interval of doubled orbits have one branch, not two.

@@ -46,4 +46,7 @@ fn files_stay_and_names_are_those_of_jobs() {
     assert!(refused(&["new", "mine"]).contains("already exists"));
     assert_eq!(fs::read(folder.path().join("mine.toml")).unwrap(), b"mine");
     printed(&folder, &["new", "mine", "--overwrite"]);
+    // The name of the file does as well.
+    printed(&folder, &["new", "other.toml"]);
+    assert!(folder.path().join("other.toml").exists());
 }

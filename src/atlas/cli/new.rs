@@ -10,7 +10,7 @@ use std::process::ExitCode;
 /// Arguments of `atlas new`.
 #[derive(Debug, Args)]
 pub struct NewArgs {
-    /// Name of the job. The file is NAME.toml in the current folder.
+    /// Name of the job, or of its file. The file is NAME.toml in the current folder.
     #[arg(value_name = "NAME")]
     pub name: String,
     /// Start from this drive.
@@ -78,8 +78,9 @@ impl Template {
 
 /// Writes the manifest: status 0; 2 if the name does not fit a job or the file exists; 1 if it cannot be written.
 pub fn run(args: &NewArgs) -> ExitCode {
-    let text = args.from.named(&args.name);
-    let file = PathBuf::from(format!("{}.toml", args.name));
+    let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
+    let text = args.from.named(name);
+    let file = PathBuf::from(format!("{name}.toml"));
     if let Err(errors) = manifest::parse(&text, &file.to_string_lossy(), Path::new(".")) {
         return fail(BAD_INPUT, &with_causes(&errors));
     }

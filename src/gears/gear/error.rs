@@ -282,4 +282,20 @@ pub enum GearError {
         /// The value of the law.
         coefficient: f64,
     },
+    /// A crack in a ring.
+    #[error(
+        "a ring has no critical section at 30°, so that the effect of a crack is not known; give `stiffness` instead"
+    )]
+    CrackInRing,
+    /// A crack through most of the tooth.
+    #[error(
+        "a crack of {:.4} mm is too deep; at most {:.4} mm are possible, 80 % of the critical section",
+        1e3 * depth, 1e3 * limit
+    )]
+    CrackDepth {
+        /// Its depth \[m\].
+        depth: f64,
+        /// Largest depth \[m\].
+        limit: f64,
+    },
 }

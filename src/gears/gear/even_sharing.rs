@@ -115,9 +115,15 @@ impl EvenSharing {
         ends
     }
 
-    /// Part of the load on the pair of a tooth at a time after its first touch at mid-face \[cycles\]. The tooth
-    /// touches again every `teeth` cycles.
-    pub(super) fn share(&self, since: f64, teeth: u32) -> f64 {
+    /// A time after the last first touch of a tooth at mid-face, from any one \[cycles\]. The tooth touches again every
+    /// `teeth` cycles. Negative while only one end of the face touches.
+    pub(super) fn within_turn(&self, since: f64, teeth: u32) -> f64 {
+        let half = 0.5 * self.overlap_ratio;
+        (since + half).rem_euclid(f64::from(teeth)) - half
+    }
+
+    /// Part of the load on the pair of a tooth at a time after its first touch at mid-face \[cycles\].
+    pub(super) fn share(&self, since: f64) -> f64 {
         let half = 0.5 * self.overlap_ratio;
         let line = |middle: f64| {
             let length = (middle + half).min(self.contact_ratio) - (middle - half).max(0.0);
@@ -127,7 +133,7 @@ impl EvenSharing {
                 f64::from(u8::from((0.0..self.contact_ratio).contains(&middle)))
             }
         };
-        let own = line((since + half).rem_euclid(f64::from(teeth)) - half);
+        let own = line(since);
         let others = (-half).floor() as i32..=(self.contact_ratio + half).ceil() as i32;
         let phase = since.rem_euclid(1.0);
         let all: f64 = others.map(|number| line(phase + f64::from(number))).sum();

@@ -21,6 +21,7 @@ mod misalignment;
 mod modification;
 mod oil_film;
 mod pair;
+mod root_crack;
 mod sharing;
 mod symmetry;
 mod tip_contact;
@@ -50,6 +51,7 @@ pub use misalignment::{
 pub use modification::{Modification, Relief, ReliefCourse};
 pub use oil_film::OilFilm;
 pub use pair::GearPair;
+pub use root_crack::RootCrack;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
     pairs_at,

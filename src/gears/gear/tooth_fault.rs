@@ -5,13 +5,14 @@
 //! flanks miss material d changes the mesh to
 //!
 //! ```text
-//! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,
+//! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,    f = f₀/(1 + f₀ σ k c),
 //! ```
 //!
-//! as long as all pairs of the mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they
-//! repeat after the hunting cycle, the least common multiple of the teeth.
+//! where c is the deflection per force that a crack adds ([`RootCrack`]), as long as all pairs of the
+//! mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
+//! cycle, the least common multiple of the teeth.
 
-use super::EvenSharing;
+use super::{EvenSharing, RootCrack};
 use crate::model::{Division, FlankError};
 use crate::numerics::integers::least_multiple;
 use serde::Serialize;
@@ -27,11 +28,21 @@ pub struct ToothFault {
     pub gear: usize,
     /// Number of the tooth, from 0, in the order of engagement: tooth 0 engages in mesh cycle 0.
     pub tooth: u32,
-    /// Remaining part f of the stiffness of its pair, in (0, 1].
+    /// Remaining part f₀ of the stiffness of its pair without the crack, in (0, 1].
     pub stiffness: f64,
+    /// Crack at the root of its drive flank and its coast flank.
+    pub cracks: [Option<RootCrack>; 2],
     /// Material missing from its drive flank and its coast flank along the line of action, d \[m\].
     #[serde(rename = "lacks")]
     pub missing: [f64; 2],
+}
+
+impl ToothFault {
+    /// Remaining part f of the stiffness of a pair \[N/m\] on a flank, at a time after its first touch \[cycles\].
+    fn remaining(&self, flank: usize, since: f64, stiffness: f64) -> f64 {
+        let crack = self.cracks[flank].map_or(0.0, |crack| crack.at(since));
+        self.stiffness / (1.0 + self.stiffness * stiffness * crack)
+    }
 }
 
 /// A pair of gears with some teeth that differ from the others.
@@ -100,7 +111,7 @@ impl FaultyTeeth {
 
     /// A division with the faults around a time \[cycles\].
     fn changed(&self, division: &Division, time: f64, course: Course) -> Division {
-        let (mut left, mut missing) = (1.0, 0.0);
+        let (mean, mut left, mut missing) = (division.stiffness.mean(), 1.0, 0.0);
         for fault in &self.faults {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
@@ -108,8 +119,9 @@ impl FaultyTeeth {
                 // On the coast flank a tooth of the wheel meets the pinion tooth before the one that drives it.
                 Course::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
             };
-            let share = self.pairs.share(since, self.teeth[fault.gear]);
-            left -= (1.0 - fault.stiffness) * share;
+            let since = self.pairs.within_turn(since, self.teeth[fault.gear]);
+            let share = self.pairs.share(since);
+            left -= (1.0 - fault.remaining(flank, since, share * mean)) * share;
             missing += share * fault.missing[flank];
         }
         let mut error = *division.error.coefficients();
@@ -132,6 +144,7 @@ mod tests {
             gear,
             tooth,
             stiffness: 0.6,
+            cracks: [None; 2],
             missing: [4e-6, 1e-6],
         };
         FaultyTeeth {

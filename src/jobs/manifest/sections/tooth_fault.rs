@@ -2,7 +2,7 @@
 
 use super::backlash::Surroundings;
 use super::friction::shared_as_long;
-use crate::gear::{EvenSharing, FaultyTeeth, GearError, GearPair, ToothFault};
+use crate::gear::{EvenSharing, FaultyTeeth, GearError, GearPair, RootCrack, ToothFault};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
@@ -45,7 +45,7 @@ pub(super) fn read(
         return None;
     };
     let read: Vec<_> = (tables.iter())
-        .map(|table| fault(table, issues, gears.teeth))
+        .map(|table| fault(table, issues, gears))
         .collect();
     if stiffness.is_of_pairs() {
         let message = "pairs of teeth that are springs of their own are all alike";
@@ -96,29 +96,30 @@ fn drawn(gears: &GearPair) -> Result<(EvenSharing, f64), GearError> {
     Ok((EvenSharing::new(gears)?, gears.symmetry()?))
 }
 
-fn fault(table: &Section, issues: &mut Issues, teeth: [u32; 2]) -> Option<ToothFault> {
+fn fault(table: &Section, issues: &mut Issues, gears: &GearPair) -> Option<ToothFault> {
     let gear = table.choice(issues, "gear");
     let tooth = table.integer(issues, "tooth");
     let stiffness = table.quantity_or_default(issues, "stiffness");
+    let crack = table.quantity_or_default(issues, "crack");
     let loss = table.quantity_or_default(issues, "loss");
     let flanks = table.choice_or_default(issues, "flanks");
     let gear = usize::from(gear? == "wheel");
     let number = tooth?;
-    if number > u64::from(teeth[gear]) {
+    if number > u64::from(gears.teeth[gear]) {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::OutOfRange,
                 table.span_of("tooth"),
                 &table.path_of("tooth"),
-                format!("tooth {number} of a gear with {} teeth", teeth[gear]),
+                format!("tooth {number} of a gear with {} teeth", gears.teeth[gear]),
             )
             .label("no such tooth")
-            .remedy(format!("give a number from 1 to {}", teeth[gear])),
+            .remedy(format!("give a number from 1 to {}", gears.teeth[gear])),
         );
         return None;
     }
-    let (stiffness, loss) = (stiffness?, loss?);
-    if stiffness == 1.0 && loss == 0.0 {
+    let (stiffness, depth, loss) = (stiffness?, crack?, loss?);
+    if stiffness == 1.0 && depth == 0.0 && loss == 0.0 {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
@@ -127,16 +128,32 @@ fn fault(table: &Section, issues: &mut Issues, teeth: [u32; 2]) -> Option<ToothF
                 "this tooth is like the others".to_owned(),
             )
             .label("no fault")
-            .remedy("give `stiffness` below 1 or a `loss`, or remove the table"),
+            .remedy("give `stiffness` below 1, a `crack` or a `loss`, or remove the table"),
         );
         return None;
     }
     let flanks = flanks?;
+    let has_fault = ["drive", "coast"].map(|own| flanks == own || flanks == "both");
+    let crack = match RootCrack::new(gears, gear, depth) {
+        _ if depth == 0.0 => None,
+        Ok(crack) => Some(crack),
+        Err(fault) => {
+            let (span, path) = (table.span_of("crack"), table.path_of("crack"));
+            let fault =
+                Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, fault.to_string());
+            issues.push(
+                fault
+                    .label("no such crack")
+                    .remedy("give another depth, or correct [gear]"),
+            );
+            return None;
+        }
+    };
     Some(ToothFault {
         gear,
         tooth: u32::try_from(number - 1).ok()?,
         stiffness,
-        missing: ["drive", "coast"]
-            .map(|own| if flanks == own || flanks == "both" { loss } else { 0.0 }),
+        cracks: has_fault.map(|own| crack.filter(|_| own)),
+        missing: has_fault.map(|own| if own { loss } else { 0.0 }),
     })
 }
