@@ -40,7 +40,7 @@ function showBasins(table, from, to, place) {
   });
   detail.charts.push(chart);
   const found = [...new Set(rows.map(id))].sort((a, b) => a - b);
-  host.after(make("ul", { class: "legend" }, found.map((own) => {
+  chart.save.after(make("ul", { class: "legend" }, found.map((own) => {
     const text = Number.isNaN(own) ? "settled on no attractor" : `attractor ${own}`;
     const cell = rows.find((row) => Object.is(id(row), own));
     return make("li", {}, swatch(colour(cell)), text);
