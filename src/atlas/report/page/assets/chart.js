@@ -26,7 +26,7 @@ function decades(low, high, room) {
 
 class Chart {
   /**
-   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `ticks(low, high, room)` and `text(value)`;
+   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `size` of the texts, `ticks(low, high, room)` and `text(value)`;
    * `draw(pen)` draws; `pick(x, y, pen)` finds what is at a place in pixels of the page, `tip(found)` tells it in lines
    * and `choose(found)` is called at a click. `step(right, up)` finds what an arrow key leads to.
    */
@@ -79,7 +79,7 @@ class Chart {
       legend: { show: false },
       cursor: { x: false, y: false, points: { show: false }, drag: { x: true, y: true, dist: 8 } },
       scales: { x: scale(x), y: scale(y) },
-      axes: [axis(2, x, 34), axis(3, y, 64)],
+      axes: [axis(2, x, 34), axis(3, y, y.size ?? 64)],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.draw(u)] },
     };

@@ -28,6 +28,16 @@ function heldAxes() {
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
+/** What the points of a picture have in common: `, load 0.1, sweep up`. */
+function heldWords() {
+  const words = heldAxes().map((index) => {
+    const axis = grid.axes[index];
+    return `, ${axis.name} ${axisText(axis, axis.values[map.held.get(index) ?? axis.rank[0]])}`;
+  });
+  const swept = grid.directions?.values.length > 1 && !map.curves && map.y >= 0;
+  return words.join("") + (swept ? `, sweep ${map.direction}` : "");
+}
+
 /** Axes along which points of a picture differ beside those that it goes along: the others of a list. The points of a chain are one course, whatever is tied to the axis that it was carried along. */
 function accompanying() {
   if (grid.axes[map.x].name === HEAD.along) return [];
@@ -119,8 +129,7 @@ async function drawMap() {
   }
   map.chart = new Chart(host, { height: Math.min(520, Math.max(300, innerHeight - 330)), ...spec, choose: selectPoint });
   legend(shown, colours, rows);
-  const held = heldAxes().map((index) => `, ${axisText(grid.axes[index], grid.axes[index].values[map.held.get(index) ?? grid.axes[index].rank[0]])}`);
-  const words = `${shown.title}${spec.words}${held.join("")}. ${plural(rows.length, "point")}. Arrow keys move the selected point.`;
+  const words = `${shown.title}${spec.words}${heldWords()}. ${plural(rows.length, "point")}. Arrow keys move the selected point.`;
   host.setAttribute("aria-label", words);
   document.querySelector("#map .caption").textContent =
     `${shown.title}${shown.unit === "" || shown.unit === "1" ? "" : ` [${readable(shown.unit)}]`}: ${shown.description}`;
@@ -439,6 +448,7 @@ function curves(shown, rows) {
   const log = map.log && !shown.isText;
   const steps = shown.isText && {
     range: [-0.5, kinds.length - 0.5],
+    size: 120,
     ticks: () => kinds.map((kind, place) => place),
     text: (place) => (shown.isMotion ? HEAD.motions[kinds[place]].name : kinds[place]) ?? "",
   };
