@@ -118,7 +118,7 @@ fn a_job_over_one_axis_gives_curves_with_units() {
             .find(|name| name.starts_with(kind) && name.ends_with(extension));
         found.unwrap_or_else(|| panic!("no {kind} in {files:?}"))
     };
-    assert_eq!(files.len(), 12, "{files:?}");
+    assert_eq!(files.len(), 14, "{files:?}");
     assert_eq!(notes, [] as [&str; 0]);
     let path = folder.path();
     let lambda = labels(path, "lambda.svg");

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import statistics
+import struct
 import subprocess
 from pathlib import Path
 
@@ -390,6 +391,38 @@ def test_branches_are_drawn(browser, tmp_path):
     assert low < 0.05 < 0.1 < high < max(row["load"] for row in onsets)
     assert "onset of rattle" in opened.page.inner_text("#branches .legend")
     opened.close()
+
+
+def test_arrow_keys_select_orbits(browser, tmp_path):
+    opened = Opened(browser, report(REPORTED / "followed", tmp_path / "followed.html"), "#branches")
+    page = opened.page
+    page.focus("#branches .plot")
+    for key, wanted in [("ArrowLeft", 1), ("ArrowRight", 2), ("ArrowLeft", 1)]:
+        page.keyboard.press(key)
+        assert page.inner_text("#orbit h3") == f"branches, row {wanted}"
+    first = page.inner_text('#orbit [data-column="branch"]')
+    page.keyboard.press("ArrowUp")
+    assert page.inner_text('#orbit [data-column="branch"]') != first
+    opened.close()
+
+
+def test_pictures_are_saved_with_their_legends(browser, tmp_path):
+    for folder, view, name in [
+        ("grid", "", "case-lambda_max-over-speed-and-load.png"),
+        ("followed", "#branches", "case-branches-deflection_rms-over-speed.png"),
+        ("trace", "", "case-deflection-over-time.png"),
+    ]:
+        opened = Opened(browser, report(REPORTED / folder, tmp_path / f"{folder}.html"), view)
+        button = opened.page.locator(".save:visible").first
+        with opened.page.expect_download() as saved:
+            button.click()
+        assert saved.value.suggested_filename == name
+        width, height = struct.unpack(">II", saved.value.path().read_bytes()[16:24])
+        plot = opened.page.locator("canvas:visible").first.bounding_box()
+        # Wider and higher than the plot: a margin, the name, and what is below.
+        assert width > plot["width"] and height > plot["height"] + 60
+        assert opened.complaints == []
+        opened.context.close()
 
 
 def test_a_trace_and_a_single_point_have_pages(browser, tmp_path):

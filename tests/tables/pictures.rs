@@ -54,7 +54,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
         &over_torque,
         &[
             "mesh stiffness [MN/m]",
-            "loaded TE [µm]",
+            "transmission error [µm]",
             "load centre",
             "mesh phase",
         ],

@@ -7,12 +7,14 @@ use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::error::PlotError;
 use super::evidence::Evidence;
+use super::hatch::hatch;
 use super::lambda_curve;
 use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::ramp::ink_on;
 use super::results::Results;
 use super::section::{Quantity, Section};
 use super::what::What;
@@ -139,7 +141,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
                 if with_lambda && !both {
                     marker_sample(canvas, at, motion)
                 } else {
-                    cell_sample(canvas, at, &Look::plain(motion.colour(), ""))
+                    let hatched = motion.is_hatched();
+                    let plain = Look::plain(motion.colour(), "");
+                    cell_sample(canvas, at, &Look { hatched, ..plain })
                 }
             },
         );
@@ -204,5 +208,13 @@ fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
         let left = neighbour(index.checked_sub(1)).unwrap_or(panel.left);
         let right = neighbour(Some(index + 1)).unwrap_or(panel.right);
         canvas.rectangle([left, top], [right, bottom], motion.colour());
+        if motion.is_hatched() {
+            hatch(
+                canvas,
+                [left, top],
+                [right, bottom],
+                ink_on(motion.colour()),
+            );
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Colours that distinguish attractors and branches.
 
 use super::canvas::Colour;
+use super::motion::Motion;
 
 /// Okabe and Ito's palette without black, which colour-blind readers can distinguish; neighbours differ in brightness
 /// too.
@@ -22,7 +23,7 @@ pub(in crate::report) fn colour(number: usize) -> Colour {
 /// The colour of motions that did not settle on an attractor.
 pub(super) fn lost(status: &str) -> Colour {
     match status {
-        "not_converged" => Colour(0xd8, 0xd8, 0xd8),
-        _ => Colour(0x22, 0x22, 0x22),
+        "not_converged" => Motion::NotConverged.colour(),
+        _ => Motion::Failed.colour(),
     }
 }

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, FAINT, INK, SOFT};
+use super::hatch::hatch;
 use super::motion::{Motion, counts};
 use super::over_axis::across;
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::ramp::ink_on;
 use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
@@ -69,6 +71,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
                 [right - edge, y + tall - 0.8],
             ];
             canvas.rectangle(from, to, motion.colour());
+            if motion.is_hatched() {
+                hatch(canvas, from, to, ink_on(motion.colour()));
+            }
         }
         let at = [24.0, 0.5 * (panel.top + panel.bottom)];
         canvas.text_upwards(at, "class of motion", LABEL_SIZE, INK, Anchor::Middle);

@@ -3,7 +3,7 @@
 use super::axis::{Axis, padded, range};
 use super::canvas::{Canvas, Colour, INK, Place, SOFT};
 use super::evidence::Evidence;
-use super::marker::{SAMPLE, entry};
+use super::marker::{Marker, SAMPLE, entry};
 use super::motion::{Motion, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::Panel;
@@ -105,6 +105,14 @@ fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], m
             y += entry(canvas, [MARGIN, y], &format!("sweep {}", sweep.direction));
         }
     }
+    // Without sweeps, the key of symbols names these motions.
+    let mut marked = counts(points.iter().copied());
+    marked.retain(|motion, _| motion.is_marked() && sweeps.len() > 1);
+    for (motion, count) in marked {
+        let at = [MARGIN + 0.5 * SAMPLE, y];
+        Marker::Disc.sized(canvas, at, motion.colour(), 0.75);
+        y += entry(canvas, [MARGIN, y], &format!("{} ({count})", motion.name()));
+    }
     let without = points.iter().filter(|point| point.lambda.is_none()).count();
     if without > 0 {
         y += entry(
@@ -139,6 +147,10 @@ fn symbols(
     // Symbols of a dense sweep would hide its line, and each other.
     let room = 0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64;
     let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match own {
+        Some(_) if Motion::of(point).is_marked() => {
+            let factor = (room / 4.6).clamp(0.5, 0.75);
+            Marker::Disc.sized(canvas, at, Motion::of(point).colour(), factor);
+        }
         Some(colour) => canvas.disc(at, room.clamp(1.4, 3.4), colour),
         None => {
             let (motion, factor) = (Motion::of(point), (room / 4.6).clamp(0.45, 1.0));

@@ -236,6 +236,9 @@ impl Source {
                 Err(error) => return Err(error),
             }
         }
+        if let Some(results) = &self.results {
+            drawn.append(column::draw_loudness(results, request)?);
+        }
         Ok(drawn)
     }
 

@@ -49,6 +49,11 @@ impl Motion {
         self == Self::TransientChaos
     }
 
+    /// Whether all pictures mark the point, because a longer run may change its averages.
+    pub fn is_marked(self) -> bool {
+        matches!(self, Self::TransientChaos | Self::NotConverged)
+    }
+
     /// Okabe and Ito's green and vermilion, a paler vermilion for transient chaos, and for periods a family of shades
     /// per prime factor, darker after every doubling. Colour-blind readers can distinguish them; a test checks this.
     /// Periods of one shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) differ by their numbers on maps and by their rows

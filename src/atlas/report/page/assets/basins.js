@@ -16,6 +16,7 @@ function showBasins(table, from, to, place) {
   const half = [across, up].map(({ range }, side) => (range[1] - range[0]) / Math.max(1, sides[side] - 1) / 2 || 0.5);
   const id = (row) => attractors?.values[row] ?? NaN;
   const colour = (row) => (Number.isNaN(id(row)) ? themed("none") : HEAD.palette[id(row) % HEAD.palette.length]);
+  const ending = (row) => (Number.isNaN(id(row)) ? `no attractor: ${statuses.text(row).replaceAll("_", " ")}` : `attractor ${id(row)}`);
   const chart = new Chart(host, {
     height: 300,
     x: { label: across.label, range: [across.range[0] - half[0], across.range[1] + half[0]] },
@@ -34,15 +35,11 @@ function showBasins(table, from, to, place) {
       return cells.get(`${column} ${row}`) ?? null;
     },
     tip: (row) => [
-      Number.isNaN(id(row)) ? `no attractor: ${statuses.text(row)}` : `attractor ${id(row)}`,
+      ending(row),
       across.told(row), up.told(row),
     ],
   });
   detail.charts.push(chart);
-  const found = [...new Set(rows.map(id))].sort((a, b) => a - b);
-  host.after(make("ul", { class: "legend" }, found.map((own) => {
-    const text = Number.isNaN(own) ? "settled on no attractor" : `attractor ${own}`;
-    const cell = rows.find((row) => Object.is(id(row), own));
-    return make("li", {}, swatch(colour(cell)), text);
-  })));
+  const found = new Map(rows.map((row) => [ending(row), row]));
+  chart.save.after(make("ul", { class: "legend" }, [...found.keys()].sort((a, b) => a.localeCompare(b, "en", { numeric: true })).map((text) => make("li", {}, swatch(colour(found.get(text))), text))));
 }

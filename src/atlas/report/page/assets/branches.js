@@ -6,7 +6,7 @@ const SHAPES = {
   graze: "cross", jump: "plus", sequence: "cross", end: "bar", onset: "bar",
 };
 
-const branches = { what: "branches", y: "deflection_rms", x: "", chart: null };
+const branches = { what: "branches", y: "deflection_rms", x: "", chart: null, chosen: null };
 const trajectory = { y: "deflection", x: "time", chart: null };
 
 /** Columns of numbers of a table that are offered. */
@@ -77,9 +77,10 @@ function parts(rows, key) {
   return found;
 }
 
-/** The colour of a kind of bifurcation; what has none of its own is drawn in ink. */
+/** The colour of a kind of bifurcation; what has none of its own is drawn in the ink of the page, dark or light. */
 function kindColour(name) {
-  return name === "onset" ? themed("ink") : HEAD.kinds[name]?.colour ?? themed("ink");
+  const colour = HEAD.kinds[name]?.colour;
+  return colour === undefined || colour === HEAD.kinds.onset.colour ? themed("ink") : colour;
 }
 
 /** Rows of a curve in stretches: an onset of rattle, which is computed at even values of the axis that is no load, is broken where it has none. */
@@ -128,7 +129,7 @@ function drawBranches() {
   const isWithin = (row) => [[xs, across], [ys, upwards]].every(([shown, [low, high]]) => shown.values[row] >= low && shown.values[row] <= high);
   branches.chart?.remove();
   const host = document.querySelector("#branches .plot");
-  host.setAttribute("aria-label", `${lines.name}: ${y} over ${x}`);
+  host.setAttribute("aria-label", `${lines.name}: ${y} over ${x}. Arrow keys move along a line, or to the next one.`);
   branches.chart = new Chart(host, {
     height: Math.min(560, Math.max(300, innerHeight - 320)),
     x: { label: xs.label, range: across },
@@ -148,6 +149,10 @@ function drawBranches() {
         const own = ["end", "sequence", "jump"].includes(kind.text(row));
         pen.mark(mx[i], my[i], SHAPES[kind.text(row)] ?? "bar", fill, own ? themed("soft") : themed("ink"), own ? 4 : 5);
       });
+      const { table, row } = branches.chosen ?? {};
+      const [a, b] = table === lines ? [xs.values[row], ys.values[row]] : table === marks ? [mx[row], my[row]] : [NaN, NaN];
+      const side = 9 * pen.ratio;
+      if (!Number.isNaN(a + b)) frame(pen, pen.x(a) - side, pen.y(b) - side, 2 * side, 2 * side);
     },
     pick: (left, top, pen) => {
       const mark = pen.nearest(mx, my, left, top, 10);
@@ -160,7 +165,18 @@ function drawBranches() {
         : `period ${period.values[row]}, ${stable.text(row) === "yes" ? "stable" : "unstable"}`;
       return [head, ...[x, y].map((name) => `${name}: ${valueText(table, table.column(name), row)}`), table.column("detail")?.text(row)].filter((line) => line);
     },
-    choose: ({ table, row }) => {
+    step: (right, up) => {
+      const own = branches.chosen?.table === lines ? branches.chosen.row : -1;
+      const at = groups.findIndex(([, rows]) => rows.includes(own));
+      if (at < 0) return { table: lines, row: groups[0][1][0] };
+      const [, next] = groups[Math.min(Math.max(at + up, 0), groups.length - 1)];
+      const place = up === 0 ? next.indexOf(own) + right : 0;
+      return { table: lines, row: next[Math.min(Math.max(place, 0), next.length - 1)] };
+    },
+    choose: (found) => {
+      const { table, row } = found;
+      branches.chosen = found;
+      branches.chart.redraw();
       const columns = table.columns.filter((column) => column.has(row));
       document.getElementById("orbit").replaceChildren(make("h3", {}, `${table.name}, row ${row + 1}`),
         describedTable(columns.map((column) => [column.name, valueText(table, column, row), column.description])));

@@ -26,14 +26,17 @@ function decades(low, high, room) {
 
 class Chart {
   /**
-   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `ticks(low, high, room)` and `text(value)`;
+   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `size` of the texts, `ticks(low, high, room)` and `text(value)`;
    * `draw(pen)` draws; `pick(x, y, pen)` finds what is at a place in pixels of the page, `tip(found)` tells it in lines
-   * and `choose(found)` is called at a click.
+   * and `choose(found)` is called at a click. `step(right, up)` finds what an arrow key leads to.
    */
   constructor(host, spec) {
     this.host = host;
     this.spec = spec;
     CHARTS.add(this);
+    this.save = make("button", { type: "button", class: "save", onclick: () => savePicture(this) }, "Save picture");
+    host.after(this.save);
+    host.onkeydown = spec.step ? (event) => this.key(event) : null;
     this.build();
     this.sizes = new ResizeObserver(() => this.fit());
     this.sizes.observe(host);
@@ -76,7 +79,7 @@ class Chart {
       legend: { show: false },
       cursor: { x: false, y: false, points: { show: false }, drag: { x: true, y: true, dist: 8 } },
       scales: { x: scale(x), y: scale(y) },
-      axes: [axis(2, x, 34), axis(3, y, 64)],
+      axes: [axis(2, x, 34), axis(3, y, y.size ?? 64)],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.draw(u)] },
     };
@@ -112,6 +115,13 @@ class Chart {
     this.plot.over.style.cursor = found !== null && this.spec.choose ? "pointer" : "crosshair";
   }
 
+  key(event) {
+    const move = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (move === undefined) return;
+    event.preventDefault();
+    this.spec.choose(this.spec.step(...move));
+  }
+
   /** Draws again what is between the axes. */
   redraw() {
     this.plot.redraw(false);
@@ -131,7 +141,50 @@ class Chart {
   remove() {
     this.sizes.disconnect();
     this.plot.destroy();
+    this.save.remove();
     CHARTS.delete(this);
+  }
+}
+
+/**
+ * Saves a chart as it is shown, with its name, its legend and its caption. The browser draws the words as part of an SVG
+ * image, in which the styles of the page apply. Browsers that do not give such an image back save the plot alone.
+ */
+async function savePicture({ host, plot }) {
+  const name = `${HEAD.job ?? HEAD.folder}: ${host.getAttribute("aria-label").split(". ")[0]}`;
+  const below = [...host.parentElement.children].filter((own) => own.matches(".legend, .caption") && own.textContent !== "");
+  const [top, aside] = [48, 12];
+  const width = plot.width + 2 * aside;
+  const height = top + plot.height + below.reduce((sum, own) => sum + own.offsetHeight + 16, 16);
+  const body = make("body", { style: `padding: 0 ${aside}px` },
+    make("style", {}, [...document.querySelectorAll("style")].map((own) => own.textContent)),
+    make("h2", { style: "position: absolute; font-size: 1rem" }, name),
+    make("div", { style: `height: ${top + plot.height}px` }), below.map((own) => own.cloneNode(true)));
+  const size = `width="${width}" height="${height}"`;
+  const svg = `<svg xmlns="http://www.w3.org/2000/svg" ${size} data-theme="${document.documentElement.dataset.theme}">`
+    + `<foreignObject ${size}>${new XMLSerializer().serializeToString(body)}</foreignObject></svg>`;
+  const words = make("img", { src: `data:image/svg+xml,${encodeURIComponent(svg)}` });
+  await words.decode();
+  const ratio = plot.ctx.canvas.width / plot.width;
+  const drawn = (worded) => {
+    const [wide, high] = worded ? [width, height] : [plot.width, plot.height];
+    const canvas = make("canvas", { width: Math.round(wide * ratio), height: Math.round(high * ratio) });
+    const ctx = canvas.getContext("2d");
+    ctx.fillStyle = themed("ground");
+    ctx.fillRect(0, 0, canvas.width, canvas.height);
+    if (worded) ctx.drawImage(words, 0, 0, canvas.width, canvas.height);
+    const [left, down] = worded ? [aside, top] : [0, 0];
+    ctx.drawImage(plot.ctx.canvas, Math.round(left * ratio), Math.round(down * ratio));
+    canvas.toBlob((blob) => {
+      const link = make("a", { download: `${name.replace(/[^\p{L}\p{N}._=]+/gu, "-")}.png`, href: URL.createObjectURL(blob) });
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+    });
+  };
+  try {
+    drawn(true);
+  } catch {
+    drawn(false);
   }
 }
 

@@ -169,7 +169,7 @@ function rowsOf(table, from, to) {
 
 /** A head, a choice and a place for a chart. */
 function picture(place, title, controls) {
-  const host = make("div", { class: "plot small", role: "img", "aria-label": title });
+  const host = make("div", { class: "plot small", role: "img", "aria-label": `point ${grid.ids[grid.selected]} (${placeWords(grid.selected)}): ${title}` });
   place.replaceChildren(make("h3", {}, title), make("div", { class: "controls" }, controls), host);
   return host;
 }
@@ -182,7 +182,7 @@ function showSection(table, from, to, place) {
   const kind = all.includes(detail.section) ? detail.section : all[0];
   const own = rows.filter((row) => kinds.text(row) === kind);
   const options = all.map((name) => [name, name.replaceAll("_", " ")]);
-  const host = picture(place, `Poincaré section: ${plural(own.length, "sample")}`, choice("Samples", options, kind, (value) => {
+  const host = picture(place, `Poincaré section (${kind.replaceAll("_", " ")}): ${plural(own.length, "sample")}`, choice("Samples", options, kind, (value) => {
     detail.section = value;
     showSection(table, from, to, place);
   }, "section-kind"));
@@ -221,7 +221,7 @@ function showSpectrum(table, from, to, place) {
     detail[key] = value;
     showSpectrum(table, from, to, place);
   };
-  const host = picture(place, `Spectrum: ${plural(own.length, "line")}`, [
+  const host = picture(place, `Spectrum of ${signal}: ${plural(own.length, "line")}`, [
     choice("Signal", all.map((name) => [name, name]), signal, again("signal"), "signal"),
     choice("Over", [["order", "order"], ["frequency", "frequency"]], detail.over, again("over"), "spectrum-over"),
   ]);

@@ -57,6 +57,14 @@ function isHatched(row) {
   return HEAD.motions[grid.motion[row]].hatched;
 }
 
+/** The mark of points that have not converged. */
+const OPEN = "?";
+
+/** Whether a point has not converged: its cell has a question mark. */
+function isOpen(row) {
+  return HEAD.motions[grid.motion[row]].mark === OPEN;
+}
+
 /** Whether the standard errors of a point were read before their coverage was known; `errors_verified` is loaded. */
 function isUnverified(row) {
   return POINTS.column("errors_verified")?.text(row) === "no";

@@ -10,6 +10,7 @@ const VIEWS = [
 
 const KEYS = [
   ["arrow keys, on the map", "move the selected point"],
+  ["arrow keys, on branches", "move along a branch, or to another one"],
   ["arrow keys, on a row of points", "go to other rows"],
   ["Enter, on a row of points", "select the point and show it on the map"],
   ["drag, in a plot", "zoom"],
@@ -22,13 +23,13 @@ const KEYS = [
 function layOut() {
   const plot = (label) => make("div", { class: "plot", role: "img", "aria-label": label });
   const controls = () => make("div", { class: "controls" });
-  const interactive = make("div", { class: "plot", role: "application", tabindex: "0", "aria-label": "Map", onkeydown: moveOnMap });
+  const interactive = (label) => make("div", { class: "plot", role: "application", tabindex: "0", "aria-label": label });
   document.getElementById("map").append(
-    make("div", { class: "picture-side" }, controls(), interactive, make("ul", { class: "legend" }), make("p", { class: "caption" })),
+    make("div", { class: "picture-side" }, controls(), interactive("Map"), make("ul", { class: "legend" }), make("p", { class: "caption" })),
     make("aside", { id: "detail", "aria-label": "The selected point" }));
   document.getElementById("branches").append(
-    make("div", { class: "picture-side" }, controls(), plot("Branches"), make("ul", { class: "legend" })),
-    make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click an orbit or a bifurcation to see all its columns.")));
+    make("div", { class: "picture-side" }, controls(), interactive("Branches"), make("ul", { class: "legend" })),
+    make("aside", { id: "orbit", "aria-label": "The selected orbit", "aria-live": "polite" }, make("p", { class: "soft" }, "Click an orbit or a bifurcation, or press an arrow key on the picture, to see all columns.")));
   document.getElementById("trajectory").append(controls(), plot("Trajectory"), make("p", { class: "caption" }));
   document.getElementById("tables").append(
     controls(), make("p", { class: "caption", "aria-live": "polite" }), make("div", { class: "empty" }),
@@ -72,13 +73,6 @@ async function startPoints() {
   requestAnimationFrame(() => setTimeout(first));
 }
 
-function moveOnMap(event) {
-  const move = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-  if (move === undefined || !map.step) return;
-  event.preventDefault();
-  selectPoint(map.step(...move));
-}
-
 const started = new Set();
 
 /** Shows the view of the address, the first one where it names none. */
@@ -107,6 +101,7 @@ function setTheme(theme) {
   button.setAttribute("aria-label", `Use ${theme === "dark" ? "light" : "dark"} colours`);
   CHARTS.forEach((chart) => chart.rebuild());
   if (map.chart) drawMap();
+  if (branches.chart) drawBranches();
 }
 
 function start() {

@@ -11,7 +11,7 @@ const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, dire
 /** Chooses what is shown first: a map over the two axes that span most, else curves over the longest. */
 async function startMap() {
   const varied = variedAxes();
-  if (POINTS.column("lambda_max") === null) map.column = "class";
+  map.column = ["lambda_max", "deflection_rms"].find((name) => POINTS.column(name) !== null) ?? "class";
   const longest = varied.reduce((a, b) => (grid.axes[b].values.length >= (grid.axes[a]?.values.length ?? 0) ? b : a), varied[0] ?? 0);
   const along = grid.axes.findIndex((axis) => axis.name === HEAD.along);
   if (HEAD.spanning.length >= 2) [map.y, map.x] = HEAD.spanning;
@@ -28,6 +28,16 @@ function heldAxes() {
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
+/** What the points of a picture have in common: `, load 0.1, sweep up`. */
+function heldWords() {
+  const words = heldAxes().map((index) => {
+    const axis = grid.axes[index];
+    return `, ${axis.name} ${axisText(axis, axis.values[map.held.get(index) ?? axis.rank[0]])}`;
+  });
+  const swept = grid.directions?.values.length > 1 && !map.curves && map.y >= 0;
+  return words.join("") + (swept ? `, sweep ${map.direction}` : "");
+}
+
 /** Axes along which points of a picture differ beside those that it goes along: the others of a list. The points of a chain are one course, whatever is tied to the axis that it was carried along. */
 function accompanying() {
   if (grid.axes[map.x].name === HEAD.along) return [];
@@ -42,7 +52,8 @@ function controls() {
   const change = (key, read = (value) => value) => (value) => {
     map[key] = read(value);
     controls();
-    drawMap();
+    // The value beside the map is of the same column.
+    drawMap().then(() => selectPoint(grid.selected));
   };
   const rows = [choice("Column", shownColumns(), map.column, change("column"), "column")];
   if (varied.length > 1) {
@@ -117,9 +128,8 @@ async function drawMap() {
     spec = isMap ? heat(shown, rows, colours) : scatter(shown, rows, colours);
   }
   map.chart = new Chart(host, { height: Math.min(520, Math.max(300, innerHeight - 330)), ...spec, choose: selectPoint });
-  map.step = spec.step;
   legend(shown, colours, rows);
-  const words = `${shown.title}${spec.words}. ${plural(rows.length, "point")}. Arrow keys move the selected point.`;
+  const words = `${shown.title}${spec.words}${heldWords()}. ${plural(rows.length, "point")}. Arrow keys move the selected point.`;
   host.setAttribute("aria-label", words);
   document.querySelector("#map .caption").textContent =
     `${shown.title}${shown.unit === "" || shown.unit === "1" ? "" : ` [${readable(shown.unit)}]`}: ${shown.description}`;
@@ -201,10 +211,11 @@ function heat(shown, rows, colours) {
     picture.getContext("2d").putImageData(image, 0, 0);
   };
   paint();
-  const mask = isMarked(shown) ? hatchedCells(cells, across, up) : null;
+  const mask = hatchedCells(cells, across, up);
   let theme = document.documentElement.dataset.theme;
   const at = (column, row) => (column >= 0 && column < across && row >= 0 && row < up ? cells[row * across + column] : -1);
   return {
+    asCells: true,
     words: ` over ${x.name} and ${y.name}`,
     x: { label: axisLabel(x), range: [-0.5, across - 0.5], ...cellTicks(x, 56) },
     y: { label: axisLabel(y), range: [-0.5, up - 0.5], ...cellTicks(y, 22) },
@@ -220,7 +231,7 @@ function heat(shown, rows, colours) {
       const [width, height] = [(right - left) / across, (bottom - top) / up];
       if (mask !== null) hatch(pen, mask, left, top, right - left, bottom - top);
       const hasRoom = Math.min(width, height) > LETTERED * pen.ratio;
-      if (shown.isMotion && hasRoom) letters(pen, rows, x, y, colours);
+      if (hasRoom) letters(pen, shown.isMotion ? rows : rows.filter(isOpen), x, y, colours);
       if (shown.name === "lambda_max" && hasRoom) dots(pen, rows, x, y, width, height);
       if (grid.selected >= 0 && rows.includes(grid.selected)) {
         const [a, b] = [pen.x(x.rank[grid.selected]), pen.y(y.rank[grid.selected])];
@@ -245,11 +256,6 @@ function heat(shown, rows, colours) {
       }
     },
   };
-}
-
-/** Whether a map tells transient chaos and unverified errors by marks on its cells. */
-function isMarked(shown) {
-  return shown.isMotion || shown.name === "lambda_max";
 }
 
 /** Cells of a map that are hatched, as a picture with a pixel per cell; null where none is. */
@@ -326,7 +332,7 @@ function letters(pen, rows, x, y, colours) {
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
   for (const row of rows) {
-    const [r, g, b] = colours.of(row);
+    const [r, g, b] = colours.of(row) ?? rgb(themed("none"));
     if (isHatched(row)) {
       // Lines behind letters make them hard to read.
       const half = 7 * pen.ratio;
@@ -362,6 +368,7 @@ function scatter(shown, rows, colours) {
         const colour = `rgb(${(colours.of(row) ?? none).join()})`;
         if (rows.length > 2000) pen.dots([xs[i]], [ys[i]], colour, 3);
         else pen.mark(xs[i], ys[i], "disc", colour, themed("ink"), 5);
+        if (isHatched(row) || isOpen(row)) pen.dots([xs[i]], [ys[i]], HEAD.motions[grid.motion[row]].colour, 4);
       });
       const own = rows.indexOf(grid.selected);
       if (own >= 0) frame(pen, pen.x(xs[own]) - 9 * pen.ratio, pen.y(ys[own]) - 9 * pen.ratio, 18 * pen.ratio, 18 * pen.ratio);
@@ -404,8 +411,9 @@ function curves(shown, rows) {
   const [x, by] = [grid.axes[map.x], grid.axes[map.y]];
   const groups = curvesOf(rows);
   const step = Math.ceil(groups.length / MOST_CURVES);
-  const drawn = groups.filter((group, index) => index % step === 0);
-  const places = [...new Set(drawn.map((group) => group.place))];
+  // Where curves are left out, those that stay have all their directions.
+  const places = [...new Set(groups.map((group) => group.place))].filter((place, index) => index % step === 0);
+  const drawn = groups.filter((group) => places.includes(group.place));
   const kinds = [...new Set(rows.map((row) => (shown.isMotion ? grid.motion[row] : shown.isText ? shown.text(row) : 0)))].sort((a, b) => (a < b ? -1 : 1));
   const value = (row) => {
     if (shown.isMotion) return kinds.indexOf(grid.motion[row]);
@@ -440,6 +448,7 @@ function curves(shown, rows) {
   const log = map.log && !shown.isText;
   const steps = shown.isText && {
     range: [-0.5, kinds.length - 0.5],
+    size: 120,
     ticks: () => kinds.map((kind, place) => place),
     text: (place) => (shown.isMotion ? HEAD.motions[kinds[place]].name : kinds[place]) ?? "",
   };
@@ -481,6 +490,7 @@ function isBroken(group) {
 function legend(shown, colours, rows) {
   const entries = [];
   const entry = (colour, text, hatched = false) => entries.push(make("li", {}, swatch(colour, hatched), text));
+  const { asCells } = map.chart.spec;
   const asCurves = map.curves || map.y < 0;
   if (asCurves) {
     const { drawn, left } = map.groups;
@@ -512,12 +522,16 @@ function legend(shown, colours, rows) {
     const scale = make("span", { class: "scale" }, bar, make("span", { class: "ends" }, text(low), text(middle), text(high)));
     entries.push(make("li", {}, scale, unit === "–" ? "" : unit));
     if (rows.some((row) => colours.of(row) === null)) entry("var(--none)", "no value");
-    if (isMarked(shown)) {
-      const hatched = rows.filter(isHatched).length;
-      if (hatched > 0) entry("transparent", `transient chaos (${count(hatched)})`, true);
-    }
   }
-  const unverified = isMarked(shown) || asCurves ? rows.filter(isUnverified).length : 0;
+  if (!shown.isMotion && !asCurves) {
+    HEAD.motions.forEach(({ name, mark, colour, hatched }, motion) => {
+      const found = hatched || mark === OPEN ? rows.filter((row) => grid.motion[row] === motion).length : 0;
+      if (found === 0) return;
+      if (asCells) entry("transparent", `${hatched ? "" : `${mark}  `}${name} (${count(found)})`, hatched);
+      else entry(colour, `${name} (${count(found)})`);
+    });
+  }
+  const unverified = shown.name === "lambda_max" || asCurves ? rows.filter(isUnverified).length : 0;
   if (unverified > 0 && !shown.isText) {
     const dot = asCurves ? null : make("span", { class: "swatch dotted", "aria-hidden": "true" });
     entries.push(make("li", { class: "unverified" }, dot, `standard errors not verified (${count(unverified)})`));

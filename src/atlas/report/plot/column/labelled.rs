@@ -1,5 +1,8 @@
 //! Curves on a canvas: lines, markers, error bars and labels.
 
+use std::collections::BTreeMap;
+use std::slice;
+
 use super::Source;
 use super::clip::clipped;
 use super::plan::{Axes, Curve, Key, Plan};
@@ -8,6 +11,7 @@ use super::style::Style;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Anchor, Canvas, INK, Place, SOFT};
 use crate::report::plot::lettering::{fitted, text_width};
+use crate::report::plot::marker::Marker;
 use crate::report::plot::over_axis::LEFT;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
@@ -68,14 +72,15 @@ impl Labelled<'_> {
                 let axis = &results.summary.axes[axis];
                 results.held_words(axis, self.axes.values[by])
             })),
-            3 if self.varies(3) => words.push(["sweep up", "sweep down"][direction].to_owned()),
+            3 if self.varies(3) && direction > 0 => {
+                words.push(["sweep up", "sweep down"][direction - 1].to_owned());
+            }
             _ => {}
         }
         words
     }
 
-    /// The entries of the legend: the curves. If these are too many and each style stands for one part of the key, the
-    /// meanings of colours and of dashes.
+    /// The entries of the legend: the curves, or if these are too many, the meanings of colours and of dashes.
     fn entries(&self) -> Vec<Entry> {
         let curves = || self.plan.curves.iter();
         let all = curves().map(|(key, curve)| Entry {
@@ -84,40 +89,37 @@ impl Labelled<'_> {
             lined: !curve.scattered,
             marked: true,
         });
-        let varied: Vec<usize> = (0..4).filter(|&part| self.varies(part)).collect();
         let (lead, count) = self.lead();
-        let [one, two] = varied[..] else {
-            return all.collect();
-        };
-        if all.len() <= MOST_ENTRIES || self.count(one) + self.count(two) > MOST_ENTRIES {
+        let mut dashes: Vec<usize> = curves().map(|(key, _)| self.style(key).dashes).collect();
+        dashes.sort_unstable();
+        dashes.dedup();
+        let few = all.len() <= MOST_ENTRIES;
+        if few || dashes.len() < 2 || count + dashes.len() > MOST_ENTRIES {
             return all.collect();
         }
-        let other = if lead == one { two } else { one };
+        let others: Vec<usize> = WORDED.into_iter().filter(|part| *part != lead).collect();
         let mut entries: Vec<Entry> = Vec::new();
-        for part in [lead, other] {
+        for coloured in [true, false] {
             let mut met: Vec<usize> = Vec::new();
             for (key, curve) in curves() {
-                if met.contains(&key[part]) {
+                let style = self.style(key);
+                let own = if coloured { key[lead] } else { style.dashes };
+                if met.contains(&own) {
                     continue;
                 }
-                let dashes = self.style(key).dashes;
-                let style = if part == lead {
-                    Style {
-                        dashes: 0,
-                        ..self.style(key)
-                    }
-                } else {
-                    Style {
-                        colour: INK,
-                        ..Style::new([0, count], false, dashes)
-                    }
-                };
-                met.push(key[part]);
+                met.push(own);
+                let (dashes, colour) = if coloured { (0, style.colour) } else { (own, INK) };
+                let parts = if coloured { slice::from_ref(&lead) } else { &others[..] };
+                let words = parts.iter().flat_map(|&part| self.words(part, key));
                 entries.push(Entry {
-                    label: self.words(part, key).join(", "),
-                    style,
+                    label: words.collect::<Vec<_>>().join(", "),
+                    style: Style {
+                        dashes,
+                        colour,
+                        ..style
+                    },
                     lined: !curve.scattered,
-                    marked: part == lead,
+                    marked: coloured,
                 });
             }
         }
@@ -165,6 +167,21 @@ impl Labelled<'_> {
             .map(|(key, curve)| (self.style(key), curve))
             .collect();
         let mut entries = self.entries();
+        let mut marked = BTreeMap::new();
+        for dot in curves.iter().flat_map(|(_, curve)| &curve.dots) {
+            if let Some(motion) = dot.marked {
+                *marked.entry(motion).or_insert(0) += 1;
+            }
+        }
+        entries.extend(marked.into_iter().map(|(motion, count)| Entry {
+            label: format!("{} ({count})", motion.name()),
+            style: Style {
+                colour: motion.colour(),
+                ..Style::MEASURED
+            },
+            lined: false,
+            marked: true,
+        }));
         entries.extend(self.measured.map(|_| Entry {
             label: "measured".to_owned(),
             style: Style::MEASURED,
@@ -291,6 +308,9 @@ impl Curve {
             let small = dense && (self.scattered || count % every != every / 2);
             if !small || lonely || self.scattered {
                 style.mark(canvas, places[i], small);
+            }
+            if let Some(motion) = self.dots[i].marked {
+                Marker::Disc.sized(canvas, places[i], motion.colour(), 0.6);
             }
         }
     }

@@ -8,6 +8,7 @@ use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::look::Look;
+use crate::report::plot::motion::{Motion, cell_sample, counts, key};
 use crate::report::plot::panel::TICK_SIZE;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
@@ -49,9 +50,19 @@ pub(super) fn draw(
             count => format!("{} of round-off below the scale", plural(count, "value")),
         };
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
-        let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
-            Some(value) => Look::plain(viridis(axis.fraction(value)), &axis.briefly(value)),
-            None => Look::plain(NONE, "–"),
+        let found = cells.draw(&mut canvas, &slice, |point| {
+            let motion = Motion::of(point);
+            let (colour, mut text) = match value(point.point_id) {
+                Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
+                None => (NONE, "–".to_owned()),
+            };
+            if motion == Motion::NotConverged {
+                text.push('?');
+            }
+            Look {
+                hatched: motion.is_hatched(),
+                ..Look::plain(colour, &text)
+            }
         });
         let blank = || {
             let ids = slice.points.iter().map(|point| point.point_id);
@@ -82,6 +93,20 @@ pub(super) fn draw(
             );
             y += 22.0;
         }
+        let mut marked = counts(slice.points.iter().copied());
+        marked.retain(|motion, _| motion.is_marked());
+        let bottom = HEIGHT[1] - 50.0;
+        y += key(
+            &mut canvas,
+            [MARGIN, y],
+            bottom,
+            &marked,
+            |canvas, at, motion| {
+                let hatched = motion.is_hatched();
+                let plain = Look::plain(NONE, if hatched { "" } else { "?" });
+                cell_sample(canvas, at, &Look { hatched, ..plain });
+            },
+        );
         notes(&mut canvas, y, found);
         let name = format!(
             "{}{}{}",

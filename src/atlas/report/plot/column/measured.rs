@@ -81,6 +81,7 @@ pub(super) fn marks(
                 low,
                 value: shown,
                 high,
+                marked: None,
             });
         }
     }

@@ -17,6 +17,7 @@ use super::error::PlotError;
 use super::picture::Drawn;
 use super::request::PlotRequest;
 use super::results::Results;
+use crate::store::TableKind;
 
 pub(super) use measured::completed;
 pub(super) use name::nearest;
@@ -80,6 +81,31 @@ pub(super) fn draw(
         })
         .collect();
     draw_series(sources, all, request)
+}
+
+/// Draws how loud the points are: the root mean square of the deflection. Draws nothing if no point has a value, or if
+/// the requested display is of another quantity.
+///
+/// # Errors
+/// The table cannot be read, or an axis does not exist.
+pub(super) fn draw_loudness(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let column = ColumnName {
+        table: TableKind::Points,
+        name: "deflection_rms".to_owned(),
+        element: None,
+    };
+    if results.varied().is_empty() || !results.units.contains_key(&column.name) {
+        return Ok(Drawn::default());
+    }
+    let series = series::read(results, &column)?;
+    let mut points = 0..results.summary.all.len();
+    if !points.any(|point| series.iter().any(|own| own.one(point).is_some())) {
+        return Ok(Drawn::default());
+    }
+    match draw_series(&named(&[results]), vec![series], request) {
+        Err(PlotError::OtherUnit { .. } | PlotError::UnusedUnit { .. }) => Ok(Drawn::default()),
+        drawn => drawn,
+    }
 }
 
 /// Draws series of some sources. These are maps if two axes vary and the request names no axis, else curves, with one

@@ -7,6 +7,7 @@ use super::Source;
 use super::series::Series;
 use crate::report::plot::display::Scale;
 use crate::report::plot::evidence::Evidence;
+use crate::report::plot::motion::Motion;
 use crate::report::plot::results::Slice;
 
 /// A point of a curve, in shown values.
@@ -16,10 +17,12 @@ pub(super) struct Dot {
     pub low: f64,
     pub value: f64,
     pub high: f64,
+    /// Motion of its point, if pictures mark it.
+    pub marked: Option<Motion>,
 }
 
 /// Key of a curve in a picture: the series, the index of the value of the second axis, the source and the direction of
-/// a sweep.
+/// a sweep: 0 for independent points, 1 up, 2 down.
 pub(super) type Key = [usize; 4];
 
 /// A curve.
@@ -85,6 +88,7 @@ impl Plan {
             low: f64::NAN,
             value: f64::NAN,
             high: f64::NAN,
+            marked: None,
         };
         for (which, series) in series.iter().enumerate() {
             for line in &lines {
@@ -94,7 +98,11 @@ impl Plan {
                         axes.values
                             .partition_point(|value| *value < point.axis_values[by])
                     });
-                    let direction = usize::from(point.direction.as_deref() == Some("down"));
+                    let direction = match point.direction.as_deref() {
+                        None => 0,
+                        Some("down") => 2,
+                        Some(_) => 1,
+                    };
                     let key = [which, by, place, direction];
                     let curve = self.curves.entry(key).or_default();
                     curve.scattered = series.scattered;
@@ -110,6 +118,7 @@ impl Plan {
                     let samples = results
                         .place(point.point_id)
                         .map(|place| series.samples.of(place));
+                    let marked = Some(Motion::of(point)).filter(|motion| motion.is_marked());
                     let before = curve.dots.len();
                     for sample in samples.into_iter().flatten() {
                         let Some(value) = scale.shown(sample.value) else {
@@ -122,6 +131,7 @@ impl Plan {
                             low,
                             value,
                             high,
+                            marked,
                         });
                     }
                     if curve.dots.len() == before {

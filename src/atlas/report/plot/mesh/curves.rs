@@ -37,7 +37,7 @@ const ROWS: [Row; 3] = [
     Row {
         values: |table| &table.transmission_error,
         unit: "m",
-        name: "loaded TE",
+        name: "transmission error",
         least: 1e-9,
     },
 ];
@@ -60,7 +60,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
         let lines = spread(mesh.table.torque.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh",
-            title: "mesh cycle by torque",
+            by: "torque",
             held: mesh.misalignment_text(aligned),
             members: lines.map(|t| ([aligned, t], torques[t].clone())).collect(),
             unit: torque_unit,
@@ -70,7 +70,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
         let lines = spread(mesh.table.misalignment.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh-misalignment",
-            title: "mesh cycle by misalignment",
+            by: "misalignment",
             held: mesh.torque_text(middle),
             members: lines.map(|m| ([m, middle], angles[m].clone())).collect(),
             unit: angle_unit,
@@ -85,7 +85,8 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
 /// The lines of a picture.
 struct Family {
     picture: &'static str,
-    title: &'static str,
+    /// The quantity that distinguishes the lines.
+    by: &'static str,
     /// The value common to all lines.
     held: String,
     /// Indices on the axes of the table, and the value that distinguishes the lines.
@@ -96,7 +97,11 @@ struct Family {
 
 impl Family {
     fn draw(&self, mesh: &MeshCurves) -> Picture {
-        let title = format!("{}: {}", mesh.name, self.title);
+        let by = if self.members.len() > 1 { format!(" by {}", self.by) } else { String::new() };
+        let title = format!(
+            "{}: stiffness, load centre and transmission error{by}",
+            mesh.name
+        );
         let mut canvas = Canvas::titled(&title, &self.held);
         let mut top = TOP;
         for (place, row) in ROWS.iter().enumerate() {

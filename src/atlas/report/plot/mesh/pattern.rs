@@ -42,7 +42,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         .iter()
         .flat_map(|&r| columns.iter().map(move |&c| (r, c)));
     let most = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
-    let title = format!("{}: contact pattern", mesh.name);
+    let title = format!("{}: contact pattern over a mesh cycle", mesh.name);
     let subtitle = "load of all pairs per unit of face width; grey: no contact";
     let mut canvas = Canvas::titled(&title, subtitle);
     let fit =
