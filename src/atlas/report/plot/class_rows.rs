@@ -72,7 +72,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             ];
             canvas.rectangle(from, to, motion.colour());
             if motion.is_hatched() {
-                hatch(canvas, from, to, ink_on(motion.colour()));
+                hatch(&mut canvas, from, to, ink_on(motion.colour()));
             }
         }
         let at = [24.0, 0.5 * (panel.top + panel.bottom)];
