@@ -5,7 +5,7 @@
 
 use crate::common;
 use common::advance::{advance, settled, volterra};
-use gearatlas::manifest::{self, Job, StructureSource};
+use gearatlas::manifest::{self, Job, PointSpec, StructureSource};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::reference::Reference;
 use gearatlas::shaft::{RigidDrive, Tier};
@@ -188,10 +188,12 @@ fn windage_is_a_torque_by_an_expression_of_the_speed() {
         let text = plain.replace("[grid]", &format!("[grid]\n\"{key}\" = {value}"));
         let job = job(&text);
         let models = (0..job.points.len()).map(|point| job.points.at(point));
-        let inputs = |point| common::parts().model(point).unwrap().blocks.clone();
-        (models.map(|point| (point.speed, inputs(&point))))
-            .map(|(speed, blocks)| (speed, blocks.iter().map(|own| own.static_input).collect()))
-            .collect::<Vec<(f64, Vec<[f64; 2]>)>>()
+        let inputs = |point: PointSpec| -> (f64, Vec<[f64; 2]>) {
+            let model = common::parts().model(&point).unwrap();
+            let inputs = model.blocks.iter().map(|block| block.static_input);
+            (point.speed, inputs.collect())
+        };
+        models.map(inputs).collect::<Vec<_>>()
     };
     let key = "shafts.wheel.drag_torque";
     let windage = loads(key, "\"3.97e-6 * (speed * 2 / 3)^1.8\"");
