@@ -3,12 +3,11 @@
 use super::series::Series;
 use crate::report::numbers::plural;
 use crate::report::plot::axis::range;
-use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
+use crate::report::plot::canvas::{Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::look::Look;
-use crate::report::plot::panel::TICK_SIZE;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
 use crate::report::plot::request::PlotRequest;
@@ -39,7 +38,7 @@ pub(super) fn draw(
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::sliced(&series.name, slices.len(), all);
     for slice in slices {
-        let title = format!("{}: {name} over {}", results.job, cells.words());
+        let title = format!("{name} over {}", cells.words());
         let values = slice
             .points
             .iter()
@@ -48,7 +47,7 @@ pub(super) fn draw(
             0 => String::new(),
             count => format!("{} of round-off below the scale", plural(count, "value")),
         };
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
+        let mut canvas = results.canvas(&title, &[&slice.words, &below]);
         let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
             Some(value) => Look::plain(viridis(axis.fraction(value)), &axis.briefly(value)),
             None => Look::plain(NONE, "–"),
@@ -73,13 +72,7 @@ pub(super) fn draw(
                 0 => format!("– no value ({empty})"),
                 _ => format!("– no value ({}), none on this scale ({off})", empty - off),
             };
-            canvas.text(
-                [MARGIN + 21.0, y + 12.0],
-                &text,
-                TICK_SIZE,
-                INK,
-                Anchor::Start,
-            );
+            canvas.label([MARGIN + 21.0, y + 12.0], &text, INK);
             y += 22.0;
         }
         notes(&mut canvas, y, found);
