@@ -99,17 +99,6 @@ impl ResultTable {
         Ok(table)
     }
 
-    /// As [`ResultTable::read`]; `None` if the folder has no such table.
-    ///
-    /// # Errors
-    /// As [`ResultTable::read`], except a missing table.
-    pub fn read_if_there(folder: &Path, kind: TableKind) -> Result<Option<Self>, StoreError> {
-        match Self::read(folder, kind) {
-            Err(StoreError::Missing { .. }) => Ok(None),
-            table => table.map(Some),
-        }
-    }
-
     /// A table's metadata and columns, without its rows.
     ///
     /// # Errors
