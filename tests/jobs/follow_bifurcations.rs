@@ -60,9 +60,15 @@ fn six_doublings_approach_the_ratio_of_feigenbaum() {
     doublings.retain(|own| own.kind == "period_doubling");
     let periods: Vec<u64> = doublings.iter().map(|own| own.period).collect();
     assert_eq!(periods, [2, 4, 8, 16, 32, 64], "{doublings:#?}");
-    let intervals: Vec<f64> = doublings.windows(2).map(|two| two[1].at - two[0].at).collect();
+    let intervals: Vec<f64> = doublings
+        .windows(2)
+        .map(|two| two[1].at - two[0].at)
+        .collect();
     let ratios: Vec<f64> = intervals.windows(2).map(|two| two[0] / two[1]).collect();
-    assert!(ratios.is_sorted() && (ratios[3] / 4.6692 - 1.0).abs() < 0.06, "{ratios:?}");
+    assert!(
+        ratios.is_sorted() && (ratios[3] / 4.6692 - 1.0).abs() < 0.06,
+        "{ratios:?}"
+    );
 }
 
 /// Two flanks, one mode, a force of 60 N. At 92.17664307 rad/s the branch that closes a second contact at 92.1793 folds

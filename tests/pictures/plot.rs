@@ -946,7 +946,7 @@ gain = [0.0]
 fn a_job_without_twins_has_no_horizon() {
     let folder = finished("load = 0.1\nspeed = 1200", "");
     let said = refused(folder.path(), &["results/case", "--what", "horizon"]);
-    assert!(said.contains("add `horizon"), "{said}");
+    assert!(said.contains("`horizon = {}` to [analyses]"), "{said}");
 }
 
 /// Values that no motion has, but that a file may contain.

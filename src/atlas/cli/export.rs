@@ -1,6 +1,6 @@
 //! `atlas export`: tables of a results or trace folder for other programs.
 
-use super::{BAD_INPUT, answer, fail, with_causes};
+use super::{BAD_INPUT, Status, answer, fail, with_causes};
 use crate::export::{ExportError, ExportRequest, Format, Lists, Surveyed, export, survey_folder};
 use crate::store::StoreError;
 use clap::Args;
@@ -43,7 +43,7 @@ pub struct ExportArgs {
 }
 
 /// Writes the files: status 0 if done, 2 for bad input, 1 if a file cannot be written.
-pub fn run(args: &ExportArgs) -> ExitCode {
+pub fn run(args: &ExportArgs) -> Status {
     let request = ExportRequest {
         tables: args.tables.clone(),
         columns: args.columns.clone(),
@@ -62,7 +62,7 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     };
     let (files, tables) = match found {
         Ok(found) => found,
-        Err(error) => return fail(status(&error), &with_causes(&error)),
+        Err(error) => return Err(fail(status(&error), &with_causes(&error))),
     };
     let text = match (args.json, args.quiet, args.list) {
         (true, ..) => format!(
@@ -79,7 +79,7 @@ pub fn run(args: &ExportArgs) -> ExitCode {
             .map(|file| format!("{}\n", file.display()))
             .collect(),
     };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// 1 if the system refuses, 2 if the user has to change the request.

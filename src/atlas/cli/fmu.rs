@@ -2,7 +2,7 @@
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, number};
-use super::{BAD_INPUT, answer, fail, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, with_causes};
 use crate::fmu::{Description, Drive, FmuError, Platform, Role, Version, export};
 use crate::input;
 use crate::store::{TableStore, write_atomically};
@@ -71,35 +71,31 @@ const LIBRARY: &str = "libatlas_fmu.so";
 const LONGEST: u64 = 1 << 30;
 
 /// Writes the file: status 0, 2 for bad input, 1 if it cannot be written.
-pub fn run(args: &FmuArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
-    let point = match point::admit(&job, args.point.as_deref().unwrap_or("0")) {
-        Ok(point) => point.spec,
-        Err(status) => return status,
-    };
+pub fn run(args: &FmuArgs) -> Status {
+    let job = args.manifest.admit()?;
+    let point = point::admit(&job, args.point.as_deref().unwrap_or("0"))?.spec;
     let out = (args.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.fmu", job.name)));
     if !args.overwrite && out.symlink_metadata().is_ok() {
         let message =
             "already exists; choose another file with --out, or replace it with --overwrite";
-        return fail(BAD_INPUT, &format!("`{}` {message}", out.display()));
+        return Err(fail(BAD_INPUT, &format!("`{}` {message}", out.display())));
     }
     let version = args.fmi.version();
     let Some(platform) = Platform::current(version) else {
         let message =
             "FMI 2.0 has no name for the processors of this machine; write FMI 3.0 with --fmi 3";
-        return fail(BAD_INPUT, message);
+        return Err(fail(BAD_INPUT, message));
     };
-    let (path, library) = match library(args) {
-        Ok(found) => found,
-        Err(message) => return fail(BAD_INPUT, &message),
-    };
+    let (path, library) = library(args).or_fail(BAD_INPUT)?;
     // The file contains only the tables that this point needs.
     let tables = match tempfile::tempdir() {
         Ok(folder) => folder,
-        Err(error) => return fail(1, &format!("cannot create a temporary folder: {error}")),
+        Err(error) => {
+            return Err(fail(
+                1,
+                &format!("cannot create a temporary folder: {error}"),
+            ));
+        }
     };
     let written = Drive::new(job, point, TableStore::open(tables.path())).and_then(|drive| {
         let folders = (args.manifest.base(), tables.path());
@@ -109,13 +105,11 @@ pub fn run(args: &FmuArgs) -> ExitCode {
     let (drive, bytes) = match written {
         Ok(written) => written,
         Err(error @ FmuError::OtherLibrary { .. }) => {
-            return fail(BAD_INPUT, &format!("`{}`: {error}", path.display()));
+            return Err(fail(BAD_INPUT, &format!("`{}`: {error}", path.display())));
         }
-        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+        Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
     };
-    if let Err(error) = write_atomically(&out, &bytes) {
-        return fail(1, &with_causes(&error));
-    }
+    write_atomically(&out, &bytes).or_explain(1)?;
     let summary = Summary {
         out,
         fmi: args.fmi,
@@ -123,7 +117,7 @@ pub fn run(args: &FmuArgs) -> ExitCode {
         size: bytes.len(),
     };
     let text = if args.json { format!("{:#}\n", summary.json()) } else { summary.text() };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// The library's path and bytes.

@@ -5,7 +5,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::status::failure;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, with_causes};
 use crate::analysis::continuation::branch::End;
 use crate::input::printable;
 use crate::manifest::Job;
@@ -40,25 +40,19 @@ pub struct FollowArgs {
 }
 
 /// Follows orbits: status 0 if done, 2 for bad input, 130 if interrupted.
-pub fn run(args: &FollowArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
+pub fn run(args: &FollowArgs) -> Status {
+    let job = args.manifest.admit()?;
+    let process = Process::prepare(NOTHING_WRITTEN)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.count().unwrap_or(0))
         .thread_name(|i| format!("{WORKER}{i}"));
     let pool = match pool.build() {
         Ok(pool) => pool,
         Err(error) => {
-            return fail(
+            return Err(fail(
                 1,
                 &format!("cannot start worker threads: {error}; ask for fewer with --threads"),
-            );
+            ));
         }
     };
     let folder = args
@@ -77,22 +71,22 @@ pub fn run(args: &FollowArgs) -> ExitCode {
     let followed = match pool.install(|| follow_job(&job, &parts, &process.called_off, &passed)) {
         Ok(followed) => followed,
         Err(FollowError::CalledOff(_)) => {
-            return fail(INTERRUPTED, NOTHING_WRITTEN);
+            return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
-        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+        Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
     };
     let seconds = clock.elapsed().as_secs_f64();
     let census = Census::of(&followed);
     begin_writing();
     if let Err(error) = write_branches(&job, &folder, &followed) {
-        return fail(failure(&error), &with_causes(&error));
+        return Err(fail(failure(&error), &with_causes(&error)));
     }
     let text = match (args.json, args.quiet) {
         (true, _) => format!("{:#}\n", census.json(&job, &folder, seconds)),
         (false, true) => String::new(),
         (false, false) => census.text(&job, &folder, seconds, &followed),
     };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// Counts of the results.

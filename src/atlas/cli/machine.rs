@@ -2,7 +2,7 @@
 
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
-use super::{BAD_INPUT, INTERRUPTED, answer, fail, line, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, line, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
@@ -90,7 +90,7 @@ pub fn default_folder() -> PathBuf {
 }
 
 /// Measures, compares or shows: status 0, 1 if a file cannot be written, 2 for bad input, 130 after Ctrl-C.
-pub fn run(args: &MachineArgs) -> ExitCode {
+pub fn run(args: &MachineArgs) -> Status {
     match &args.command {
         None => measure(&args.measure),
         Some(MachineCommand::Compare(args)) => compared(args),
@@ -98,7 +98,7 @@ pub fn run(args: &MachineArgs) -> ExitCode {
     }
 }
 
-fn measure(args: &MeasureArgs) -> ExitCode {
+fn measure(args: &MeasureArgs) -> Status {
     let extent = match (args.quick, args.full) {
         (true, _) => Extent::Quick,
         (_, true) => Extent::Full,
@@ -111,21 +111,18 @@ fn measure(args: &MeasureArgs) -> ExitCode {
         rounds: args.rounds.map(|n| n as usize),
         memory: args.memory,
     };
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
+    let process = Process::prepare(NOTHING_WRITTEN)?;
     let Some(topology) = process.topology else {
-        return fail(1, &process.warnings.join("; "));
+        return Err(fail(1, &process.warnings.join("; ")));
     };
     let folder = args.out.clone().unwrap_or_else(default_folder);
     // Report this before the measurement, which takes minutes.
     if let Err(error) = fs::create_dir_all(&folder) {
         let shown = folder.display();
-        return fail(
+        return Err(fail(
             1,
             &format!("cannot create `{shown}`: {error}; choose another folder with --out"),
-        );
+        ));
     }
     let bar = bar(args.quiet, settings.budget);
     let found = characterize::characterize(
@@ -137,23 +134,18 @@ fn measure(args: &MeasureArgs) -> ExitCode {
     bar.finish_and_clear();
     let found = match found {
         Ok(Some(found)) => found,
-        Ok(None) => return ExitCode::from(INTERRUPTED),
-        Err(error) => return fail(1, &with_causes(&error)),
+        Ok(None) => return Ok(ExitCode::from(INTERRUPTED)),
+        Err(error) => return Err(fail(1, &with_causes(&error))),
     };
     begin_writing();
-    if let Err(error) = found.write(&folder) {
-        return fail(1, &with_causes(&error));
-    }
-    let pictures = match draw(&found, &folder) {
-        Ok(pictures) => pictures,
-        Err(message) => return fail(1, &message),
-    };
+    found.write(&folder).or_explain(1)?;
+    let pictures = draw(&found, &folder).or_fail(1)?;
     let text = match (args.json, args.quiet) {
         (true, _) => json(&found),
         (_, true) => String::new(),
         _ => page(&found, &folder, pictures),
     };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 fn page(found: &Characteristics, folder: &Path, pictures: usize) -> String {
@@ -197,32 +189,22 @@ fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
     Ok(pictures.len())
 }
 
-fn show(args: &ShowArgs) -> ExitCode {
+fn show(args: &ShowArgs) -> Status {
     let folder = args.folder.clone().unwrap_or_else(default_folder);
-    let found = match Characteristics::read(&folder) {
-        Ok(found) => found,
-        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
-    };
+    let found = Characteristics::read(&folder).or_explain(BAD_INPUT)?;
     if args.json {
-        return answer(&json(&found), ExitCode::SUCCESS);
+        return Ok(answer(&json(&found), ExitCode::SUCCESS));
     }
-    match draw(&found, &folder) {
-        Ok(pictures) => answer(&page(&found, &folder, pictures), ExitCode::SUCCESS),
-        Err(message) => fail(1, &message),
-    }
+    let pictures = draw(&found, &folder).or_fail(1)?;
+    Ok(answer(&page(&found, &folder, pictures), ExitCode::SUCCESS))
 }
 
-fn compared(args: &CompareArgs) -> ExitCode {
-    let (a, b) = match (
-        Characteristics::read(&args.a),
-        Characteristics::read(&args.b),
-    ) {
-        (Ok(a), Ok(b)) => (a, b),
-        (Err(error), _) | (_, Err(error)) => return fail(BAD_INPUT, &with_causes(&error)),
-    };
+fn compared(args: &CompareArgs) -> Status {
+    let a = Characteristics::read(&args.a).or_explain(BAD_INPUT)?;
+    let b = Characteristics::read(&args.b).or_explain(BAD_INPUT)?;
     let comparison = compare(&a, &b);
     let text = if args.json { json(&comparison) } else { comparison_text(&a, &b, &comparison) };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Comparison) -> String {

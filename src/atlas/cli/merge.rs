@@ -1,6 +1,6 @@
 //! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
 
-use super::{BAD_INPUT, answer, fail, warn, with_causes};
+use super::{BAD_INPUT, Status, answer, fail, warn, with_causes};
 use crate::store::{MergeError, merge, mixed};
 use clap::Args;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub struct MergeArgs {
 }
 
 /// Joins shards: status 0 if done, 2 if they do not form a whole.
-pub fn run(args: &MergeArgs) -> ExitCode {
+pub fn run(args: &MergeArgs) -> Status {
     let record = match merge(&args.folders, &args.out) {
         Ok(record) => record,
         Err(error) => {
@@ -32,7 +32,7 @@ pub fn run(args: &MergeArgs) -> ExitCode {
                 MergeError::Store(error) if !error.is_refusal() => 1,
                 _ => BAD_INPUT,
             };
-            return fail(status, &with_causes(&error));
+            return Err(fail(status, &with_causes(&error)));
         }
     };
     if let Some(warning) = mixed(&record.machine.instructions) {
@@ -41,15 +41,15 @@ pub fn run(args: &MergeArgs) -> ExitCode {
     if args.json {
         // A record is plain data and always has a JSON form.
         let json = serde_json::to_string_pretty(&record).unwrap_or_default();
-        return answer(&format!("{json}\n"), ExitCode::SUCCESS);
+        return Ok(answer(&format!("{json}\n"), ExitCode::SUCCESS));
     }
     if args.quiet {
-        return ExitCode::SUCCESS;
+        return Ok(ExitCode::SUCCESS);
     }
     let (shards, points) = (record.shards.len(), record.totals.points);
     let out = args.out.display();
     let text = format!(
         "{points} points of {shards} shards joined\nresults in {out}; `atlas show {out}` summarises them\n"
     );
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }

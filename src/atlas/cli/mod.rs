@@ -50,7 +50,9 @@ use crate::input::{printable, printable_but_colours, with_causes};
 use crate::sweep::silence_reported_panics;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::borrow::Cow;
+use std::error::Error;
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use threads::Threads;
@@ -146,25 +148,30 @@ fn carry_out() -> ExitCode {
         Ok(arguments) => arguments,
         Err(refusal) => return refused(&refusal),
     };
-    match arguments.command {
-        Command::New(args) => new::run(&args),
-        Command::Run(args) => run::run(&args),
+    execute(arguments.command).unwrap_or_else(|status| status)
+}
+
+/// Executes a command.
+fn execute(command: Command) -> Status {
+    Ok(match command {
+        Command::New(args) => new::run(&args)?,
+        Command::Run(args) => run::run(&args)?,
         Command::Check(args) => check::run(&args),
-        Command::Follow(args) => follow::run(&args),
-        Command::Merge(args) => merge::run(&args),
-        Command::Plan(args) => plan::run(&args),
+        Command::Follow(args) => follow::run(&args)?,
+        Command::Merge(args) => merge::run(&args)?,
+        Command::Plan(args) => plan::run(&args)?,
         Command::Show(args) => show::run(&args),
-        Command::Plot(args) => plot::run(&args),
-        Command::Report(args) => report::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Sensitivity(args) => sensitivity::run(&args),
-        Command::Trace(args) => trace::run(&args),
-        Command::Runup(args) => runup::run(&args),
+        Command::Plot(args) => plot::run(&args)?,
+        Command::Report(args) => report::run(&args)?,
+        Command::Export(args) => export::run(&args)?,
+        Command::Sensitivity(args) => sensitivity::run(&args)?,
+        Command::Trace(args) => trace::run(&args)?,
+        Command::Runup(args) => runup::run(&args)?,
         Command::Sound(args) => sound::run(&args),
-        Command::Fmu(args) => fmu::run(&args),
-        Command::Machine(args) => machine::run(&args),
-        Command::Table(args) => table::run(&args),
-        Command::Verify(args) => verify::run(&args),
+        Command::Fmu(args) => fmu::run(&args)?,
+        Command::Machine(args) => machine::run(&args)?,
+        Command::Table(args) => table::run(&args)?,
+        Command::Verify(args) => verify::run(&args)?,
         Command::Help(args) => help::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -172,7 +179,7 @@ fn carry_out() -> ExitCode {
             answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
         }
         Command::Man(args) => man::run(&args),
-    }
+    })
 }
 
 /// Parses arguments, with the program's name first, without executing them.
@@ -202,14 +209,14 @@ fn refused(refusal: &clap::Error) -> ExitCode {
 
 /// Starts the threads that computations outside a sweep share. Otherwise rayon starts them on first use, and panics if
 /// the system refuses.
-fn start_threads(threads: &Threads) -> Result<(), String> {
+fn start_threads(threads: &Threads) -> Result<(), ExitCode> {
     let pool = (rayon::ThreadPoolBuilder::new()).num_threads(threads.count().unwrap_or(0));
-    let pool = pool.build_global();
-    pool.map_err(|error| {
-        format!(
+    pool.build_global().map_err(|error| {
+        let message = format!(
             "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \
              pids.max of the control group)"
-        )
+        );
+        fail(1, &message)
     })
 }
 
@@ -233,6 +240,38 @@ fn fail(status: u8, message: &str) -> ExitCode {
     // Ignore a closed standard error.
     _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
+}
+
+/// Exit status of a command. The error of one that ended early has been printed.
+type Status = Result<ExitCode, ExitCode>;
+
+/// Errors that end a command with a status, after one error line.
+trait OrFail<T, E> {
+    /// The value; prints the error.
+    fn or_fail(self, status: u8) -> Result<T, ExitCode>
+    where
+        E: Display;
+
+    /// The value; prints the error with its causes.
+    fn or_explain(self, status: u8) -> Result<T, ExitCode>
+    where
+        E: Error;
+}
+
+impl<T, E> OrFail<T, E> for Result<T, E> {
+    fn or_fail(self, status: u8) -> Result<T, ExitCode>
+    where
+        E: Display,
+    {
+        self.map_err(|error| fail(status, &error.to_string()))
+    }
+
+    fn or_explain(self, status: u8) -> Result<T, ExitCode>
+    where
+        E: Error,
+    {
+        self.map_err(|error| fail(status, &with_causes(&error)))
+    }
 }
 
 /// Prints one warning line.

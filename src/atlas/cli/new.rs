@@ -1,6 +1,6 @@
 //! `atlas new`: writes a commented manifest as a starting point.
 
-use super::{BAD_INPUT, answer, fail, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail};
 use crate::manifest;
 use crate::store::write_atomically;
 use clap::{Args, ValueEnum};
@@ -77,25 +77,19 @@ impl Template {
 }
 
 /// Writes the manifest: status 0; 2 if the name does not fit a job or the file exists; 1 if it cannot be written.
-pub fn run(args: &NewArgs) -> ExitCode {
+pub fn run(args: &NewArgs) -> Status {
     let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
     let text = args.from.named(name);
     let file = PathBuf::from(format!("{name}.toml"));
-    if let Err(errors) = manifest::parse(&text, &file.to_string_lossy(), Path::new(".")) {
-        return fail(BAD_INPUT, &with_causes(&errors));
-    }
+    manifest::parse(&text, &file.to_string_lossy(), Path::new(".")).or_explain(BAD_INPUT)?;
     if !args.overwrite && file.symlink_metadata().is_ok() {
         let message = "already exists: choose another name, or replace it with --overwrite";
-        return fail(BAD_INPUT, &format!("`{}` {message}", file.display()));
+        return Err(fail(BAD_INPUT, &format!("`{}` {message}", file.display())));
     }
-    match write_atomically(&file, text.as_bytes()) {
-        Ok(()) => answer(
-            &format!(
-                "{0}\nNext: atlas check {0}, then atlas run {0}\n",
-                file.display()
-            ),
-            ExitCode::SUCCESS,
-        ),
-        Err(error) => fail(1, &with_causes(&error)),
-    }
+    write_atomically(&file, text.as_bytes()).or_explain(1)?;
+    let next = format!(
+        "{0}\nNext: atlas check {0}, then atlas run {0}\n",
+        file.display()
+    );
+    Ok(answer(&next, ExitCode::SUCCESS))
 }

@@ -6,7 +6,7 @@ use super::manifest_args::ManifestArgs;
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, answer, fail, grid, machine, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, grid, machine, with_causes};
 use crate::characterize::compare::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
@@ -47,26 +47,17 @@ pub struct PlanArgs {
 }
 
 /// Forecasts a run: status 0, or 2 for bad input.
-pub fn run(args: &PlanArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
+pub fn run(args: &PlanArgs) -> Status {
+    let job = args.manifest.admit()?;
     let refused = args.shard.and_then(|_| grid::refuses(&job, "--shard"));
     if let Some(refusal) = refused {
-        return fail(BAD_INPUT, &refusal);
+        return Err(fail(BAD_INPUT, &refusal));
     }
-    let machines = match Machines::read(args) {
-        Ok(machines) => machines,
-        Err(message) => return fail(BAD_INPUT, &message),
-    };
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
+    let machines = Machines::read(args).or_fail(BAD_INPUT)?;
+    let process = Process::prepare(NOTHING_WRITTEN)?;
     let scratch = match tempfile::tempdir() {
         Ok(scratch) => scratch,
-        Err(error) => return fail(1, &format!("cannot make a temporary folder: {error}")),
+        Err(error) => return Err(fail(1, &format!("cannot make a temporary folder: {error}"))),
     };
     let parts = Prepared::new(args.tables.store());
     let sweep = Sweep {
@@ -81,21 +72,17 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         topology: process.topology.as_ref(),
         called_off: &process.called_off,
     };
-    let found = sweep::forecast(&sweep, BUDGET);
-    match found {
-        Err(error) => fail(1, &with_causes(&error)),
-        Ok(None) => ExitCode::from(super::INTERRUPTED),
-        Ok(Some(found)) => {
-            let measured = machines.measured(&job, &found, args.threads.asked);
-            let source = process.topology.map(|topology| topology.source);
-            let text = if args.json {
-                document(&job, &found, &measured, source)
-            } else {
-                text(&job, &found, source) + &measured.text()
-            };
-            answer(&text, ExitCode::SUCCESS)
-        }
-    }
+    let Some(found) = sweep::forecast(&sweep, BUDGET).or_explain(1)? else {
+        return Err(ExitCode::from(super::INTERRUPTED));
+    };
+    let measured = machines.measured(&job, &found, args.threads.asked);
+    let source = process.topology.map(|topology| topology.source);
+    let text = if args.json {
+        document(&job, &found, &measured, source)
+    } else {
+        text(&job, &found, source) + &measured.text()
+    };
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// The forecast for programs, with the measurements of machines.

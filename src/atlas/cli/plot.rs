@@ -11,7 +11,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
-use super::{BAD_INPUT, answer, campbell, fail, manifest_args, point, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, with_causes};
 use crate::manifest::Measured;
 use crate::report::{
     Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
@@ -194,25 +194,25 @@ pub enum Format {
 }
 
 /// Writes the pictures: status 0 if done, 2 for bad input, 1 if a file cannot be written.
-pub fn run(args: &PlotArgs) -> ExitCode {
+pub fn run(args: &PlotArgs) -> Status {
     if args.list {
         return list(args);
     }
     let Some(source) = args.sources.first() else {
-        return fail(BAD_INPUT, "give a folder with results");
+        return Err(fail(BAD_INPUT, "give a folder with results"));
     };
     let point = args.point.as_deref().map(|text| point_id(source, text));
     let point = match point.transpose() {
         Ok(point) => point,
-        Err(Some(message)) => return fail(BAD_INPUT, &message),
-        Err(None) => return ExitCode::from(BAD_INPUT),
+        Err(Some(message)) => return Err(fail(BAD_INPUT, &message)),
+        Err(None) => return Ok(ExitCode::from(BAD_INPUT)),
     };
     let measured = args.measured.as_deref().map(Measured::read).transpose();
     let measured = match measured {
         Ok(measured) => measured,
         Err(errors) => {
             manifest_args::report(&errors);
-            return ExitCode::from(BAD_INPUT);
+            return Ok(ExitCode::from(BAD_INPUT));
         }
     };
     let mut request = PlotRequest {
@@ -241,8 +241,8 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         let diagram = job.and_then(|job| campbell::of(&job, &args.orders, &parts).map_err(Some));
         let diagram = match diagram {
             Ok(diagram) => diagram,
-            Err(Some(message)) => return fail(BAD_INPUT, &message),
-            Err(None) => return ExitCode::from(BAD_INPUT),
+            Err(Some(message)) => return Err(fail(BAD_INPUT, &message)),
+            Err(None) => return Ok(ExitCode::from(BAD_INPUT)),
         };
         resonances = diagram.resonances();
         speed.clone_from(&diagram.unit);
@@ -252,7 +252,7 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     if drawn.pictures.is_empty() || more {
         match plot(&args.sources, &request) {
             Ok(others) => drawn.append(others),
-            Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+            Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
         }
     }
     if drawn.pictures.is_empty() {
@@ -261,17 +261,14 @@ pub fn run(args: &PlotArgs) -> ExitCode {
             source.display(),
             drawn.notes.join("; ")
         );
-        return fail(BAD_INPUT, &message);
+        return Err(fail(BAD_INPUT, &message));
     }
     let default = || match source.parent() {
         Some(parent) if source.is_file() => parent.join("pictures"),
         _ => source.join("pictures"),
     };
     let folder = args.out.clone().unwrap_or_else(default);
-    let files = match write(&drawn, &folder, args.format) {
-        Ok(files) => files,
-        Err(message) => return fail(1, &message),
-    };
+    let files = write(&drawn, &folder, args.format).or_fail(1)?;
     let mut text = String::new();
     if args.json {
         text = format!(
@@ -287,7 +284,7 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         }
         text.push_str(&table(&resonances, &Unit::or_si(speed.as_deref(), "rad/s")));
     }
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// The `point_id` from `--point`: the number itself, or that of the point with the given values.
@@ -328,14 +325,11 @@ fn table(resonances: &[Resonance], unit: &Unit) -> String {
 }
 
 /// Prints the possible pictures of the sources: status 0, or 2 if one cannot be read.
-fn list(args: &PlotArgs) -> ExitCode {
+fn list(args: &PlotArgs) -> Status {
     let mut text = String::new();
     let mut all = Vec::new();
     for source in &args.sources {
-        let found = match drawable(source) {
-            Ok(found) => found,
-            Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
-        };
+        let found = drawable(source).or_explain(BAD_INPUT)?;
         let kinds: Vec<&str> = found.kinds.iter().map(|kind| kind.name()).collect();
         text += &format!("{}\n", source.display());
         text += &format!("kinds    {}\n", kinds.join(", "));
@@ -361,10 +355,9 @@ fn list(args: &PlotArgs) -> ExitCode {
         all.push(json!({ "source": source, "kinds": kinds, "columns": columns }));
     }
     if args.json {
-        answer(&format!("{:#}\n", json!(all)), ExitCode::SUCCESS)
-    } else {
-        answer(&text, ExitCode::SUCCESS)
+        text = format!("{:#}\n", json!(all));
     }
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// Writes every picture in every format; returns the files.

@@ -123,11 +123,12 @@ impl Process {
     /// its work.
     ///
     /// # Errors
-    /// Signals cannot be watched.
-    pub fn prepare(left: &str) -> io::Result<Self> {
+    /// Signals cannot be watched; the error has been printed.
+    pub fn prepare(left: &str) -> Result<Self, ExitCode> {
         left.clone_into(&mut LEFT.lock().unwrap_or_else(PoisonError::into_inner));
         let called_off = CALLED_OFF.clone();
-        watch_signals(&called_off)?;
+        watch_signals(&called_off)
+            .map_err(|error| fail(1, &format!("cannot watch for signals: {error}")))?;
         AT_ONCE.store(false, Ordering::Relaxed);
         let (topology, warnings) = this_machine();
         Ok(Self {

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::size::size;
-use super::{BAD_INPUT, answer, fail, show, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, show, with_causes};
 use crate::report::{PageRequest, ReportError, results_page, size_text};
 use crate::store::{StoreError, TableKind, record_paths, table_path, write_atomically};
 
@@ -34,7 +34,7 @@ pub struct ReportArgs {
 }
 
 /// Writes the file: status 0 if done, 2 for bad input, 1 if it cannot be written.
-pub fn run(args: &ReportArgs) -> ExitCode {
+pub fn run(args: &ReportArgs) -> Status {
     let path = (args.out.clone()).unwrap_or_else(|| args.folder.join("report.html"));
     let mut request = PageRequest::default();
     if let Some(most) = args.most_bytes {
@@ -42,18 +42,16 @@ pub fn run(args: &ReportArgs) -> ExitCode {
     }
     let page = match results_page(&args.folder, request) {
         Ok(page) => page,
-        Err(error) => return fail(BAD_INPUT, &refusal(&args.folder, &error)),
+        Err(error) => return Err(fail(BAD_INPUT, &refusal(&args.folder, &error))),
     };
     if path.exists() && !args.overwrite {
         let message = format!(
             "`{}` already exists: choose another file with --out, or replace it with --overwrite",
             path.display()
         );
-        return fail(BAD_INPUT, &message);
+        return Err(fail(BAD_INPUT, &message));
     }
-    if let Err(error) = write_atomically(&path, page.html.as_bytes()) {
-        return fail(1, &with_causes(&error));
-    }
+    write_atomically(&path, page.html.as_bytes()).or_explain(1)?;
     let bytes = page.html.len() as u64;
     let text = match (args.json, args.quiet) {
         (true, _) => format!(
@@ -69,7 +67,7 @@ pub fn run(args: &ReportArgs) -> ExitCode {
             text
         }
     };
-    answer(&text, ExitCode::SUCCESS)
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// The error of a folder. If the folder has nothing to explore, describes its contents.

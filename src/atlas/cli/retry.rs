@@ -67,7 +67,7 @@ fn retry(
     } else {
         let mut process = match Process::prepare(&left(folder)) {
             Ok(process) => process,
-            Err(error) => return Ok(fail(1, &format!("cannot watch for signals: {error}"))),
+            Err(status) => return Ok(status),
         };
         match retry.compute(&mut process, &mut record, &mut voice) {
             Ok(Ended::Exchanged(text)) => text,

@@ -5,67 +5,58 @@ use super::process::{Process, left};
 use super::retry;
 use super::run_args::RunArgs;
 use super::status::{failure, status};
-use super::{BAD_INPUT, FAILED_POINTS, fail, grid, with_causes};
+use super::{BAD_INPUT, FAILED_POINTS, OrFail, Status, fail, grid, with_causes};
 use crate::manifest::Job;
 use crate::store::{RunRecord, RunState};
 use crate::sweep::{
     Earlier, Finished, JobRan, JobRun, JobRunError, Options, SweepError, look_for_earlier,
 };
 use std::path::Path;
-use std::process::ExitCode;
 
 /// Runs a job: status 0 if done, 2 for bad input, 3 if points failed, 4 if another process computes the same, 130 if
 /// interrupted.
-pub fn run(args: &RunArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
+pub fn run(args: &RunArgs) -> Status {
+    let job = args.manifest.admit()?;
     let options = [
         ("--shard", args.shard.is_some()),
         ("--retry", args.retry.is_some()),
     ];
     let given = options.iter().find(|(_, given)| *given);
     if let Some(refusal) = given.and_then(|(option, _)| grid::refuses(&job, option)) {
-        return fail(BAD_INPUT, &refusal);
+        return Err(fail(BAD_INPUT, &refusal));
     }
     let folder = args
         .out
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
-    match look_for_earlier(&folder, &job, args.shard, args.overwrite) {
-        Ok(Earlier::Nothing) if args.retry.is_some() => fail(
-            BAD_INPUT,
-            &format!(
-                "{} holds no finished results of this manifest; run it without --retry first",
-                folder.display()
-            ),
-        ),
-        Ok(Earlier::Nothing) => execute(args, &job, &folder),
-        Ok(Earlier::Complete(record)) if args.retry.is_some() => {
-            retry::run(args, &job, &folder, *record)
+    match look_for_earlier(&folder, &job, args.shard, args.overwrite).or_explain(BAD_INPUT)? {
+        Earlier::Nothing if args.retry.is_some() => {
+            let folder = folder.display();
+            let message =
+                "holds no finished results of this manifest; run it without --retry first";
+            Err(fail(BAD_INPUT, &format!("{folder} {message}")))
         }
-        Ok(Earlier::Complete(record)) => {
+        Earlier::Nothing => execute(args, &job, &folder),
+        Earlier::Complete(record) if args.retry.is_some() => {
+            Ok(retry::run(args, &job, &folder, *record))
+        }
+        Earlier::Complete(record) => {
             let text = format!(
                 "{} already holds the results of this manifest ({} points); --overwrite computes them again\n",
                 folder.display(),
                 record.totals.points
             );
-            Console::new(args, &job, &folder).close(&record, status(&record), &text)
+            Ok(Console::new(args, &job, &folder).close(&record, status(&record), &text))
         }
-        Err(error) => fail(BAD_INPUT, &with_causes(&error)),
     }
 }
 
-fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
+fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
     let Process {
         called_off,
         topology,
         warnings,
-    } = match Process::prepare(&left(folder)) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
+    } = Process::prepare(&left(folder))?;
     let run = JobRun {
         job,
         folder,
@@ -90,12 +81,12 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
                 JobRunError::Sweep(SweepError::Store(error)) => failure(error),
                 JobRunError::Sweep(SweepError::Threads { .. }) | JobRunError::Record(_) => 1,
             };
-            return fail(status, &with_causes(&error));
+            return Err(fail(status, &with_causes(&error)));
         }
     };
     let text = closing_line(&finished, &record, folder);
     let status = if finished.gave_up { FAILED_POINTS } else { status(&record) };
-    voice.close(&record, status, &text)
+    Ok(voice.close(&record, status, &text))
 }
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {

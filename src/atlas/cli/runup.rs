@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
+use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
 use crate::analysis::run_up::{RunUp, RunUpConfig};
 use crate::manifest::Job;
 use crate::report::{Unit, to_digits};
@@ -41,34 +41,23 @@ pub struct RunupArgs {
 
 /// Runs one drive up: status 0 if done, 2 for bad input, 3 if the motion could not be integrated to the end, 130 if
 /// interrupted.
-pub fn run(args: &RunupArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
+pub fn run(args: &RunupArgs) -> Status {
+    let job = args.manifest.admit()?;
     let Some(spec) = &job.run_up else {
         let message = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
-        return fail(BAD_INPUT, message);
+        return Err(fail(BAD_INPUT, message));
     };
     // The speed of a point has no effect: the default is the first point.
     let has_point = !args.point.text.is_empty();
-    let point = match point::admit(&job, if has_point { &args.point.text } else { "0" }) {
-        Ok(point) => point,
-        Err(status) => return status,
-    };
+    let point = point::admit(&job, if has_point { &args.point.text } else { "0" })?;
     let label = if has_point { &point.label } else { "" };
     let folder = (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "runup", label));
     let occupied = recording::occupied(&folder, TableKind::Signals, "run-up");
     if let Some(message) = occupied.filter(|_| !args.overwrite) {
-        return fail(BAD_INPUT, &message);
+        return Err(fail(BAD_INPUT, &message));
     }
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
-    if let Err(message) = start_threads(&args.threads) {
-        return fail(1, &message);
-    }
+    let process = Process::prepare(NOTHING_WRITTEN)?;
+    start_threads(&args.threads)?;
     let parts = Prepared::new(args.tables.store());
     let run_up = PointRunUp {
         point: &point.spec,
@@ -77,8 +66,8 @@ pub fn run(args: &RunupArgs) -> ExitCode {
     };
     let (config, run) = match run_up.record(&process.called_off) {
         Ok(recorded) => recorded,
-        Err(RunUpError::CalledOff) => return fail(INTERRUPTED, NOTHING_WRITTEN),
-        Err(error) => return fail(BAD_INPUT, &error.to_string()),
+        Err(RunUpError::CalledOff) => return Err(fail(INTERRUPTED, NOTHING_WRITTEN)),
+        Err(error) => return Err(fail(BAD_INPUT, &error.to_string())),
     };
     begin_writing();
     let text = if args.json {
@@ -87,22 +76,21 @@ pub fn run(args: &RunupArgs) -> ExitCode {
         summary(&job, &config, &run, &folder)
     };
     let stop = run.stop;
-    if let Err(error) = write_run_up(
+    write_run_up(
         &folder,
         &metadata(&job, &point.values, &config),
         &config,
         run,
-    ) {
-        return fail(1, &error.to_string());
-    }
+    )
+    .or_fail(1)?;
     let status = answer(&text, ExitCode::SUCCESS);
-    match stop {
+    Ok(match stop {
         None => status,
         Some(stop) => fail(
             FAILED_POINTS,
             &format!("the run-up ended early: {stop}; the files hold the motion before that"),
         ),
-    }
+    })
 }
 
 /// The origin of the tables, as metadata.

@@ -5,7 +5,7 @@ use super::point::{self, PointArg, number};
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
 use crate::sweep::{
@@ -45,57 +45,44 @@ pub struct SensitivityArgs {
 }
 
 /// Prints the sensitivities of a point: status 0 if done, 2 for bad input, 130 if interrupted.
-pub fn run(args: &SensitivityArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
-    let point = match point::admit(&job, &args.point.text) {
-        Ok(point) => point.spec,
-        Err(status) => return status,
-    };
+pub fn run(args: &SensitivityArgs) -> Status {
+    let job = args.manifest.admit()?;
+    let point = point::admit(&job, &args.point.text)?.spec;
     if !(args.step > 0.0 && args.step < 0.5) {
-        return fail(BAD_INPUT, "--step must be above 0 and below 0.5");
+        return Err(fail(BAD_INPUT, "--step must be above 0 and below 0.5"));
     }
     let names = if args.by.is_empty() { job.between.continuous_keys() } else { whole(&args.by) };
     let keys: Result<Vec<Parameter>, _> = names
         .iter()
         .map(|name| job.between.parameter(&point, name))
         .collect();
-    let keys = match keys {
-        Ok(keys) => keys,
-        Err(error) => return fail(BAD_INPUT, &error.to_string()),
-    };
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
-    if let Err(message) = start_threads(&args.threads) {
-        return fail(1, &message);
-    }
+    let keys = keys.or_fail(BAD_INPUT)?;
+    let process = Process::prepare(NOTHING_WRITTEN)?;
+    start_threads(&args.threads)?;
     let settings = Ensemble {
         members: args.members as usize,
         transient: 200,
         cycles: args.cycles,
     };
     let parts = Prepared::new(args.tables.store());
-    match sensitivities(
+    let differentiated = Differentiated {
+        point: &point,
+        held: &[],
+    };
+    let found = match sensitivities(
         &job,
-        Differentiated {
-            point: &point,
-            held: &[],
-        },
+        differentiated,
         &keys,
         &settings,
         args.step,
         &parts,
         &process.called_off,
     ) {
-        Ok(found) if args.json => answer(&format!("{:#}\n", in_json(&found)), ExitCode::SUCCESS),
-        Ok(found) => answer(&in_text(&found), ExitCode::SUCCESS),
-        Err(SensitivityError::CalledOff(_)) => fail(INTERRUPTED, "interrupted"),
-        Err(error) => fail(BAD_INPUT, &with_causes(&error)),
-    }
+        Err(SensitivityError::CalledOff(_)) => return Err(fail(INTERRUPTED, "interrupted")),
+        found => found.or_explain(BAD_INPUT)?,
+    };
+    let text = if args.json { format!("{:#}\n", in_json(&found)) } else { in_text(&found) };
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// Rejoins names that were split at a comma in brackets: `stiffness_matrix[1,2]`.

@@ -11,7 +11,7 @@ use signal_hook::flag;
 
 use super::manifest_args::ManifestArgs;
 use super::threads::Threads;
-use super::{BAD_INPUT, answer, fail, line, start_threads, warn, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, line, start_threads, warn, with_causes};
 use crate::gear::{Contact, FaceLaw, GearPair, MeshTable, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec};
 use crate::store::{Fetched, Origin, TableStore};
@@ -68,40 +68,33 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 /// Builds the tables: status 0 if all are kept, 1 if one cannot be, 2 for bad input.
-pub fn run(args: &TableArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
-    if let Err(message) = start_threads(&args.threads) {
-        return fail(1, &message);
-    }
+pub fn run(args: &TableArgs) -> Status {
+    let job = args.manifest.admit()?;
+    start_threads(&args.threads)?;
     let drawings = drawings(&job);
     if drawings.is_empty() {
         let message =
             "has no drawing of its gears; a manifest of model.kind = \"flexible\" has one";
-        return fail(BAD_INPUT, &format!("`{}` {message}", args.manifest.name()));
+        return Err(fail(
+            BAD_INPUT,
+            &format!("`{}` {message}", args.manifest.name()),
+        ));
     }
     // Without a handler, this signal ends the process silently when a file exceeds `ulimit -f`. With a handler, the
     // write fails and the error is printed.
-    if let Err(error) = flag::register(SIGXFSZ, Arc::default()) {
-        return fail(NO_ACCESS, &with_causes(&error));
-    }
+    flag::register(SIGXFSZ, Arc::default()).or_explain(NO_ACCESS)?;
     let mut tables = Vec::new();
     for drawing in &drawings {
-        let fetched = match fetch(args, drawing) {
-            Ok(fetched) => fetched,
-            Err(message) => return fail(BAD_INPUT, &message),
-        };
+        let fetched = fetch(args, drawing).or_fail(BAD_INPUT)?;
         for warning in &fetched.warnings {
             warn(&warning.to_string());
         }
         if fetched.origin == Origin::BuiltInMemory {
-            return ExitCode::from(NO_ACCESS);
+            return Ok(ExitCode::from(NO_ACCESS));
         }
         tables.push((fetched.file, fetched.origin));
     }
-    answer(&report(args, &tables), ExitCode::SUCCESS)
+    Ok(answer(&report(args, &tables), ExitCode::SUCCESS))
 }
 
 /// A pair of gears, the flattening law of its flanks and the law of its face.

@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, fail, start_threads};
+use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
 use crate::analysis::{Signals, TraceConfig, TraceOutcome, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
@@ -58,29 +58,18 @@ pub struct TraceArgs {
 
 /// Traces one operating point: status 0 if done, 2 for bad input, 3 if the trajectory could not be integrated to the
 /// end, 130 if interrupted.
-pub fn run(args: &TraceArgs) -> ExitCode {
-    let job = match args.manifest.admit() {
-        Ok(job) => job,
-        Err(status) => return status,
-    };
-    let point = match point::admit(&job, &args.point.text) {
-        Ok(point) => point,
-        Err(status) => return status,
-    };
+pub fn run(args: &TraceArgs) -> Status {
+    let job = args.manifest.admit()?;
+    let point = point::admit(&job, &args.point.text)?;
     let folder =
         (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "trace", &point.label));
     if let Some(message) =
         recording::occupied(&folder, TableKind::Trace, "trace").filter(|_| !args.overwrite)
     {
-        return fail(BAD_INPUT, &message);
+        return Err(fail(BAD_INPUT, &message));
     }
-    let process = match Process::prepare(NOTHING_WRITTEN) {
-        Ok(process) => process,
-        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
-    };
-    if let Err(message) = start_threads(&args.threads) {
-        return fail(1, &message);
-    }
+    let process = Process::prepare(NOTHING_WRITTEN)?;
+    start_threads(&args.threads)?;
     let parts = Prepared::new(args.tables.store());
     let trace = PointTrace {
         job: &job,
@@ -102,40 +91,35 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         },
         parts: &parts,
     };
-    let model = match trace.model() {
-        Ok(model) => model,
-        Err(error) => return fail(BAD_INPUT, &error.to_string()),
-    };
+    let model = trace.model().or_fail(BAD_INPUT)?;
     let config = &trace.config;
     let label = label(&job, &point, &model, config);
     let open = || TraceWriter::create(&folder, &label, config.modal);
     let (outcome, writer) = match trace.record(&model, &process.called_off, open) {
         Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
-            return fail(INTERRUPTED, NOTHING_WRITTEN);
+            return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
         Ok(recorded) => recorded,
         Err(PointTraceError::CalledOff(_)) => {
-            return fail(INTERRUPTED, NOTHING_WRITTEN);
+            return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
-        Err(error) => return fail(1, &error.to_string()),
+        Err(error) => return Err(fail(1, &error.to_string())),
     };
     begin_writing();
-    if let Err(error) = writer.finish() {
-        return fail(1, &error.to_string());
-    }
+    writer.finish().or_fail(1)?;
     let text = if args.json {
         format!("{:#}\n", summary_json(&job, &point, &outcome, &folder))
     } else {
         summary(&job, &point, &model, config, &outcome, &folder)
     };
     let status = answer(&text, ExitCode::SUCCESS);
-    match outcome.stop {
+    Ok(match outcome.stop {
         None => status,
         Some(stop) => fail(
             FAILED_POINTS,
             &format!("the trace ended early: {stop}; the files hold the motion before that"),
         ),
-    }
+    })
 }
 
 /// The point and the model of the trace.

@@ -1,7 +1,7 @@
 //! `atlas verify`: the validation ladder on this machine.
 
 use super::threads::Threads;
-use super::{answer, fail, line, start_threads};
+use super::{OrFail, Status, answer, line, start_threads};
 use crate::topology::Machine;
 use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
 use clap::Args;
@@ -28,17 +28,12 @@ pub struct VerifyArgs {
 }
 
 /// Runs the checks: status 0 if every line passes, 1 if one fails.
-pub fn run(args: &VerifyArgs) -> ExitCode {
-    if let Err(message) = start_threads(&args.threads) {
-        return fail(1, &message);
-    }
+pub fn run(args: &VerifyArgs) -> Status {
+    start_threads(&args.threads)?;
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let wanted = |check: &Check| args.only.is_empty() || args.only.iter().any(|n| n == check.name);
     let checks: Vec<Check> = CHECKS.iter().copied().filter(wanted).collect();
-    let subjects = match Subjects::all(extent) {
-        Ok(subjects) => subjects,
-        Err(trouble) => return fail(1, &trouble.to_string()),
-    };
+    let subjects = Subjects::all(extent).or_fail(1)?;
     let bar = bar(checks.len() as u64);
     let mut begun = 0;
     let report = verify::run(&subjects, &checks, &mut |check| {
@@ -52,7 +47,7 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
     } else {
         report.to_string()
     };
-    answer(&text, ExitCode::from(report.status()))
+    Ok(answer(&text, ExitCode::from(report.status())))
 }
 
 /// A bar on a terminal, otherwise nothing.

@@ -76,10 +76,8 @@ impl Attractor {
 /// # Errors
 /// The table cannot be read.
 pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
-    let table = match ResultTable::read(folder, TableKind::Attractors) {
-        Ok(table) => table,
-        Err(StoreError::Missing { .. }) => return Ok(Vec::new()),
-        Err(error) => return Err(error),
+    let Some(table) = ResultTable::read_if_there(folder, TableKind::Attractors)? else {
+        return Ok(Vec::new());
     };
     let whole = |name: &str| table.u64(name);
     let (ids, numbers, periods) = (whole("point_id")?, whole("attractor_id")?, whole("period")?);

@@ -110,9 +110,8 @@ impl Orbit {
 
 /// The orbits of a results folder; `None` if the job did not search for orbits.
 pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
-    let table = match ResultTable::read(folder, TableKind::Orbits) {
-        Err(StoreError::Missing { .. }) => return Ok(None),
-        table => table?,
+    let Some(table) = ResultTable::read_if_there(folder, TableKind::Orbits)? else {
+        return Ok(None);
     };
     let (ids, periods, states) = (
         table.u64("point_id")?,

@@ -31,9 +31,8 @@ pub struct TransitionSummary {
 
 /// The transitions of a results folder; empty if the job did not search for them.
 pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> {
-    let table = match ResultTable::read(folder, TableKind::Transitions) {
-        Err(StoreError::Missing { .. }) => return Ok(Vec::new()),
-        table => table?,
+    let Some(table) = ResultTable::read_if_there(folder, TableKind::Transitions)? else {
+        return Ok(Vec::new());
     };
     let (ids, directions) = (table.u64("point_id")?, table.text("direction")?);
     let (from, to) = (table.text("from_class")?, table.text("to_class")?);

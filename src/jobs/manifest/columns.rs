@@ -2,7 +2,7 @@
 
 use super::csv::{self, ListOf, Sheet};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::reader::{self, wrong_type};
+use super::reader::{Given, all_or_none};
 use super::schema::{self, Key, Kind, MANIFEST};
 use super::text;
 use super::tree::{Entry, Node, Value};
@@ -21,7 +21,7 @@ pub(super) struct Column {
 
 /// The columns of a list; `None` if it has faults, which are reported.
 pub(super) fn read(
-    issues: &mut Issues,
+    issues: &Issues,
     entry: &Entry,
     list: &ListOf,
     base_dir: &Path,
@@ -31,8 +31,13 @@ pub(super) fn read(
         Value::Array(rows) => rows_of(issues, &entry.node, rows, list),
         _ => {
             let spec = schema::find(MANIFEST, list.path)?;
-            wrong_type(issues, &entry.node, list.path, spec);
-            None
+            let given = Given {
+                issues,
+                node: &entry.node,
+                path: list.path,
+                spec,
+            };
+            given.wrong_type()
         }
     }
 }
@@ -50,7 +55,7 @@ pub(super) struct Quantities {
 
 /// The columns as quantities with known names; `None` if one is faulty or unknown, which is reported.
 pub(super) fn quantities(
-    issues: &mut Issues,
+    issues: &Issues,
     columns: Vec<Column>,
     list: &ListOf,
     known: &[&'static Key],
@@ -60,18 +65,17 @@ pub(super) fn quantities(
         let path = format!("{}.{name}", list.path);
         let Some(spec) = known.iter().find(|key| key.path == name) else {
             let names: Vec<&str> = known.iter().map(|key| key.path).collect();
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownKey,
-                    column.name.key_span,
-                    &path,
-                    format!("`{name}` is not a column of {}", list.path),
-                )
-                .label("unknown")
-                .accepted(names.join(", "))
-                .remedy("rename the column, or remove it"),
-            );
-            return None;
+            let message = format!("`{name}` is not a column of {}", list.path);
+            return Diagnostic::new(
+                DiagnosticKind::UnknownKey,
+                column.name.key_span,
+                &path,
+                message,
+            )
+            .label("unknown")
+            .accepted(names.join(", "))
+            .remedy("rename the column, or remove it")
+            .fail(issues);
         };
         let Kind::Quantity(dimension) = spec.kind else {
             return None;
@@ -80,7 +84,15 @@ pub(super) fn quantities(
         fits.then_some(())?;
         let values = column.values.iter();
         let values: Vec<Option<f64>> = values
-            .map(|node| reader::quantity(issues, node, &path, spec))
+            .map(|node| {
+                let given = Given {
+                    issues,
+                    node,
+                    path: &path,
+                    spec,
+                };
+                given.quantity()
+            })
             .collect();
         Some(Quantities {
             name: spec.path,
@@ -91,13 +103,12 @@ pub(super) fn quantities(
             values: values.into_iter().collect::<Option<_>>()?,
         })
     });
-    let read: Vec<_> = read.collect();
-    read.into_iter().collect()
+    all_or_none(read)
 }
 
 /// Takes the only column with one of some names; reports if there is none or more than one.
 pub(super) fn one_of(
-    issues: &mut Issues,
+    issues: &Issues,
     columns: &mut Vec<Quantities>,
     names: &[&str],
     (list, span): (&ListOf, Span),
@@ -124,19 +135,17 @@ pub(super) fn one_of(
             "second",
         ),
     };
-    issues.push(
-        Diagnostic::new(DiagnosticKind::Inconsistent, at, list.path, message)
-            .label(label)
-            .remedy(format!(
-                "begin a file with a header such as {}",
-                list.header
-            )),
-    );
-    None
+    Diagnostic::new(DiagnosticKind::Inconsistent, at, list.path, message)
+        .label(label)
+        .remedy(format!(
+            "begin a file with a header such as {}",
+            list.header
+        ))
+        .fail(issues)
 }
 
 /// Whether a column has at least two values and all increase; reports if not.
-pub(super) fn increases(issues: &mut Issues, column: &Quantities, list: &ListOf) -> bool {
+pub(super) fn increases(issues: &Issues, column: &Quantities, list: &ListOf) -> bool {
     let pairs = column.values.windows(2);
     let fault = match pairs.clone().position(|pair| pair[1] <= pair[0]) {
         None if column.values.len() >= 2 => return true,
@@ -153,20 +162,19 @@ pub(super) fn increases(issues: &mut Issues, column: &Quantities, list: &ListOf)
             (column.spans.1[place + 1], message)
         }
     };
-    issues.push(
-        Diagnostic::new(DiagnosticKind::Inconsistent, fault.0, list.path, fault.1)
-            .label("not larger than before")
-            .remedy(format!(
-                "give `{}` in increasing order, without repeats",
-                column.name
-            )),
-    );
+    Diagnostic::new(DiagnosticKind::Inconsistent, fault.0, list.path, fault.1)
+        .label("not larger than before")
+        .remedy(format!(
+            "give `{}` in increasing order, without repeats",
+            column.name
+        ))
+        .report(issues);
     false
 }
 
 impl Column {
     /// Whether its unit, if any, measures the dimension `wanted`, or a known dimension if `None`; reports if not.
-    pub fn unit_fits(&self, issues: &mut Issues, path: &str, wanted: Option<Dimension>) -> bool {
+    pub fn unit_fits(&self, issues: &Issues, path: &str, wanted: Option<Dimension>) -> bool {
         let Some((unit, span)) = &self.unit else {
             return true;
         };
@@ -182,55 +190,38 @@ impl Column {
                 "" => "no unit: write only the name".to_owned(),
                 units => units.to_owned(),
             };
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::WrongUnit,
-                    *span,
-                    path,
-                    format!("`{unit}` is not a unit of `{name}`"),
-                )
+            let message = format!("`{unit}` is not a unit of `{name}`");
+            Diagnostic::new(DiagnosticKind::WrongUnit, *span, path, message)
                 .label(format!("{} is needed here", wanted.name()))
                 .accepted(units)
-                .remedy("write the unit after the name of the column, such as speed [rpm]"),
-            );
+                .remedy("write the unit after the name of the column, such as speed [rpm]")
+                .report(issues);
         }
         fits
     }
 }
 
 /// The columns of rows in the manifest.
-fn rows_of(issues: &mut Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option<Vec<Column>> {
+fn rows_of(issues: &Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option<Vec<Column>> {
     if rows.is_empty() {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Empty,
-                node.span,
-                list.path,
-                format!("`{}` is empty", list.path),
-            )
+        let message = format!("`{}` is empty", list.path);
+        return Diagnostic::new(DiagnosticKind::Empty, node.span, list.path, message)
             .label("empty")
-            .remedy(format!("give at least one point, {}", list.row)),
-        );
-        return None;
+            .remedy(format!("give at least one point, {}", list.row))
+            .fail(issues);
     }
     let mut columns: Vec<Column> = Vec::new();
     for (number, row) in rows.iter().enumerate() {
         let Value::Table(entries) = &row.value else {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::WrongType,
-                    row.span,
-                    list.path,
-                    format!(
-                        "point {} must be a table, not {}",
-                        number + 1,
-                        row.value.type_name()
-                    ),
-                )
-                .label(format!("this is {}", row.value.type_name()))
-                .accepted(list.row),
+            let message = format!(
+                "point {} must be a table, not {}",
+                number + 1,
+                row.value.type_name()
             );
-            return None;
+            return Diagnostic::new(DiagnosticKind::WrongType, row.span, list.path, message)
+                .label(format!("this is {}", row.value.type_name()))
+                .accepted(list.row)
+                .fail(issues);
         };
         if number == 0 {
             columns = (entries.iter())
@@ -269,12 +260,10 @@ fn rows_of(issues: &mut Issues, node: &Node, rows: &[Node], list: &ListOf) -> Op
             (None, None) => None,
         };
         if let Some((span, message, label)) = fault {
-            issues.push(
-                Diagnostic::new(DiagnosticKind::Inconsistent, span, list.path, message)
-                    .label(label)
-                    .remedy("give every point the same keys"),
-            );
-            return None;
+            return Diagnostic::new(DiagnosticKind::Inconsistent, span, list.path, message)
+                .label(label)
+                .remedy("give every point the same keys")
+                .fail(issues);
         }
         for column in &mut columns {
             column
@@ -287,7 +276,7 @@ fn rows_of(issues: &mut Issues, node: &Node, rows: &[Node], list: &ListOf) -> Op
 
 /// The columns of a file.
 fn file(
-    issues: &mut Issues,
+    issues: &Issues,
     entry: &Entry,
     name: &str,
     list: &ListOf,
@@ -296,10 +285,7 @@ fn file(
     let path = base_dir.join(name);
     let key = (list.path, entry.node.span);
     let source = text::read_named(issues, &path, "the list of points", key)?;
-    // Taken out while faults are recorded, and put back.
-    let text = std::mem::take(&mut issues.sources[source].text);
-    let sheet = csv::read(source, &text, list, issues);
-    issues.sources[source].text = text;
+    let sheet = csv::read(source, &issues.text(source), list, issues);
     let Sheet { columns } = sheet?;
     Some(
         (columns.into_iter())

@@ -42,7 +42,7 @@ struct Cell<'t> {
 }
 
 /// The columns of a text; `None` if it has faults, which are reported.
-pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &mut Issues) -> Option<Sheet> {
+pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &Issues) -> Option<Sheet> {
     let before = issues.count();
     let mut lines = lines(text);
     let Some((start, head)) = lines.next() else {
@@ -80,11 +80,11 @@ struct Reader<'i> {
     source: usize,
     parting: char,
     list: &'i ListOf,
-    issues: &'i mut Issues,
+    issues: &'i Issues,
 }
 
 impl<'i> Reader<'i> {
-    fn new(source: usize, parting: char, list: &'i ListOf, issues: &'i mut Issues) -> Self {
+    fn new(source: usize, parting: char, list: &'i ListOf, issues: &'i Issues) -> Self {
         Self {
             source,
             parting,
@@ -252,14 +252,14 @@ mod tests {
     use super::*;
 
     fn sheet(text: &str) -> Result<Sheet, Issues> {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source("p.csv".to_owned(), text.to_owned());
         let list = ListOf {
             path: "grid.points",
             row: "",
             header: "speed [rpm]",
         };
-        read(source, text, &list, &mut issues).ok_or(issues)
+        read(source, text, &list, &issues).ok_or(issues)
     }
 
     #[test]
@@ -301,7 +301,7 @@ mod tests {
             ("speed,load\n1,nan\n", "nan", "give a number"),
         ] {
             let issues = sheet(text).unwrap_err();
-            let fault = &issues.found[0];
+            let fault = &issues.found.borrow()[0];
             assert_eq!(&text[fault.span.start..fault.span.end], spot, "{text}");
             assert!(fault.remedy.as_ref().unwrap().contains(remedy), "{fault:?}");
         }

@@ -6,6 +6,8 @@
 //! and quotations of the text are clipped.
 
 use crate::input::{clipped, printable};
+use std::cell::{Cell, Ref, RefCell};
+use strum::IntoStaticStr;
 
 /// Number of faults that are kept; further ones are counted.
 const MOST_KEPT: usize = 100;
@@ -46,7 +48,8 @@ pub struct Source {
 }
 
 /// The kinds of fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum DiagnosticKind {
     /// A file cannot be read.
     Unreadable,
@@ -83,23 +86,7 @@ pub enum DiagnosticKind {
 impl DiagnosticKind {
     /// A short name for programs, `wrong-unit`.
     pub fn code(self) -> &'static str {
-        match self {
-            Self::Unreadable => "unreadable",
-            Self::Syntax => "syntax",
-            Self::DuplicateKey => "duplicate-key",
-            Self::UnknownKey => "unknown-key",
-            Self::MissingKey => "missing-key",
-            Self::WrongType => "wrong-type",
-            Self::WrongUnit => "wrong-unit",
-            Self::OutOfRange => "out-of-range",
-            Self::Empty => "empty",
-            Self::GridTooLarge => "grid-too-large",
-            Self::UnknownAxis => "unknown-axis",
-            Self::Inconsistent => "inconsistent",
-            Self::NoEffect => "no-effect",
-            Self::Unusual => "unusual",
-            Self::Unavailable => "unavailable",
-        }
+        self.into()
     }
 
     /// Whether the job runs in spite of it.
@@ -137,7 +124,12 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// A fault without the optional parts.
-    pub(super) fn new(kind: DiagnosticKind, span: Span, key: &str, message: String) -> Self {
+    pub(super) fn new(
+        kind: DiagnosticKind,
+        span: Span,
+        key: &str,
+        message: impl Into<String>,
+    ) -> Self {
         Self {
             kind,
             span,
@@ -178,6 +170,17 @@ impl Diagnostic {
         self
     }
 
+    /// Records it.
+    pub(super) fn report(self, issues: &Issues) {
+        issues.push(self);
+    }
+
+    /// Records it; there is no value.
+    pub(super) fn fail<T>(self, issues: &Issues) -> Option<T> {
+        issues.push(self);
+        None
+    }
+
     pub(super) fn notes(&self) -> Vec<String> {
         let note = |head: &str, text: &Option<String>| {
             let text = text.as_ref()?;
@@ -195,48 +198,54 @@ impl Diagnostic {
     }
 }
 
-/// The faults found so far, and their files.
+/// The faults found so far, and their files. Every reader of a job shares it.
 #[derive(Debug, Default)]
 pub(super) struct Issues {
-    pub sources: Vec<Source>,
+    pub sources: RefCell<Vec<Source>>,
     /// The first faults.
-    pub found: Vec<Diagnostic>,
+    pub found: RefCell<Vec<Diagnostic>>,
     /// Number of further faults.
-    pub more: usize,
+    pub more: Cell<usize>,
     /// Start of the unread text of the last file, because of earlier faults.
-    pub unread: Option<usize>,
+    pub unread: Cell<Option<usize>>,
 }
 
 impl Issues {
     /// Adds a file and returns its index.
-    pub fn add_source(&mut self, name: String, text: String) -> usize {
-        self.sources.push(Source { name, text });
-        self.sources.len() - 1
+    pub fn add_source(&self, name: String, text: String) -> usize {
+        let mut sources = self.sources.borrow_mut();
+        sources.push(Source { name, text });
+        sources.len() - 1
     }
 
-    pub fn push(&mut self, diagnostic: Diagnostic) {
-        let warnings = || self.found.iter().filter(|d| d.kind.is_warning()).count();
+    /// The text of a file; no other file is added meanwhile.
+    pub fn text(&self, source: usize) -> Ref<'_, str> {
+        Ref::map(self.sources.borrow(), |sources| {
+            sources[source].text.as_str()
+        })
+    }
+
+    pub fn push(&self, diagnostic: Diagnostic) {
+        let is_warning = |diagnostic: &&Diagnostic| diagnostic.kind.is_warning();
+        let warnings = || self.found.borrow().iter().filter(is_warning).count();
         if !diagnostic.kind.is_warning() || warnings() < MOST_WARNED {
             self.push_with(|| diagnostic);
         }
     }
 
     /// Records an error; its sentences are made only if it is kept.
-    pub fn push_with(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
-        if self.found.len() < MOST_KEPT {
-            self.found.push(diagnostic())
+    pub fn push_with(&self, diagnostic: impl FnOnce() -> Diagnostic) {
+        if self.found.borrow().len() < MOST_KEPT {
+            let diagnostic = diagnostic();
+            self.found.borrow_mut().push(diagnostic);
         } else {
-            self.more += 1
+            self.more.set(self.more.get() + 1);
         }
-    }
-
-    /// The errors that were kept.
-    pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.found.iter().filter(|d| !d.kind.is_warning())
     }
 
     /// Number of errors.
     pub fn count(&self) -> usize {
-        self.errors().count() + self.more
+        let found = self.found.borrow();
+        found.iter().filter(|d| !d.kind.is_warning()).count() + self.more.get()
     }
 }

@@ -23,11 +23,11 @@ pub struct ManifestErrors {
 }
 
 impl ManifestErrors {
-    pub(super) fn new(mut issues: Issues) -> Self {
+    pub(super) fn new(issues: Issues) -> Self {
         Self {
-            diagnostics: placed(&mut issues),
-            sources: issues.sources,
-            more: issues.more,
+            diagnostics: placed(&issues),
+            sources: issues.sources.into_inner(),
+            more: issues.more.get(),
         }
     }
 
@@ -77,13 +77,13 @@ pub struct Warnings {
 
 impl Warnings {
     /// The warnings among the faults of a job without errors.
-    pub(super) fn of(issues: &mut Issues) -> Self {
+    pub(super) fn of(issues: &Issues) -> Self {
         let diagnostics = placed(issues);
         if diagnostics.is_empty() {
             Self::default()
         } else {
             Self {
-                sources: issues.sources.clone(),
+                sources: issues.sources.borrow().clone(),
                 diagnostics,
             }
         }
@@ -120,12 +120,13 @@ fn name(sources: &[Source]) -> Cow<'_, str> {
 }
 
 /// Takes the faults: errors before warnings, each sorted by place, without repetitions, with lines and columns.
-fn placed(issues: &mut Issues) -> Vec<Diagnostic> {
-    let mut found = std::mem::take(&mut issues.found);
+fn placed(issues: &Issues) -> Vec<Diagnostic> {
+    let mut found = issues.found.take();
+    let sources = issues.sources.borrow();
     found.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
     found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
     for diagnostic in &mut found {
-        let source = &issues.sources[diagnostic.span.source];
+        let source = &sources[diagnostic.span.source];
         if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {
             (diagnostic.line, diagnostic.column) = place(&source.text, diagnostic.span.start);
         }

@@ -75,7 +75,7 @@ pub(super) fn expand(
     axes: &[GridAxis],
     dimensions: &[GridDimension],
     exhaustive: bool,
-    issues: &mut Issues,
+    issues: &Issues,
     context: &mut Context,
     hash: &mut JobHash,
 ) -> Judged {
@@ -109,23 +109,17 @@ pub(super) fn expand(
             continue;
         }
         let index = combinations.places(number);
-        let before = issues.found.len();
+        let before = issues.found.borrow().len();
         let counted = issues.count();
         let resolved = substitute(tree, &keys, &index, issues)
-            .then(|| resolve(&Section::root(tree, MANIFEST), issues, context))
+            .then(|| resolve(&Section::root(tree, issues, MANIFEST), context))
             .flatten();
         tried += 1;
         if resolved.is_none() && issues.count() == 0 {
             // A combination that cannot be resolved is an error, even if no section gives a reason.
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    tree.span,
-                    "",
-                    NO_DRIVE.to_owned(),
-                )
-                .label("these values"),
-            );
+            Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", NO_DRIVE)
+                .label("these values")
+                .report(issues);
         }
         faulty += usize::from(issues.count() > counted);
         sift(issues, before, &mut faults, &keys, &index);
@@ -139,7 +133,7 @@ pub(super) fn expand(
             variants.insert(number, resolved);
         }
         // If faults are no longer kept, those of further combinations do not help.
-        if faulty >= MAX_FAULTY || issues.more > 0 {
+        if faulty >= MAX_FAULTY || issues.more.get() > 0 {
             break;
         }
     }
@@ -147,16 +141,17 @@ pub(super) fn expand(
         hash.in_part(tree);
     }
     let mut sometimes = HashSet::new();
+    let mut found = issues.found.borrow_mut();
     for occurrence in faults.values() {
         if occurrence.combinations == tried {
-            issues.found[occurrence.index].at_point = None
+            found[occurrence.index].at_point = None
         } else {
             _ = sometimes.insert(occurrence.index)
         }
     }
     // A key with an effect at some points has an effect.
     let mut index = 0..;
-    (issues.found).retain(|found| {
+    found.retain(|found| {
         let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
         found.kind != DiagnosticKind::NoEffect || !sometimes
     });
@@ -169,29 +164,25 @@ pub(super) fn expand(
 }
 
 /// Puts one value of every key axis into the tree; false if a value has no place there.
-fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
+fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Issues) -> bool {
     let mut fits = true;
     for (key, &i) in keys.iter().zip(index) {
         let name = key.axis.name();
         if let Err(end) = modal_keys::put(tree, name, key.node(i)) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownAxis,
-                    key.key_span,
-                    name,
-                    format!(
-                        "the axis `{name}` names an element that does not exist: `{}` {}",
-                        end.holder, end.why
-                    ),
-                )
+            let message = format!(
+                "the axis `{name}` names an element that does not exist: `{}` {}",
+                end.holder, end.why
+            );
+            let remedy = if modal_keys::is_name(name) {
+                "indices in brackets count from 1; write the list or the table in the modal file first"
+            } else {
+                "elements count from 0; write the list in its own table first"
+            };
+            Diagnostic::new(DiagnosticKind::UnknownAxis, key.key_span, name, message)
                 .label("no such element")
                 .suggestion(end.near.map(|near| format!("\"{near}\"")))
-                .remedy(if modal_keys::is_name(name) {
-                    "indices in brackets count from 1; write the list or the table in the modal file first"
-                } else {
-                    "elements count from 0; write the list in its own table first"
-                }),
-            );
+                .remedy(remedy)
+                .report(issues);
             fits = false;
         }
     }
@@ -199,13 +190,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
 }
 
 /// Drops faults of earlier combinations, and adds the combination to new ones.
-fn sift(
-    issues: &mut Issues,
-    before: usize,
-    faults: &mut Faults,
-    keys: &[&GridAxis],
-    index: &[usize],
-) {
+fn sift(issues: &Issues, before: usize, faults: &mut Faults, keys: &[&GridAxis], index: &[usize]) {
     let place = keys
         .iter()
         .zip(index)
@@ -217,7 +202,8 @@ fn sift(
         .join(", ");
     let of_file = (keys.iter()).any(|key| modal_keys::is_name(key.axis.name()));
     let mut seen_here = HashSet::new();
-    for diagnostic in issues.found.split_off(before) {
+    let new = issues.found.borrow_mut().split_off(before);
+    for diagnostic in new {
         let identity = (diagnostic.kind, diagnostic.span, diagnostic.key.clone());
         if !seen_here.insert(identity.clone()) {
             continue;
@@ -236,7 +222,7 @@ fn sift(
         faults.insert(
             identity,
             Occurrence {
-                index: issues.found.len(),
+                index: issues.found.borrow().len(),
                 combinations: 1,
             },
         );
@@ -396,13 +382,14 @@ impl PointResolver {
                 return Err(format!("`{name}` is neither a key nor an axis"));
             }
         }
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let mut context = Context::new(&kept.base_dir);
         context.modal_files.clone_from(&kept.modal_files);
         context.housings.clone_from(&kept.housings);
         context.last_drive = like.map(|like| like.model.source.clone());
-        let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context);
-        let fault = issues.errors().next();
+        let resolved = resolve(&Section::root(&tree, &issues, MANIFEST), &mut context);
+        let found = issues.found.borrow();
+        let fault = found.iter().find(|found| !found.kind.is_warning());
         match (resolved, fault) {
             (Some(mut resolved), None) => {
                 if let Some(like) = like {

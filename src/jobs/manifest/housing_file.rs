@@ -18,7 +18,7 @@ const FREEDOMS: [&str; 6] = HousingNode::FREEDOMS;
 
 /// Reads the housing file that the manifest names at `span`, once per job.
 pub(super) fn load(
-    issues: &mut Issues,
+    issues: &Issues,
     context: &mut Context,
     file: &str,
     span: Span,
@@ -34,18 +34,18 @@ pub(super) fn load(
     housing
 }
 
-fn parse(issues: &mut Issues, source: usize) -> Option<Housing> {
+fn parse(issues: &Issues, source: usize) -> Option<Housing> {
     let before = issues.count();
     let tree = tree::parse(source, issues);
     if issues.count() > before {
         return None;
     }
     unknown::check(issues, &tree, HOUSING_FILE);
-    read(&Section::root(&tree, HOUSING_FILE), issues)
+    read(&Section::root(&tree, issues, HOUSING_FILE))
 }
 
 /// Records an inconsistent value of a key.
-fn refuse(section: &Section, issues: &mut Issues, key: &str, message: String, remedy: &str) {
+fn refuse(section: &Section, key: &str, message: String, remedy: &str) {
     let path = section.path_of(key);
     let fault = Diagnostic::new(
         DiagnosticKind::Inconsistent,
@@ -53,20 +53,18 @@ fn refuse(section: &Section, issues: &mut Issues, key: &str, message: String, re
         &path,
         message,
     );
-    issues.push(fault.label("in the housing file").remedy(remedy));
+    section
+        .issues
+        .push(fault.label("in the housing file").remedy(remedy));
 }
 
-fn read(root: &Section, issues: &mut Issues) -> Option<Housing> {
+fn read(root: &Section) -> Option<Housing> {
     if !root.has("node") {
-        root.missing(issues, "node");
+        root.missing("node");
     }
-    let tables = root.tables(issues, "node")?;
-    let nodes: Vec<_> = tables.iter().map(|table| node(table, issues)).collect();
-    let internal = if root.has("internal") {
-        root.texts(issues, "internal", None)?
-    } else {
-        Vec::new()
-    };
+    let tables = root.tables("node")?;
+    let nodes: Vec<_> = tables.iter().map(|table| node(table)).collect();
+    let internal = if root.has("internal") { root.texts("internal", None)? } else { Vec::new() };
     let mut housing = Housing {
         nodes: nodes.into_iter().collect::<Option<_>>()?,
         internal: internal.into_iter().map(str::to_owned).collect(),
@@ -79,13 +77,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<Housing> {
     let nodes = housing.nodes.iter().map(|node| &node.name);
     if let Some(twice) = twice(nodes.collect()).or_else(|| twice(names.iter().collect())) {
         let message = format!("two nodes or freedoms have the name `{twice}`");
-        refuse(
-            root,
-            issues,
-            "node",
-            message,
-            "give all of them different names",
-        );
+        refuse(root, "node", message, "give all of them different names");
         return None;
     }
     if names.is_empty() || names.len() > MOST_FREEDOMS {
@@ -94,37 +86,29 @@ fn read(root: &Section, issues: &mut Issues) -> Option<Housing> {
             names.len()
         );
         let remedy = "reduce it to fewer nodes and fewer internal modes, such as those below twice the highest frequency of interest";
-        refuse(root, issues, "node", message, remedy);
+        refuse(root, "node", message, remedy);
         return None;
     }
-    let mass = matrix(root, issues, "mass", names.len());
-    let stiffness = matrix(root, issues, "stiffness", names.len());
+    let mass = matrix(root, "mass", names.len());
+    let stiffness = matrix(root, "stiffness", names.len());
     let damping = if root.has("damping") {
-        matrix(root, issues, "damping", names.len())
+        matrix(root, "damping", names.len())
     } else {
         Some(Vec::new())
     };
-    let tables = root.tables(issues, "point")?;
-    let points: Vec<_> = (tables.iter())
-        .map(|table| point(table, issues, &names))
-        .collect();
+    let tables = root.tables("point")?;
+    let points: Vec<_> = (tables.iter()).map(|table| point(table, &names)).collect();
     housing.points = points.into_iter().collect::<Option<_>>()?;
     (housing.mass, housing.stiffness, housing.damping) = (mass?, stiffness?, damping?);
     if let Some(name) = twice(housing.points.iter().map(|point| &point.name).collect()) {
         let message = format!("two points have the name `{name}`");
-        refuse(
-            root,
-            issues,
-            "point",
-            message,
-            "give all of them different names",
-        );
+        refuse(root, "point", message, "give all of them different names");
         return None;
     }
     if let Err(error) = housing.check() {
         let remedy = "check the export and its number of digits; symmetrise the matrix, or condense freedoms without mass into the \
                       others";
-        refuse(root, issues, error.matrix(), error.to_string(), remedy);
+        refuse(root, error.matrix(), error.to_string(), remedy);
         return None;
     }
     Some(housing)
@@ -137,11 +121,11 @@ fn twice(mut names: Vec<&String>) -> Option<String> {
     Some(pair[0].clone())
 }
 
-fn node(table: &Section, issues: &mut Issues) -> Option<HousingNode> {
-    let name = table.text(issues, "name");
-    let position = table.quantities(issues, "position", Some(3));
+fn node(table: &Section) -> Option<HousingNode> {
+    let name = table.text("name");
+    let position = table.quantities("position", Some(3));
     let given = if table.has("freedoms") {
-        table.choices(issues, "freedoms")?
+        table.choices("freedoms")?
     } else {
         FREEDOMS.to_vec()
     };
@@ -154,7 +138,7 @@ fn node(table: &Section, issues: &mut Issues) -> Option<HousingNode> {
             FREEDOMS.join(", ")
         );
         let remedy = "sort rows and columns of the matrices alike";
-        refuse(table, issues, "freedoms", message, remedy);
+        refuse(table, "freedoms", message, remedy);
         return None;
     }
     Some(HousingNode {
@@ -165,8 +149,8 @@ fn node(table: &Section, issues: &mut Issues) -> Option<HousingNode> {
 }
 
 /// A square matrix with one row per freedom, row by row.
-fn matrix(root: &Section, issues: &mut Issues, name: &str, size: usize) -> Option<Vec<f64>> {
-    let rows = root.rows(issues, name)?;
+fn matrix(root: &Section, name: &str, size: usize) -> Option<Vec<f64>> {
+    let rows = root.rows(name)?;
     let fault = if rows.len() != size {
         format!("`{name}` has {} rows", rows.len())
     } else if let Some(row) = rows.iter().position(|row| row.len() != size) {
@@ -177,18 +161,18 @@ fn matrix(root: &Section, issues: &mut Issues, name: &str, size: usize) -> Optio
     };
     let message = format!("{fault}, but nodes and internal freedoms have {size} freedoms");
     let remedy = "give every matrix one row and one column per freedom: those of the nodes, then the internal ones";
-    refuse(root, issues, name, message, remedy);
+    refuse(root, name, message, remedy);
     None
 }
 
-fn point(table: &Section, issues: &mut Issues, names: &[String]) -> Option<HousingPoint> {
-    let name = table.text(issues, "name")?.to_owned();
+fn point(table: &Section, names: &[String]) -> Option<HousingPoint> {
+    let name = table.text("name")?.to_owned();
     if table.has("row") {
-        table.given_twice(issues, &["freedom"], "row", "describe the point");
-        let row = table.quantities(issues, "row", Some(names.len()))?;
+        table.given_twice(&["freedom"], "row", "describe the point");
+        let row = table.quantities("row", Some(names.len()))?;
         return Some(HousingPoint { name, row });
     }
-    let freedom = table.text(issues, "freedom")?;
+    let freedom = table.text("freedom")?;
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     let displaces = |own: &&str| [" x", " y", " z"].iter().any(|end| own.ends_with(end));
     let Some(place) = (known.iter()).position(|own| *own == freedom && displaces(own)) else {
@@ -196,7 +180,7 @@ fn point(table: &Section, issues: &mut Issues, names: &[String]) -> Option<Housi
         let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
         let message = format!("`{freedom}` is not the displacement of a node{near}");
         let remedy = "give a node and x, y or z, such as \"left x\", or give `row`";
-        refuse(table, issues, "freedom", message, remedy);
+        refuse(table, "freedom", message, remedy);
         return None;
     };
     let mut row = vec![0.0; names.len()];

@@ -31,10 +31,10 @@ impl ManifestText<'_> {
 
     /// The tree of its values, without regard to faults. Values of the text have source 0.
     pub(super) fn tree(self) -> Node {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source(String::new(), self.text.to_owned());
-        let mut root = tree::parse(source, &mut issues);
-        set::apply(&mut root, self.changes, &mut issues);
+        let mut root = tree::parse(source, &issues);
+        set::apply(&mut root, self.changes, &issues);
         root
     }
 }

@@ -56,8 +56,8 @@ impl Measured {
     /// The file cannot be read, does not have two or three columns of numbers, has an unknown unit, or a negative
     /// standard error. Every fault has its place in the file.
     pub fn read(path: &Path) -> Result<Self, ManifestErrors> {
-        let mut issues = Issues::default();
-        let columns = sheet(&mut issues, path).map(Vec::into_iter);
+        let issues = Issues::default();
+        let columns = sheet(&issues, path).map(Vec::into_iter);
         if let Some(mut columns) = columns.filter(|_| issues.count() == 0)
             && let (Some(axis), Some(value)) = (columns.next(), columns.next())
         {
@@ -83,7 +83,7 @@ impl From<SheetColumn> for MeasuredColumn {
 }
 
 /// The two or three columns of a file; faults are recorded.
-fn sheet(issues: &mut Issues, path: &Path) -> Option<Vec<SheetColumn>> {
+fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     let source = match text::read(issues, path, "the list of measured points") {
         Ok(source) => source,
         Err(NoText::Reported) => return None,
@@ -95,26 +95,21 @@ fn sheet(issues: &mut Issues, path: &Path) -> Option<Vec<SheetColumn>> {
                 start: 0,
                 end: 0,
             };
-            issues.push(
-                Diagnostic::new(DiagnosticKind::Unreadable, span, POINTS.path, message)
-                    .remedy("check the path; measured points are a text file in UTF-8"),
-            );
-            return None;
+            return Diagnostic::new(DiagnosticKind::Unreadable, span, POINTS.path, message)
+                .remedy("check the path; measured points are a text file in UTF-8")
+                .fail(issues);
         }
     };
-    // Taken out while faults are recorded, and put back.
-    let text = std::mem::take(&mut issues.sources[source].text);
-    let sheet = csv::read(source, &text, &POINTS, issues);
-    issues.sources[source].text = text;
+    let sheet = csv::read(source, &issues.text(source), &POINTS, issues);
     let columns = sheet?.columns;
     judge(issues, &columns);
     Some(columns)
 }
 
 /// Records faults in the columns of a file.
-fn judge(issues: &mut Issues, columns: &[SheetColumn]) {
+fn judge(issues: &Issues, columns: &[SheetColumn]) {
     let header = format!("begin with a header such as {}", POINTS.header);
-    let mut refuse = |kind, span, message: String| {
+    let refuse = |kind, span, message: String| {
         let fault = Diagnostic::new(kind, span, POINTS.path, message);
         issues.push(fault.label("here").remedy(&*header));
     };

@@ -86,8 +86,8 @@ pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
 ///
 /// As [`load`], and every fault of the changes.
 pub fn load_changed(path: &Path, changes: &[String]) -> Result<Job, ManifestErrors> {
-    let mut issues = Issues::default();
-    let found = text::read(&mut issues, path, "the manifest");
+    let issues = Issues::default();
+    let found = text::read(&issues, path, "the manifest");
     let base_dir = path.parent().unwrap_or(Path::new(""));
     judge_found(
         issues,
@@ -109,13 +109,13 @@ pub fn read_changed(
     name: &str,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
-    let mut issues = Issues::default();
-    let found = text::read_stream(&mut issues, stream, name, "the manifest");
+    let issues = Issues::default();
+    let found = text::read_stream(&issues, stream, name, "the manifest");
     judge_found(issues, found, name, Path::new(""), changes)
 }
 
 fn judge_found(
-    mut issues: Issues,
+    issues: Issues,
     found: Result<usize, NoText>,
     name: &str,
     base_dir: &Path,
@@ -132,10 +132,9 @@ fn judge_found(
                 start: 0,
                 end: 0,
             };
-            issues.push(
-                Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
-                    .remedy("check the path; a manifest is a TOML file in UTF-8"),
-            );
+            Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
+                .remedy("check the path; a manifest is a TOML file in UTF-8")
+                .report(&issues);
             Err(ManifestErrors::new(issues))
         }
     }
@@ -158,7 +157,7 @@ impl ManifestText<'_> {
     ///
     /// Every fault of the text, of the changes and of the files it names.
     pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source(name.to_owned(), self.text.to_owned());
         judge(issues, source, base_dir, self.changes)
     }
@@ -166,30 +165,28 @@ impl ManifestText<'_> {
 
 /// Checks and resolves a manifest that was read, with some keys changed.
 fn judge(
-    mut issues: Issues,
+    issues: Issues,
     source: usize,
     base_dir: &Path,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
-    let mut tree = tree::parse(source, &mut issues);
-    let syntax_faults = issues.more;
-    let syntax_error = issues
-        .found
-        .iter()
+    let mut tree = tree::parse(source, &issues);
+    let syntax_faults = issues.more.get();
+    let syntax_error = (issues.found.borrow().iter())
         .filter(|d| d.kind == DiagnosticKind::Syntax)
         .map(|d| d.span.start)
-        .chain(issues.unread)
+        .chain(issues.unread.get())
         .min();
 
-    let changed = set::apply(&mut tree, changes, &mut issues);
-    unknown::check(&mut issues, &tree, schema::MANIFEST);
-    let root = Section::root(&tree, schema::MANIFEST);
-    let head = sections::read_job(&root, &mut issues);
+    let changed = set::apply(&mut tree, changes, &issues);
+    unknown::check(&issues, &tree, schema::MANIFEST);
+    let root = Section::root(&tree, &issues, schema::MANIFEST);
+    let head = sections::read_job(&root);
     let seed = head.as_ref().map_or(0, |head| head.seed);
-    let axes = grid::read(&root, &mut issues, base_dir, seed);
-    set::check_axes(&tree, &changed, &axes, &mut issues);
+    let axes = grid::read(&root, base_dir, seed);
+    set::check_axes(&tree, &changed, &axes, &issues);
     let mut context = Context::new(base_dir);
-    change_modal_file(&mut tree, &axes.valid, &changed, &mut issues, &mut context);
+    change_modal_file(&mut tree, &axes.valid, &changed, &issues, &mut context);
 
     // Ignore the values of a grid that is too large.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
@@ -206,7 +203,7 @@ fn judge(
         &axes.valid,
         &axes.dimensions,
         !axes.too_large,
-        &mut issues,
+        &issues,
         &mut context,
         &mut hash,
     );
@@ -217,29 +214,28 @@ fn judge(
         .first()
         .map(|variant| variant.model.retained);
     let continuation = sections::read_continuation(
-        &Section::root(&tree, schema::MANIFEST),
-        &mut issues,
+        &Section::root(&tree, &issues, schema::MANIFEST),
         &varied,
         &axes.dimensions,
         (&axes.faulty, &axes.expressions),
         retained,
     );
 
-    let root = Section::root(&tree, schema::MANIFEST);
-    let run_up = sections::read_run_up(&root, &mut issues, base_dir);
-    operating_point::check(&axes.valid, judged.variants(), &mut issues);
+    let root = Section::root(&tree, &issues, schema::MANIFEST);
+    let run_up = sections::read_run_up(&root, base_dir);
+    operating_point::check(&axes.valid, judged.variants(), &issues);
     if let Some(start) = syntax_error {
-        keep_certain(&mut issues, source, start);
-        issues.more = syntax_faults;
+        keep_certain(&issues, source, start);
+        issues.more.set(syntax_faults);
     }
     // A key is not missing if a faulty axis gives it.
-    issues.found.retain(|d| {
+    issues.found.borrow_mut().retain(|d| {
         d.kind != DiagnosticKind::MissingKey || !(axes.unknown || axes.faulty.contains(&d.key))
     });
-    drop_echoes(&mut issues);
+    drop_echoes(&issues);
     match head {
         Some(head) if issues.count() == 0 => {
-            let warnings = Warnings::of(&mut issues);
+            let warnings = Warnings::of(&issues);
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = PointResolver::new(tree, axes.valid, &axes.dimensions, context)
                 .deriving(axes.expressions);
@@ -256,7 +252,7 @@ fn judge(
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
-                text: issues.sources.swap_remove(source).text,
+                text: issues.sources.borrow_mut().swap_remove(source).text,
                 changes: changes.to_vec(),
                 warnings,
                 hash: hash.finish(),
@@ -280,7 +276,7 @@ fn change_modal_file(
     tree: &mut Node,
     axes: &[GridAxis],
     changed: &[set::Changed],
-    issues: &mut Issues,
+    issues: &Issues,
     context: &mut Context,
 ) {
     let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
@@ -291,10 +287,9 @@ fn change_modal_file(
 }
 
 /// Makes a misspelt key one fault instead of an unknown and a missing one.
-fn drop_echoes(issues: &mut Issues) {
-    let meant: Vec<String> = issues
-        .found
-        .iter()
+fn drop_echoes(issues: &Issues) {
+    let mut found = issues.found.borrow_mut();
+    let meant: Vec<String> = (found.iter())
         .filter(|d| d.kind == DiagnosticKind::UnknownKey)
         .filter_map(|d| {
             let near = d
@@ -308,19 +303,17 @@ fn drop_echoes(issues: &mut Issues) {
             })
         })
         .collect();
-    issues
-        .found
-        .retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
+    found.retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
 }
 
 /// After a syntax error the tree is uncertain. Keeps syntax errors, and faults of values and names on the lines before
 /// the first of them. Keys that seem to be missing may only be unreadable.
-fn keep_certain(issues: &mut Issues, source: usize, first: usize) {
-    let text = &issues.sources[source].text;
+fn keep_certain(issues: &Issues, source: usize, first: usize) {
+    let text = issues.text(source);
     let line_start = text[..first.min(text.len())]
         .rfind('\n')
         .map_or(0, |newline| newline + 1);
-    issues.found.retain(|d| match d.kind {
+    issues.found.borrow_mut().retain(|d| match d.kind {
         DiagnosticKind::Syntax | DiagnosticKind::DuplicateKey => true,
         DiagnosticKind::UnknownKey
         | DiagnosticKind::WrongType

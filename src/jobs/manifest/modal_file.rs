@@ -7,7 +7,7 @@ mod coupling;
 mod loads;
 mod oscillator;
 
-use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::diagnostic::{DiagnosticKind, Issues, Span};
 use super::modal_keys;
 use super::modal_tree::ModalFile;
 use super::reader::Section;
@@ -26,7 +26,7 @@ const MAX_MODES: usize = 1000;
 
 /// Reads the modal file named in the manifest at `span`, once per job.
 pub(super) fn load(
-    issues: &mut Issues,
+    issues: &Issues,
     context: &mut Context,
     file: &str,
     span: Span,
@@ -43,7 +43,7 @@ pub(super) fn load(
 
 /// Adds the tree of the modal file that a manifest names to the tree of the manifest, so that its values can be
 /// changed.
-pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context) {
+pub(super) fn attach(tree: &mut Node, issues: &Issues, context: &mut Context) {
     let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
     let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
         (text("model.kind"), text("model.file"))
@@ -62,11 +62,11 @@ pub(super) fn attach(tree: &mut Node, issues: &mut Issues, context: &mut Context
 }
 
 /// The structure from the tree of a modal file, whose values may differ from those in the text.
-pub(super) fn of_tree(tree: &Node, issues: &mut Issues) -> Option<Arc<ModalStructure>> {
-    read(&Section::root(tree, MODAL_FILE), issues).map(Arc::new)
+pub(super) fn of_tree(tree: &Node, issues: &Issues) -> Option<Arc<ModalStructure>> {
+    read(&Section::root(tree, issues, MODAL_FILE)).map(Arc::new)
 }
 
-fn parse(issues: &mut Issues, source: usize) -> Option<ModalFile> {
+fn parse(issues: &Issues, source: usize) -> Option<ModalFile> {
     let before = issues.count();
     let tree = tree::parse(source, issues);
     if issues.count() > before {
@@ -77,55 +77,42 @@ fn parse(issues: &mut Issues, source: usize) -> Option<ModalFile> {
     Some(ModalFile { tree, structure })
 }
 
-fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
+fn read(root: &Section) -> Option<ModalStructure> {
     let oscillator = oscillator::is_one(root);
     let given = |name: &str| !oscillator || root.has(name);
-    let teeth = if given("teeth") { root.integer(issues, "teeth") } else { Some(1) };
-    let wheel_teeth = if root.has("teeth_wheel") {
-        root.integer(issues, "teeth_wheel").map(Some)
-    } else {
-        Some(None)
-    };
-    let rated_force = if given("rated_force") {
-        root.quantity(issues, "rated_force")
-    } else {
-        Some(1.0)
-    };
-    let frequency = (root.quantities(issues, "frequency", None)).map(without_round_off);
+    let teeth = if given("teeth") { root.integer("teeth") } else { Some(1) };
+    let wheel_teeth = root.if_given("teeth_wheel", Section::integer);
+    let rated_force = if given("rated_force") { root.quantity("rated_force") } else { Some(1.0) };
+    let frequency = (root.quantities("frequency", None)).map(without_round_off);
     let modes = frequency.as_ref().map(Vec::len);
-    let damping = column(root, issues, "damping", modes);
-    let contacts = contacts::read(root, issues, modes);
+    let damping = column(root, "damping", modes);
+    let contacts = contacts::read(root, modes);
     let [mesh, torque] = if oscillator {
-        let lines = oscillator::lines(root, issues, modes, contacts.as_deref());
+        let lines = oscillator::lines(root, modes, contacts.as_deref());
         lines.map_or([None, None], |lines| lines.map(Some))
     } else {
         let why = "with `mesh`: results show the deflection of the mesh";
-        root.without_effect(issues, &["displacement"], why, "remove it");
-        ["mesh", "torque"].map(|name| {
-            column(root, issues, name, modes).filter(|own| acts(root, issues, name, own))
-        })
+        root.without_effect(&["displacement"], why, "remove it");
+        ["mesh", "torque"].map(|name| column(root, name, modes).filter(|own| acts(root, name, own)))
     };
-    let mesh_tilt = optional(root, issues, "mesh_tilt", modes);
-    let friction = optional(root, issues, "friction", modes);
-    let friction_lever = optional(root, issues, "friction_lever", modes);
-    let pinion_torque = optional(root, issues, "torque_pinion", modes);
-    let wheel_torque = optional(root, issues, "torque_wheel", modes);
-    let bearings = bearings(root, issues, modes);
-    let coupling = coupling::read(root, issues, frequency.as_deref());
-    let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
-    let constant_load = optional(root, issues, "constant_load", modes);
-    let load_by_speed = optional(root, issues, "load_by_speed", modes);
-    let harmonic_loads = loads::read(root, issues, modes, teeth);
+    let mesh_tilt = optional(root, "mesh_tilt", modes);
+    let friction = optional(root, "friction", modes);
+    let friction_lever = optional(root, "friction_lever", modes);
+    let pinion_torque = optional(root, "torque_pinion", modes);
+    let wheel_torque = optional(root, "torque_wheel", modes);
+    let bearings = bearings(root, modes);
+    let coupling = coupling::read(root, frequency.as_deref());
+    let coast = coast::read(root, mesh.as_deref(), frequency.as_deref());
+    let constant_load = optional(root, "constant_load", modes);
+    let load_by_speed = optional(root, "load_by_speed", modes);
+    let harmonic_loads = loads::read(root, modes, teeth);
     let frequency = frequency?;
-    check_frequencies(root, issues, &frequency)?;
-    check_rigid(root, issues, &frequency)?;
+    check_frequencies(root, &frequency)?;
+    check_rigid(root, &frequency)?;
     let zeros = vec![0.0; frequency.len()];
     Some(ModalStructure {
-        teeth: u32::try_from(teeth?).ok()?,
-        wheel_teeth: match wheel_teeth? {
-            Some(teeth) => Some(u32::try_from(teeth).ok()?),
-            None => None,
-        },
+        teeth: teeth?,
+        wheel_teeth: wheel_teeth?,
         frame: TurningFrame::default(),
         rated_force: rated_force?,
         frequency,
@@ -157,93 +144,62 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
 }
 
 /// The tables `[[bearing]]`; empty if there are none.
-fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<Vec<BearingGain>> {
-    if !root.has("bearing") {
-        return Some(Vec::new());
-    }
-    let tables = root.tables(issues, "bearing")?;
-    equal_names(&tables, issues);
-    let all: Vec<Option<BearingGain>> = (tables.iter())
-        .map(|table| {
-            let name = table.text(issues, "name");
-            let gain = column(table, issues, "gain", modes);
-            let rate_gain = optional(table, issues, "rate_gain", modes);
-            Some(BearingGain {
-                name: name?.to_owned(),
-                gain: gain?,
-                rate_gain: rate_gain?
-                    .filter(|column| acting(column))
-                    .unwrap_or_default(),
-                left_out: StaticShare::default(),
-            })
+fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
+    equal_names(&root.tables("bearing")?, root.issues);
+    root.each("bearing", |table| {
+        let name = table.text("name");
+        let gain = column(table, "gain", modes);
+        let rate_gain = optional(table, "rate_gain", modes);
+        Some(BearingGain {
+            name: name?.to_owned(),
+            gain: gain?,
+            rate_gain: rate_gain?
+                .filter(|column| acting(column))
+                .unwrap_or_default(),
+            left_out: StaticShare::default(),
         })
-        .collect();
-    all.into_iter().collect()
+    })
 }
 
 /// Results name forces of bearings by these names, so equal names would be ambiguous.
-fn equal_names(tables: &[Section], issues: &mut Issues) {
+fn equal_names(tables: &[Section], issues: &Issues) {
     let mut known = HashSet::new();
     for table in tables {
         let Some(Value::Text(name)) = table.entry("name").map(|entry| &entry.node.value) else {
             continue;
         };
         if !known.insert(name) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    table.span_of("name"),
-                    &table.path_of("name"),
-                    format!("two bearing forces have the name `{name}`"),
-                )
+            let message = format!("two bearing forces have the name `{name}`");
+            table
+                .inconsistent("name", message)
                 .label("second time")
-                .remedy("give every [[bearing]] a different name, such as \"pinion 1 x\""),
-            );
+                .remedy("give every [[bearing]] a different name, such as \"pinion 1 x\"")
+                .report(issues);
         }
     }
 }
 
 /// A column with one entry per mode.
-fn column(
-    root: &Section,
-    issues: &mut Issues,
-    name: &str,
-    modes: Option<usize>,
-) -> Option<Vec<f64>> {
-    let values = root.quantities(issues, name, None)?;
+fn column(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> {
+    let values = root.quantities(name, None)?;
     let modes = modes?;
     if values.len() == modes {
         return Some(values);
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            root.span_of(name),
-            name,
-            format!(
-                "`{name}` has {}, but `frequency` has {}",
-                entries(values.len()),
-                entries(modes)
-            ),
-        )
-        .label(format!("{modes} are needed, one per mode"))
-        .remedy("give every list one entry per mode, in the order of `frequency`"),
+    let message = format!(
+        "`{name}` has {}, but `frequency` has {}",
+        entries(values.len()),
+        entries(modes)
     );
-    None
+    root.inconsistent(name, message)
+        .label(format!("{modes} are needed, one per mode"))
+        .remedy("give every list one entry per mode, in the order of `frequency`")
+        .fail(root.issues)
 }
 
 /// A column that may be absent.
-fn optional(
-    root: &Section,
-    issues: &mut Issues,
-    name: &str,
-    modes: Option<usize>,
-) -> Option<Option<Vec<f64>>> {
-    if root.has(name) {
-        column(root, issues, name, modes).map(Some)
-    } else {
-        Some(None)
-    }
+fn optional(root: &Section, name: &str, modes: Option<usize>) -> Option<Option<Vec<f64>>> {
+    if root.has(name) { column(root, name, modes).map(Some) } else { Some(None) }
 }
 
 /// Whether a column has an entry that is not 0.
@@ -252,7 +208,7 @@ fn acting(column: &[f64]) -> bool {
 }
 
 /// Whether any mode participates.
-fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
+fn acts(root: &Section, name: &str, values: &[f64]) -> bool {
     if acting(values) {
         return true;
     }
@@ -261,18 +217,12 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         "displacement" => "results would show no motion",
         _ => "the load would act on no mode",
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            root.span_of(name),
-            name,
-            format!("`{name}` is zero for every mode: {what}"),
-        )
+    root.inconsistent(name, format!("`{name}` is zero for every mode: {what}"))
         .label("all zero")
         .remedy(format!(
             "check the export: `{name}` needs at least one entry other than 0"
-        )),
-    );
+        ))
+        .report(root.issues);
     false
 }
 
@@ -295,7 +245,7 @@ fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
 
 /// A rigid rotation whose frequency is the round-off of an eigenvalue solver takes thousands of cycles for a quarter of
 /// its period. No motion would then be seen to repeat.
-fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+fn check_rigid(root: &Section, frequency: &[f64]) -> Option<()> {
     let highest = frequency.last().copied().unwrap_or(0.0);
     let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;
     let Some(first) = frequency.iter().position(|omega| rigid(*omega)) else {
@@ -309,24 +259,19 @@ fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option
             "are rigid rotations",
         ),
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            root.span_of("frequency"),
-            "frequency",
-            format!(
-                "{which} ({} rad/s, {:.0e} of the highest) {are} with round-off of an eigenvalue solver",
-                schema::number(frequency[first]),
-                frequency[first] / highest
-            ),
-        )
-        .label("nearly 0".to_owned())
-        .remedy("give 0 for rigid rotations; a frequency below 1e-5 of the highest cannot come from a spring"),
+    let message = format!(
+        "{which} ({} rad/s, {:.0e} of the highest) {are} with round-off of an eigenvalue solver",
+        schema::number(frequency[first]),
+        frequency[first] / highest
     );
-    None
+    let remedy = "give 0 for rigid rotations; a frequency below 1e-5 of the highest cannot come from a spring";
+    root.inconsistent("frequency", message)
+        .label("nearly 0".to_owned())
+        .remedy(remedy)
+        .fail(root.issues)
 }
 
-fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+fn check_frequencies(root: &Section, frequency: &[f64]) -> Option<()> {
     let descent = frequency.windows(2).position(|pair| pair[1] < pair[0]);
     let (kind, message, label) = if frequency.is_empty() || frequency.len() > MAX_MODES {
         (
@@ -349,10 +294,8 @@ fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> 
     } else {
         return Some(());
     };
-    issues.push(
-        Diagnostic::new(kind, root.span_of("frequency"), "frequency", message)
-            .label(label)
-            .remedy("sort all lists by frequency; truncation keeps the first modes"),
-    );
-    None
+    root.fault(kind, "frequency", message)
+        .label(label)
+        .remedy("sort all lists by frequency; truncation keeps the first modes")
+        .fail(root.issues)
 }

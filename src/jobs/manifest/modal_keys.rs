@@ -264,9 +264,9 @@ mod tests {
     "#;
 
     fn tree_of(text: &str) -> Node {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source("file".to_owned(), text.to_owned());
-        super::super::tree::parse(source, &mut issues)
+        super::super::tree::parse(source, &issues)
     }
 
     fn changed(name: &str, value: f64) -> Result<Node, NoPlace> {

@@ -7,7 +7,7 @@ use super::spec::{StiffnessSpec, Variant};
 use crate::gear::CycleDivision;
 
 /// Records a torque on a drive without a rated torque, and a load of 0 on a mesh whose flanks depend on the mean load.
-pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues) {
+pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &Issues) {
     let load = |axis: &&GridAxis| matches!(axis.axis.key, AxisKey::Load | AxisKey::Torque);
     let Some(axis) = axes.iter().find(load) else {
         return;
@@ -16,16 +16,11 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues
     let path = format!("grid.{name}");
     let lacks = |variant: &Variant| variant.model.source.rated_torque().is_none();
     if axis.axis.key == AxisKey::Torque && variants.iter().any(lacks) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                axis.key_span,
-                &path,
-                "a torque needs a rated torque, but a modal file has none".to_owned(),
-            )
+        let message = "a torque needs a rated torque, but a modal file has none";
+        Diagnostic::new(DiagnosticKind::Inconsistent, axis.key_span, &path, message)
             .label("no rated torque")
-            .remedy("give load, the fraction of rated_force that the mesh bears"),
-        );
+            .remedy("give load, the fraction of rated_force that the mesh bears")
+            .report(issues);
     }
     let tangent = |variant: &Variant| match &variant.mesh.stiffness {
         StiffnessSpec::Table(table) => !matches!(table.division, CycleDivision::Pairs { .. }),
@@ -33,18 +28,19 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues
     };
     let zero = axis.axis.values.iter().position(|value| value == 0.0);
     if let Some(place) = zero.filter(|_| variants.iter().any(tangent)) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                axis.node(place).span,
-                &path,
-                format!("`{name}` is 0, but the mesh computed from [gear] needs a mean load that presses the flanks together"),
-            )
-            .label("no mean load")
-            .remedy(
-                "set mesh.resolution = \"pairs\" for a separate spring per pair of teeth, choose another \
-                 mesh.stiffness, or give a small load",
-            ),
+        let message = format!(
+            "`{name}` is 0, but the mesh computed from [gear] needs a mean load that presses the flanks together"
         );
+        let remedy = "set mesh.resolution = \"pairs\" for a separate spring per pair of teeth, choose another \
+                 mesh.stiffness, or give a small load";
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            axis.node(place).span,
+            &path,
+            message,
+        )
+        .label("no mean load")
+        .remedy(remedy)
+        .report(issues);
     }
 }

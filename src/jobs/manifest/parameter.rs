@@ -309,7 +309,7 @@ fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> 
     if dimension == Dimension::Damping || key.bounds.contain(value) {
         return Ok(());
     }
-    let mut issues = Issues::default();
+    let issues = Issues::default();
     let span = Span {
         source: issues.add_source(String::new(), String::new()),
         start: 0,
@@ -319,9 +319,15 @@ fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> 
         span,
         value: Value::Sample(value, dimension),
     };
-    _ = reader::in_range(&mut issues, &node, name, value, dimension, key);
-    Err(issues
-        .found
+    let given = reader::Given {
+        issues: &issues,
+        node: &node,
+        path: name,
+        spec: key,
+    };
+    _ = given.in_range(value, dimension);
+    let found = issues.found.borrow();
+    Err(found
         .first()
         .map_or_else(String::new, |fault| fault.message.clone()))
 }

@@ -33,7 +33,7 @@ impl Changed {
 }
 
 /// Puts every change into the tree; faulty ones are omitted and reported.
-pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) -> Vec<Changed> {
+pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &Issues) -> Vec<Changed> {
     let mut applied = Vec::new();
     for change in changes {
         let change = modal_keys::in_quotes(change);
@@ -68,7 +68,7 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
 }
 
 /// Puts the changes of numbers of the modal file into its tree, which is part of the manifest's.
-pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: &mut Issues) {
+pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: &Issues) {
     for changed in changes.iter().filter(|own| own.is_of_modal_file()) {
         let name = changed.name();
         match &changed.of_file {
@@ -113,7 +113,7 @@ fn no_element(changed: &Changed, end: NoPlace) -> Diagnostic {
 }
 
 /// Records changes of keys that an axis of the grid varies.
-pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: &mut Issues) {
+pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: &Issues) {
     for changed in changes {
         let name = changed.name();
         let place = (axes.valid.iter()).position(|axis| axis.axis.name() == name);
@@ -135,48 +135,37 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
         } else {
             format!("set the axis: --set 'grid.\"{name}\"=VALUE'")
         };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                changed.key_span,
-                &name,
-                format!("`{name}` has no effect: the grid varies it"),
-            )
-            .label("no effect")
-            .remedy(remedy),
-        );
+        let message = format!("`{name}` has no effect: the grid varies it");
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            changed.key_span,
+            &name,
+            message,
+        )
+        .label("no effect")
+        .remedy(remedy)
+        .report(issues);
     }
 }
 
 /// The key and the value, if any, of a text `KEY=VALUE`; `None` if it is not such a text, which is reported.
-fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Option<Node>)> {
+fn read(source: usize, text: &str, issues: &Issues) -> Option<(Changed, Option<Node>)> {
     let span = |start: usize, end: usize| Span { source, start, end };
     let Some((key, value)) = text.split_once('=') else {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Syntax,
-                span(0, text.len()),
-                "",
-                format!("`{text}` is not of the form KEY=VALUE"),
-            )
+        let message = format!("`{text}` is not of the form KEY=VALUE");
+        return Diagnostic::new(DiagnosticKind::Syntax, span(0, text.len()), "", message)
             .label("no `=`")
-            .remedy("write for example --set mesh.half_gap=\"20 um\""),
-        );
-        return None;
+            .remedy("write for example --set mesh.half_gap=\"20 um\"")
+            .fail(issues);
     };
     let key_span = span(0, key.trim_end().len());
     let Some(path) = parts(key) else {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Syntax,
-                key_span,
-                "",
-                format!("`{}` is not a key", key.trim()),
-            )
+        let message = format!("`{}` is not a key", key.trim());
+        let remedy = "give a dotted name such as mesh.half_gap; for an axis of the grid, grid.\"mesh.half_gap\" with its quotes";
+        return Diagnostic::new(DiagnosticKind::Syntax, key_span, "", message)
             .label("here")
-            .remedy("give a dotted name such as mesh.half_gap; for an axis of the grid, grid.\"mesh.half_gap\" with its quotes"),
-        );
-        return None;
+            .remedy(remedy)
+            .fail(issues);
     };
     let changed = Changed {
         path,
@@ -194,17 +183,16 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Opti
             let root = tree::of_table(source, table, issues);
             let levels = (0..changed.path.len()).try_fold(root, |node, _| only(node));
             levels.or_else(|| {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::Syntax,
-                        span(0, text.len()),
-                        &changed.name(),
-                        "one --set changes several keys".to_owned(),
-                    )
-                    .label("more than KEY=VALUE")
-                    .remedy("give each key a separate --set"),
-                );
-                None
+                let message = "one --set changes several keys";
+                Diagnostic::new(
+                    DiagnosticKind::Syntax,
+                    span(0, text.len()),
+                    &changed.name(),
+                    message,
+                )
+                .label("more than KEY=VALUE")
+                .remedy("give each key a separate --set")
+                .fail(issues)
             })?
         }
         Err(error) if bare.starts_with(['[', '{', '"', '\'']) => {
@@ -222,8 +210,8 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Opti
 /// The parts of a dotted key.
 fn parts(key: &str) -> Option<Vec<String>> {
     let text = format!("{key}=0");
-    let mut issues = Issues::default();
-    let mut node = tree::of_table(0, DeTable::parse(&text).ok()?, &mut issues);
+    let issues = Issues::default();
+    let mut node = tree::of_table(0, DeTable::parse(&text).ok()?, &issues);
     let mut parts = Vec::new();
     while let Value::Table(entries) = &node.value {
         parts.push(entries.first()?.key.clone());
@@ -245,9 +233,9 @@ mod tests {
     use super::*;
 
     fn value(text: &str) -> (Vec<String>, Value) {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source("--set".to_owned(), text.to_owned());
-        let (changed, node) = read(source, text, &mut issues).unwrap();
+        let (changed, node) = read(source, text, &issues).unwrap();
         assert_eq!(issues.count(), 0, "{text}");
         (changed.path, node.unwrap().value)
     }
@@ -255,11 +243,11 @@ mod tests {
     #[test]
     fn a_key_without_a_value_is_taken_out() {
         let take = |change: &str| {
-            let mut issues = Issues::default();
+            let issues = Issues::default();
             let text = "[run]\ncycles = 3\nsteps = 1\n[[a.b]]\nc = 1\n";
             let source = issues.add_source("m.toml".to_owned(), text.to_owned());
-            let mut root = tree::parse(source, &mut issues);
-            apply(&mut root, &[change.to_owned()], &mut issues);
+            let mut root = tree::parse(source, &issues);
+            apply(&mut root, &[change.to_owned()], &issues);
             let left = [&["run", "steps"][..], &["a", "b", "0", "c"]];
             (left.map(|path| root.take_out(path)), issues.count())
         };
@@ -308,10 +296,10 @@ mod tests {
             ("mesh.half gap=3", DiagnosticKind::Syntax, 0),
             ("a=1\nb=2", DiagnosticKind::Syntax, 0),
         ] {
-            let mut issues = Issues::default();
+            let issues = Issues::default();
             let source = issues.add_source("--set".to_owned(), typed.to_owned());
-            assert!(read(source, typed, &mut issues).is_none(), "{typed}");
-            let fault = &issues.found[0];
+            assert!(read(source, typed, &issues).is_none(), "{typed}");
+            let fault = &issues.found.borrow()[0];
             assert_eq!((fault.kind, fault.span.start), (kind, start), "{typed}");
         }
     }

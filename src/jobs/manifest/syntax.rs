@@ -5,7 +5,7 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use toml::de::Error;
 
 /// Records the syntax errors of a file.
-pub(super) fn report(source: usize, text: &str, errors: &[Error], issues: &mut Issues) {
+pub(super) fn report(source: usize, text: &str, errors: &[Error], issues: &Issues) {
     let mut last_line = None;
     let newlines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     for error in errors {

@@ -17,14 +17,14 @@ pub(super) enum NoText {
 }
 
 /// Reads a text and adds it to the sources. Messages call it `what`, such as `the manifest`.
-pub(super) fn read(issues: &mut Issues, path: &Path, what: &str) -> Result<usize, NoText> {
+pub(super) fn read(issues: &Issues, path: &Path, what: &str) -> Result<usize, NoText> {
     let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
     add(issues, path.display().to_string(), bytes, what)
 }
 
 /// Reads the file that a key names, and adds it to the sources; reports failures.
 pub(super) fn read_named(
-    issues: &mut Issues,
+    issues: &Issues,
     path: &Path,
     what: &str,
     (key, span): (&str, Span),
@@ -34,22 +34,16 @@ pub(super) fn read_named(
         Err(NoText::Reported) => return None,
         Err(NoText::Unreadable(error)) => error,
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Unreadable,
-            span,
-            key,
-            format!("{what} `{}` cannot be read: {error}", path.display()),
-        )
+    let message = format!("{what} `{}` cannot be read: {error}", path.display());
+    Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
         .label("named here")
-        .remedy("check the path; a relative path starts at the folder of the manifest"),
-    );
-    None
+        .remedy("check the path; a relative path starts at the folder of the manifest")
+        .fail(issues)
 }
 
 /// Reads a text from a stream to its end and adds it to the sources under a name.
 pub(super) fn read_stream(
-    issues: &mut Issues,
+    issues: &Issues,
     stream: &mut dyn io::Read,
     name: &str,
     what: &str,
@@ -59,7 +53,7 @@ pub(super) fn read_stream(
 }
 
 /// Adds bytes to the sources if they are a text.
-fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, NoText> {
+fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, NoText> {
     match String::from_utf8(bytes) {
         Ok(text) => Ok(issues.add_source(name, text)),
         Err(error) => {
@@ -72,11 +66,12 @@ fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<
             let span = Span { source, start, end };
             let message =
                 format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
-            issues.push(
-                Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
-                    .label("here")
-                    .remedy("save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\""),
-            );
+            Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
+                .label("here")
+                .remedy(
+                    "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\"",
+                )
+                .report(issues);
             Err(NoText::Reported)
         }
     }

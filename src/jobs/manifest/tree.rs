@@ -199,26 +199,24 @@ pub(super) struct NoPlace {
 }
 
 /// Parses a file already added to `issues`. Every syntax error is recorded; the tree has the readable part.
-pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
-    // Taken out while faults are recorded, and put back.
-    let text = std::mem::take(&mut issues.sources[source].text);
+pub(super) fn parse(source: usize, issues: &Issues) -> Node {
+    let text = issues.text(source);
     let (table, errors) = match DeTable::parse(&text) {
         Ok(table) => (table, Vec::new()),
         // Read only a limited part: every echo of a fault takes hundreds of bytes.
         Err(error) => {
             let read = looked_at(&text, &error);
-            issues.unread = (read.len() < text.len()).then_some(read.len());
+            let unread = (read.len() < text.len()).then_some(read.len());
+            issues.unread.set(unread);
             DeTable::parse_recoverable(read)
         }
     };
     syntax::report(source, &text, &errors, issues);
-    let node = of_table(source, table, issues);
-    issues.sources[source].text = text;
-    node
+    of_table(source, table, issues)
 }
 
 /// A document of a source as a tree.
-pub(super) fn of_table(source: usize, table: Spanned<DeTable<'_>>, issues: &mut Issues) -> Node {
+pub(super) fn of_table(source: usize, table: Spanned<DeTable<'_>>, issues: &Issues) -> Node {
     let span = at(source, &table.span());
     let value = convert_table(source, table.into_inner(), issues);
     Node { span, value }
@@ -246,7 +244,7 @@ fn at(source: usize, span: &std::ops::Range<usize>) -> Span {
     }
 }
 
-fn convert_table(source: usize, table: DeTable<'_>, issues: &mut Issues) -> Value {
+fn convert_table(source: usize, table: DeTable<'_>, issues: &Issues) -> Value {
     let entries = table
         .into_iter()
         .map(|(key, value)| Entry {
@@ -258,7 +256,7 @@ fn convert_table(source: usize, table: DeTable<'_>, issues: &mut Issues) -> Valu
     Value::Table(entries)
 }
 
-fn convert(source: usize, value: Spanned<DeValue<'_>>, issues: &mut Issues) -> Node {
+fn convert(source: usize, value: Spanned<DeValue<'_>>, issues: &Issues) -> Node {
     let span = at(source, &value.span());
     let value = match value.into_inner() {
         DeValue::String(text) => Value::Text(text.into_owned()),
@@ -266,12 +264,7 @@ fn convert(source: usize, value: Spanned<DeValue<'_>>, issues: &mut Issues) -> N
             Ok(integer) => Value::Integer(integer),
             Err(_) => {
                 let message = format!("`{integer}` does not fit in 64 bits");
-                issues.push(Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    span,
-                    "",
-                    message,
-                ));
+                Diagnostic::new(DiagnosticKind::OutOfRange, span, "", message).report(issues);
                 Value::Integer(0)
             }
         },

@@ -6,11 +6,11 @@ use super::schema::{self, Kind, Schema};
 use super::tree::{Entry, Node, Value};
 
 /// Records every unknown and unavailable key below `node`. The grid's reader checks the grid's axes.
-pub(super) fn check(issues: &mut Issues, node: &Node, schema: Schema) {
+pub(super) fn check(issues: &Issues, node: &Node, schema: Schema) {
     check_table(issues, node, "", schema);
 }
 
-fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
+fn check_table(issues: &Issues, node: &Node, path: &str, schema: Schema) {
     let Value::Table(entries) = &node.value else {
         return;
     };
@@ -34,7 +34,7 @@ fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
     }
 }
 
-fn check_list(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
+fn check_list(issues: &Issues, node: &Node, path: &str, schema: Schema) {
     if let Value::Array(items) = &node.value {
         for (i, item) in items.iter().enumerate() {
             check_table(issues, item, &format!("{path}.{i}"), schema);

@@ -3,6 +3,8 @@
 //! No column follows an attractor from point to point. Its branch depends on the neighbouring points, which a shard
 //! does not have. `report::branches` finds the branches from the whole table.
 
+use super::file::Row;
+use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::AttractorOutcome;
 
@@ -13,7 +15,7 @@ pub struct AttractorRow {
     attractor_id: u32,
     attractor: AttractorOutcome,
     /// Coordinates of the strobe states on the slice.
-    pub(super) places: [Vec<f64>; 2],
+    places: [Vec<f64>; 2],
 }
 
 impl AttractorRow {
@@ -32,6 +34,23 @@ impl AttractorRow {
     fn place(&self, axis: usize) -> Option<&[f64]> {
         self.attractor.cells.map(|_| &*self.places[axis])
     }
+}
+
+impl Row for AttractorRow {
+    fn list_bytes(&self) -> usize {
+        size_of::<f64>() * (self.places[0].len() + self.places[1].len())
+    }
+}
+
+/// The rows of a point.
+pub(super) fn attractor_rows(point: &mut PointRow) -> Vec<AttractorRow> {
+    let found = point
+        .multistability
+        .iter()
+        .flat_map(|found| &found.attractors);
+    let row =
+        |(id, own): (u32, &AttractorOutcome)| AttractorRow::new(point.point_id, id, own.clone());
+    (0..).zip(found).map(row).collect()
 }
 
 /// Columns of `attractors.parquet`. Exponent, statistics and events are those of the first probe or

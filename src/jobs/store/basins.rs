@@ -1,5 +1,7 @@
 //! The columns of `basins.parquet`.
 
+use super::file::Row;
+use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::{CellOutcome, Class};
 
@@ -10,6 +12,18 @@ pub struct CellRow {
     pub point_id: u64,
     /// A cell of the point's slice.
     pub cell: CellOutcome,
+}
+
+impl Row for CellRow {}
+
+/// Takes the rows of a point.
+pub(super) fn cell_rows(point: &mut PointRow) -> Vec<CellRow> {
+    let found = point.multistability.as_mut();
+    let cells = found.map_or(Vec::new(), |found| std::mem::take(&mut found.cells));
+    let point_id = point.point_id;
+    (cells.into_iter())
+        .map(|cell| CellRow { point_id, cell })
+        .collect()
 }
 
 /// Columns of `basins.parquet`.

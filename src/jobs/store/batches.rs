@@ -1,14 +1,26 @@
-//! A table in memory for other programs: Arrow record batches, with the metadata of its files.
+//! A table in memory, if it is there, and as Arrow record batches for other programs, with the metadata of its files.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::{ArrowError, Fields, Schema, SchemaRef};
 use arrow_select::interleave::interleave_record_batch;
 
-use super::{ResultTable, StoreError};
+use super::{ResultTable, StoreError, TableKind};
 
 impl ResultTable {
+    /// As [`ResultTable::read`]; `None` if the folder has no such table.
+    ///
+    /// # Errors
+    /// As [`ResultTable::read`], except a missing table.
+    pub fn read_if_there(folder: &Path, kind: TableKind) -> Result<Option<Self>, StoreError> {
+        match Self::read(folder, kind) {
+            Err(StoreError::Missing { .. }) => Ok(None),
+            table => table.map(Some),
+        }
+    }
+
     /// The columns that were read, as batches of one schema with the metadata of the files. Rows are copied only if
     /// rows of shards must be sorted by point.
     ///

@@ -38,6 +38,20 @@ impl Row for TransitionRow {
     }
 }
 
+/// The row of a point, if the motion changes at it.
+pub(super) fn transition_rows(point: &mut PointRow, axis: &AxisColumn) -> Vec<TransitionRow> {
+    let row = || {
+        let chain = point.chain.as_ref()?;
+        Some(TransitionRow {
+            point_id: point.point_id,
+            axis: axis.name.clone(),
+            upwards: chain.upwards,
+            transition: chain.transition?,
+        })
+    };
+    row().into_iter().collect()
+}
+
 /// Columns of `transitions.parquet`; `lower` and `upper` have the swept axis's unit.
 pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
     let unit = &axis.unit;

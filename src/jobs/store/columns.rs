@@ -3,6 +3,7 @@
 use super::StoreError;
 use super::chains::direction_columns;
 use super::covariant::covariant_columns;
+use super::file::Row;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
@@ -39,6 +40,37 @@ pub struct SpectrumRow {
     pub bandwidth: Option<f64>,
     /// The line.
     pub line: SpectrumLine,
+}
+
+impl Row for PoincareRow {}
+
+impl Row for SpectrumRow {}
+
+/// Takes the samples of a point.
+pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<PoincareRow> {
+    let point_id = point.point_id;
+    let samples = std::mem::take(&mut point.outcome.poincare).into_iter();
+    samples
+        .map(|sample| PoincareRow { point_id, sample })
+        .collect()
+}
+
+/// Takes the spectral lines of a point.
+pub(super) fn spectrum_rows(point: &mut PointRow) -> Vec<SpectrumRow> {
+    let point_id = point.point_id;
+    let spectra = std::mem::take(&mut point.outcome.spectra).into_iter();
+    let rows = spectra.flat_map(|own| {
+        let (signal, unit): (Arc<str>, Arc<str>) = (own.signal.into(), own.unit.into());
+        own.lines.into_iter().map(move |line| SpectrumRow {
+            point_id,
+            signal: Arc::clone(&signal),
+            unit: Arc::clone(&unit),
+            method: own.method,
+            bandwidth: own.bandwidth,
+            line,
+        })
+    });
+    rows.collect()
 }
 
 /// Columns of `points.parquet`, which depend on the axes, the swept axis and the refinement of the grid.

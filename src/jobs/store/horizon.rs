@@ -1,6 +1,7 @@
 //! The columns of `horizon.parquet`, and the columns of predictability in `points.parquet`.
 
 use super::PointRow;
+use super::file::Row;
 use super::table::{Column, Table, columns};
 use crate::analysis::HorizonMeasure;
 
@@ -11,6 +12,18 @@ pub struct HorizonRow {
     pub point_id: u64,
     /// A quantity over a number of mesh cycles.
     pub measure: HorizonMeasure,
+}
+
+impl Row for HorizonRow {}
+
+/// Takes the rows of a point.
+pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<HorizonRow> {
+    let point_id = point.point_id;
+    let found = point.horizon.as_mut();
+    let measures = found.map_or(Vec::new(), |found| std::mem::take(&mut found.measures));
+    (measures.into_iter())
+        .map(|measure| HorizonRow { point_id, measure })
+        .collect()
 }
 
 /// Columns of `horizon.parquet`.

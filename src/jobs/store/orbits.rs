@@ -1,6 +1,7 @@
 //! The columns of `orbits.parquet`.
 
 use super::file::Row;
+use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::{Bifurcation, MissedState, OrbitOutcome};
 use num_complex::Complex64;
@@ -69,6 +70,24 @@ impl Row for OrbitRow {
             Err(missed) => missed.reason.len(),
         }
     }
+}
+
+/// Takes the rows of a point.
+pub(super) fn orbit_rows(point: &mut PointRow) -> Vec<OrbitRow> {
+    let Some(found) = &mut point.orbits else {
+        return Vec::new();
+    };
+    let (orbits, missed) = (
+        std::mem::take(&mut found.orbits),
+        std::mem::take(&mut found.missed),
+    );
+    let orbits = orbits
+        .into_iter()
+        .map(|orbit| OrbitRow::found(point.point_id, orbit));
+    let missed = missed
+        .into_iter()
+        .map(|missed| OrbitRow::missed(point.point_id, missed));
+    orbits.chain(missed).collect()
 }
 
 /// Columns of `orbits.parquet`.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::file::Row;
+use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::OrderLine;
 
@@ -20,6 +21,22 @@ pub struct OrderRow {
 }
 
 impl Row for OrderRow {}
+
+/// Takes the rows of a point.
+pub(super) fn order_rows(point: &mut PointRow) -> Vec<OrderRow> {
+    let point_id = point.point_id;
+    let orders = std::mem::take(&mut point.outcome.orders).into_iter();
+    let rows = orders.flat_map(|own| {
+        let (signal, unit): (Arc<str>, Arc<str>) = (own.signal.into(), own.unit.into());
+        own.lines.into_iter().map(move |line| OrderRow {
+            point_id,
+            signal: Arc::clone(&signal),
+            unit: Arc::clone(&unit),
+            line,
+        })
+    });
+    rows.collect()
+}
 
 /// Unit of an amplitude, by signal.
 pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or m (mesh deflection) or N (mesh force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";

@@ -1,5 +1,7 @@
 //! The columns of `probes.parquet`.
 
+use super::file::Row;
+use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::{Class, ProbeOutcome};
 
@@ -10,6 +12,22 @@ pub struct ProbeRow {
     pub point_id: u64,
     /// A probe of the point.
     pub probe: ProbeOutcome,
+}
+
+impl Row for ProbeRow {
+    fn list_bytes(&self) -> usize {
+        self.probe.reason.len()
+    }
+}
+
+/// Takes the rows of a point.
+pub(super) fn probe_rows(point: &mut PointRow) -> Vec<ProbeRow> {
+    let found = point.multistability.as_mut();
+    let probes = found.map_or(Vec::new(), |found| std::mem::take(&mut found.probes));
+    let point_id = point.point_id;
+    (probes.into_iter())
+        .map(|probe| ProbeRow { point_id, probe })
+        .collect()
 }
 
 /// Columns of `probes.parquet`.

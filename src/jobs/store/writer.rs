@@ -6,22 +6,24 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use super::attractors::{attractor_rows, attractors_table};
+use super::basins::{basins_table, cell_rows};
+use super::chains::{transition_rows, transitions_table};
 use super::checksum::TableRecord;
+use super::columns::{poincare_rows, poincare_table, points_table, spectra_table, spectrum_rows};
 use super::covariant::list_length;
 use super::file::{ClosedTable, Row, Shard, TableFile, create_folder, remove_stale, table_path};
+use super::horizon::{horizon_rows, horizon_table};
 use super::layout::ResultLayout;
+use super::orbits::{orbit_rows, orbits_table};
+use super::orders::{order_rows, orders_table};
+use super::probes::{probe_rows, probes_table};
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::table::Table;
 use super::table_kind::TableKind;
-use super::{
-    AttractorRow, CellRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow, ProbeRow,
-    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, horizon_table,
-    orbits_table, orders_table, poincare_table, points_table, probes_table, spectra_table,
-    transitions_table,
-};
+use super::{PointRow, StoreError};
 
 impl Row for PointRow {
     fn list_bytes(&self) -> usize {
@@ -59,26 +61,6 @@ impl Row for PointRow {
     }
 }
 
-impl Row for PoincareRow {}
-
-impl Row for SpectrumRow {}
-
-impl Row for HorizonRow {}
-
-impl Row for ProbeRow {
-    fn list_bytes(&self) -> usize {
-        self.probe.reason.len()
-    }
-}
-
-impl Row for AttractorRow {
-    fn list_bytes(&self) -> usize {
-        size_of::<f64>() * (self.places[0].len() + self.places[1].len())
-    }
-}
-
-impl Row for CellRow {}
-
 /// The output of a finished [`ResultWriter`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Written {
@@ -108,34 +90,107 @@ pub struct ResultWriter {
     destination: Destination,
     order: Reorder<PointRow>,
     points: TableFile<PointRow>,
-    poincare: Option<TableFile<PoincareRow>>,
-    spectra: Option<TableFile<SpectrumRow>>,
-    orders: Option<TableFile<OrderRow>>,
-    probes: Option<TableFile<ProbeRow>>,
-    orbits: Option<TableFile<OrbitRow>>,
-    transitions: Option<TransitionFile>,
-    attractors: Option<TableFile<AttractorRow>>,
-    basins: Option<TableFile<CellRow>>,
-    horizon: Option<TableFile<HorizonRow>>,
+    /// The other tables, in the order in which they get their names.
+    others: PointTables,
 }
 
-/// The unfinished `transitions.parquet`, and the name of the swept axis.
-struct TransitionFile {
-    axis: String,
-    file: TableFile<TransitionRow>,
+/// Tables with rows from the results of points, with their kinds.
+type PointTables = Vec<(TableKind, Box<dyn PointTable>)>;
+
+/// A table with rows from the results of points.
+trait PointTable: Send {
+    /// Moves the rows of a point into the file.
+    fn take(&mut self, point: &mut PointRow) -> Result<(), StoreError>;
+
+    /// Completes the file, still under its temporary name.
+    fn close(self: Box<Self>) -> Result<ClosedTable, StoreError>;
+}
+
+/// A file, and the rows that a point adds to it.
+struct RowsOfPoint<R, F> {
+    file: TableFile<R>,
+    rows: F,
+}
+
+impl<R, F> PointTable for RowsOfPoint<R, F>
+where
+    R: Row + Send,
+    F: Fn(&mut PointRow) -> Vec<R> + Send,
+{
+    fn take(&mut self, point: &mut PointRow) -> Result<(), StoreError> {
+        let mut rows = (self.rows)(point).into_iter();
+        rows.try_for_each(|row| self.file.push(row))
+    }
+
+    fn close(self: Box<Self>) -> Result<ClosedTable, StoreError> {
+        self.file.close()
+    }
 }
 
 impl Destination {
-    /// Starts a table's file if it is requested.
-    fn start<R: Row>(
+    /// The tables of a layout besides `points.parquet`, in the order of [`TableKind::OF_A_JOB`].
+    fn tables(&self, layout: &ResultLayout) -> Result<PointTables, StoreError> {
+        let mut tables = Vec::new();
+        for kind in TableKind::OF_A_JOB {
+            tables.extend(self.table(kind, layout)?.map(|table| (kind, table)));
+        }
+        Ok(tables)
+    }
+
+    fn table(
         &self,
-        wanted: bool,
         kind: TableKind,
-        table: fn() -> Table<R>,
-    ) -> Result<Option<TableFile<R>>, StoreError> {
-        wanted
-            .then(|| TableFile::create(&self.folder, kind, self.shard, table(), &[]))
-            .transpose()
+        layout: &ResultLayout,
+    ) -> Result<Option<Box<dyn PointTable>>, StoreError> {
+        match kind {
+            TableKind::Transitions => {
+                let Some(axis) = layout.swept.clone() else {
+                    return Ok(None);
+                };
+                let table = transitions_table(&axis);
+                self.open(kind, table, &[], move |point| transition_rows(point, &axis))
+            }
+            TableKind::Basins => {
+                let Some(axes) = &layout.basins else {
+                    return Ok(None);
+                };
+                let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);
+                let metadata = [("slice", serde_json::json!(axes).to_string())];
+                self.open(kind, basins_table(), &metadata, cell_rows)
+            }
+            TableKind::Orbits if layout.orbits => self.open(kind, orbits_table(), &[], orbit_rows),
+            TableKind::Attractors if layout.probes => {
+                self.open(kind, attractors_table(), &[], attractor_rows)
+            }
+            TableKind::Horizon if layout.horizon => {
+                self.open(kind, horizon_table(), &[], horizon_rows)
+            }
+            TableKind::Probes if layout.probes => self.open(kind, probes_table(), &[], probe_rows),
+            TableKind::Spectra if layout.spectra => {
+                self.open(kind, spectra_table(), &[], spectrum_rows)
+            }
+            TableKind::Orders if layout.orders => self.open(kind, orders_table(), &[], order_rows),
+            TableKind::Poincare if layout.poincare => {
+                self.open(kind, poincare_table(), &[], poincare_rows)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Starts a table's file.
+    fn open<R, F>(
+        &self,
+        kind: TableKind,
+        table: Table<R>,
+        metadata: &[(&str, String)],
+        rows: F,
+    ) -> Result<Option<Box<dyn PointTable>>, StoreError>
+    where
+        R: Row + Send + 'static,
+        F: Fn(&mut PointRow) -> Vec<R> + Send + 'static,
+    {
+        let file = TableFile::create(&self.folder, kind, self.shard, table, metadata)?;
+        Ok(Some(Box::new(RowsOfPoint { file, rows })))
     }
 }
 
@@ -173,42 +228,10 @@ impl ResultWriter {
             folder: folder.to_path_buf(),
             shard,
         };
-        let transitions = layout
-            .swept
-            .as_ref()
-            .map(|axis| {
-                let table = transitions_table(axis);
-                Ok::<_, StoreError>(TransitionFile {
-                    axis: axis.name.clone(),
-                    file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
-                })
-            })
-            .transpose()?;
-        let basins = layout
-            .basins
-            .as_ref()
-            .map(|axes| {
-                let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);
-                let metadata = [("slice", serde_json::json!(axes).to_string())];
-                TableFile::create(folder, TableKind::Basins, shard, basins_table(), &metadata)
-            })
-            .transpose()?;
         Ok(Self {
             order: Reorder::new(expected.into_iter()),
             points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
-            poincare: destination.start(layout.poincare, TableKind::Poincare, poincare_table)?,
-            spectra: destination.start(layout.spectra, TableKind::Spectra, spectra_table)?,
-            orders: destination.start(layout.orders, TableKind::Orders, orders_table)?,
-            probes: destination.start(layout.probes, TableKind::Probes, probes_table)?,
-            attractors: destination.start(
-                layout.probes,
-                TableKind::Attractors,
-                attractors_table,
-            )?,
-            basins,
-            orbits: destination.start(layout.orbits, TableKind::Orbits, orbits_table)?,
-            transitions,
-            horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
+            others: destination.tables(layout)?,
             destination,
         })
     }
@@ -257,19 +280,9 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         let old = self.in_the_way();
-        let mut closed = Vec::new();
-        if let Some(own) = self.transitions {
-            closed.push(own.file.close()?);
-        }
-        close(self.orbits, &mut closed)?;
-        close(self.basins, &mut closed)?;
-        close(self.attractors, &mut closed)?;
-        close(self.horizon, &mut closed)?;
-        close(self.probes, &mut closed)?;
-        close(self.spectra, &mut closed)?;
-        close(self.orders, &mut closed)?;
-        close(self.poincare, &mut closed)?;
-        close(Some(self.points), &mut closed)?;
+        let others = self.others.into_iter().map(|(_, table)| table.close());
+        let mut closed = others.collect::<Result<Vec<_>, _>>()?;
+        closed.push(self.points.close()?);
         // A full disk has caused an error by now, so either all tables get their names or none does.
         remove(old)?;
         let tables = closed.into_iter().map(ClosedTable::publish);
@@ -283,33 +296,13 @@ impl ResultWriter {
     /// with tables that it does not describe.
     fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
-        let mut old = vec![run_path(folder, *shard)];
-        if self.poincare.is_none() {
-            old.push(table_path(folder, TableKind::Poincare, *shard));
-        }
-        if self.spectra.is_none() {
-            old.push(table_path(folder, TableKind::Spectra, *shard));
-        }
-        if self.orders.is_none() {
-            old.push(table_path(folder, TableKind::Orders, *shard));
-        }
-        if self.probes.is_none() {
-            old.push(table_path(folder, TableKind::Probes, *shard));
-            old.push(table_path(folder, TableKind::Attractors, *shard));
-        }
-        if self.basins.is_none() {
-            old.push(table_path(folder, TableKind::Basins, *shard));
-        }
-        if self.orbits.is_none() {
-            old.push(table_path(folder, TableKind::Orbits, *shard));
-        }
-        if self.transitions.is_none() {
-            old.push(table_path(folder, TableKind::Transitions, *shard));
-        }
-        if self.horizon.is_none() {
-            old.push(table_path(folder, TableKind::Horizon, *shard));
-        }
-        old
+        let written = |kind: &TableKind| self.others.iter().any(|(own, _)| own == kind);
+        let others = TableKind::OF_A_JOB.into_iter();
+        let others = others.filter(|kind| *kind != TableKind::Points && !written(kind));
+        let others = others.map(|kind| table_path(folder, kind, *shard));
+        std::iter::once(run_path(folder, *shard))
+            .chain(others)
+            .collect()
     }
 
     fn drain(&mut self) -> Result<(), StoreError> {
@@ -320,85 +313,8 @@ impl ResultWriter {
     }
 
     fn write(&mut self, mut row: PointRow) -> Result<(), StoreError> {
-        let point_id = row.point_id;
-        let samples = std::mem::take(&mut row.outcome.poincare);
-        let spectra = std::mem::take(&mut row.outcome.spectra);
-        let orders = std::mem::take(&mut row.outcome.orders);
-        if let Some(file) = &mut self.poincare {
-            for sample in samples {
-                file.push(PoincareRow { point_id, sample })?;
-            }
-        }
-        if let Some(file) = &mut self.spectra {
-            for spectrum in spectra {
-                let signal: Arc<str> = spectrum.signal.into();
-                let unit: Arc<str> = spectrum.unit.into();
-                let (method, bandwidth) = (spectrum.method, spectrum.bandwidth);
-                for line in spectrum.lines {
-                    file.push(SpectrumRow {
-                        point_id,
-                        signal: Arc::clone(&signal),
-                        unit: Arc::clone(&unit),
-                        method,
-                        bandwidth,
-                        line,
-                    })?;
-                }
-            }
-        }
-        if let Some(file) = &mut self.orders {
-            for own in orders {
-                let signal: Arc<str> = own.signal.into();
-                let unit: Arc<str> = own.unit.into();
-                for line in own.lines {
-                    file.push(OrderRow {
-                        point_id,
-                        signal: Arc::clone(&signal),
-                        unit: Arc::clone(&unit),
-                        line,
-                    })?;
-                }
-            }
-        }
-        if let Some(found) = &mut row.multistability {
-            if let Some(file) = &mut self.probes {
-                for probe in std::mem::take(&mut found.probes) {
-                    file.push(ProbeRow { point_id, probe })?;
-                }
-            }
-            if let Some(file) = &mut self.attractors {
-                for (id, attractor) in (0..).zip(&found.attractors) {
-                    file.push(AttractorRow::new(point_id, id, attractor.clone()))?;
-                }
-            }
-            if let Some(file) = &mut self.basins {
-                for cell in std::mem::take(&mut found.cells) {
-                    file.push(CellRow { point_id, cell })?;
-                }
-            }
-        }
-        if let (Some(file), Some(found)) = (&mut self.orbits, &mut row.orbits) {
-            for orbit in std::mem::take(&mut found.orbits) {
-                file.push(OrbitRow::found(point_id, orbit))?;
-            }
-            for missed in std::mem::take(&mut found.missed) {
-                file.push(OrbitRow::missed(point_id, missed))?;
-            }
-        }
-        if let (Some(own), Some(chain)) = (&mut self.transitions, &row.chain)
-            && let Some(transition) = chain.transition
-        {
-            own.file.push(TransitionRow {
-                point_id,
-                axis: own.axis.clone(),
-                upwards: chain.upwards,
-                transition,
-            })?;
-        }
-        if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
-            for measure in std::mem::take(&mut found.measures) {
-                file.push(HorizonRow { point_id, measure })?;
-            }
+        for (_, table) in &mut self.others {
+            table.take(&mut row)?;
         }
         self.note_non_finite_values(&mut row);
         self.points.push(row)
@@ -428,15 +344,6 @@ fn remove(files: Vec<PathBuf>) -> Result<(), StoreError> {
             removed => removed.map_err(|source| StoreError::io(&path, "replace", source))?,
         }
     }
-    Ok(())
-}
-
-/// Completes a table if it is written.
-fn close<R: Row>(
-    file: Option<TableFile<R>>,
-    closed: &mut Vec<ClosedTable>,
-) -> Result<(), StoreError> {
-    closed.extend(file.map(TableFile::close).transpose()?);
     Ok(())
 }
 

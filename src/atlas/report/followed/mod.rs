@@ -8,7 +8,7 @@ use std::path::Path;
 use super::error::ReportError;
 use super::point::Axis;
 use crate::input::printable;
-use crate::store::{ResultTable, StoreError, TableKind, table_path};
+use crate::store::{ResultTable, TableKind, table_path};
 
 pub use summary::FollowedSummary;
 
@@ -125,9 +125,8 @@ impl Followed {
     /// # Errors
     /// A table cannot be read, lacks a value, or does not name the followed axis.
     pub fn read(folder: &Path) -> Result<Option<Self>, ReportError> {
-        let table = match ResultTable::read(folder, TableKind::Branches) {
-            Err(StoreError::Missing { .. }) => return Ok(None),
-            table => table?,
+        let Some(table) = ResultTable::read_if_there(folder, TableKind::Branches)? else {
+            return Ok(None);
         };
         let names = table.axes()?;
         let axis = |name: &str| names.iter().position(|axis| axis == name);
@@ -239,9 +238,8 @@ fn bifurcations(folder: &Path, names: &[String]) -> Result<Vec<Bifurcation>, Rep
 
 fn curves(folder: &Path, names: &[String]) -> Result<BTreeMap<u64, Curve>, ReportError> {
     let mut curves: BTreeMap<u64, Curve> = BTreeMap::new();
-    let table = match ResultTable::read(folder, TableKind::Curves) {
-        Err(StoreError::Missing { .. }) => return Ok(curves),
-        table => table?,
+    let Some(table) = ResultTable::read_if_there(folder, TableKind::Curves)? else {
+        return Ok(curves);
     };
     let own = Rows::of(folder, &table, names)?;
     let (numbers, kinds) = (own.whole("curve")?, own.texts("kind")?);

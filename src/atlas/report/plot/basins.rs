@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::axis::{Axis, value_words};
-use super::canvas::{Anchor, Canvas, INK, Place, SOFT};
+use super::canvas::{Canvas, INK, Place, SOFT};
 use super::categories::{colour, lost};
 use super::error::PlotError;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::{Drawn, Picture};
 use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
@@ -36,30 +36,19 @@ struct Cell {
 
 /// A picture per point, or only that of the requested point.
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: String| PlotError::Unfit {
-        what: What::Basins,
-        reason,
-    };
-    let table = results.table(TableKind::Basins)?.ok_or_else(|| {
-        unfit(
-            "there is no basins.parquet; add `multistability.slice` to [analyses] of the manifest"
-                .into(),
-        )
-    })?;
+    let table = results.needed(TableKind::Basins, What::Basins)?;
     let axes = slice_axes(&table);
     let mut slices = cells(&table)?;
     if let Some(id) = request.point {
         results.point(id)?;
         slices.retain(|point_id, _| *point_id == id);
         if slices.is_empty() {
-            return Err(unfit(format!("point {id} has no cell")));
+            return Err(What::Basins.unfit(format!("point {id} has no cell")));
         }
     }
     slices.retain(|_, cells| cells.iter().any(|cell| cell.at[0] > 0));
     if slices.is_empty() {
-        return Err(unfit(
-            "no slice of basins.parquet has two cells per side".into(),
-        ));
+        return Err(What::Basins.unfit("no slice of basins.parquet has two cells per side"));
     }
     let attractors = read_attractors(&results.folder)?;
     let single = results.summary.all.len() == 1;
@@ -69,9 +58,9 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .iter()
             .filter(|a| a.point_id == point_id)
             .collect();
-        let title = format!("{}: basins of attraction on a slice", results.job);
+
         let words = results.point_words(results.point(point_id)?);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+        let mut canvas = results.canvas("basins of attraction on a slice", &[&words]);
         draw_slice(&mut canvas, &axes, &cells, &own);
         key(&mut canvas, &cells, &own);
         canvas.height = TOP + SIDE + 66.0;
@@ -125,14 +114,7 @@ fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own:
         let [name, unit] = &axes[i];
         Axis::linear(name, unit, [-extent[i], extent[i]])
     };
-    let panel = Panel {
-        left: LEFT,
-        right: LEFT + SIDE,
-        top: TOP,
-        bottom: TOP + SIDE,
-        across: axis(0),
-        up: axis(1),
-    };
+    let panel = Panel::new([LEFT, LEFT + SIDE], [TOP, TOP + SIDE], axis(0), axis(1));
     // Draw ticks and grid first: the cells cover the grid.
     panel.frame(canvas, true);
     let side = SIDE / count;
@@ -149,12 +131,7 @@ fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own:
         canvas.rectangle([x, y], [right, bottom], shade(&first.ending));
         start += run;
     }
-    canvas.outline(
-        [panel.left, panel.top],
-        [panel.right, panel.bottom],
-        INK,
-        1.0,
-    );
+    panel.outline(canvas);
     for attractor in own {
         for [x, y] in &attractor.strobe {
             if x.abs() < extent[0] && y.abs() < extent[1] {
@@ -210,25 +187,13 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
         };
         canvas.rectangle([MARGIN, y], [MARGIN + 16.0, y + 16.0], shade(ending));
         canvas.outline([MARGIN, y], [MARGIN + 16.0, y + 16.0], SOFT, 1.0);
-        canvas.text(
-            [MARGIN + 25.0, y + 13.0],
-            &name,
-            TICK_SIZE,
-            INK,
-            Anchor::Start,
-        );
-        canvas.text(
-            [MARGIN + 25.0, y + 30.0],
-            &numbers,
-            TICK_SIZE,
-            SOFT,
-            Anchor::Start,
-        );
+        canvas.label([MARGIN + 25.0, y + 13.0], &name, INK);
+        canvas.label([MARGIN + 25.0, y + 30.0], &numbers, SOFT);
         y += 42.0;
     }
     if counts.len() > MOST_ENTRIES {
         let text = format!("… and {} more", counts.len() - MOST_ENTRIES);
-        canvas.text([MARGIN, y + 13.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([MARGIN, y + 13.0], &text, SOFT);
         y += 24.0;
     }
     if own.iter().any(|attractor| !attractor.strobe.is_empty()) {
@@ -241,8 +206,7 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
             .into_iter()
             .enumerate()
         {
-            let at = [MARGIN + 25.0, y + 16.0 + 17.0 * line as f64];
-            canvas.text(at, text, TICK_SIZE, SOFT, Anchor::Start);
+            canvas.label([MARGIN + 25.0, y + 16.0 + 17.0 * line as f64], text, SOFT);
         }
     }
 }

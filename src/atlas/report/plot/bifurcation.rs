@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{Anchor, Canvas, Colour, INK};
+use super::canvas::{Canvas, Colour, INK};
 use super::error::PlotError;
 use super::evidence::Evidence;
 use super::hatch::hatch;
@@ -12,8 +12,8 @@ use super::lambda_curve;
 use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
-use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::panel::Panel;
+use super::picture::Drawn;
 use super::ramp::ink_on;
 use super::results::Results;
 use super::section::{Quantity, Section};
@@ -42,13 +42,7 @@ struct Samples {
 
 impl Samples {
     fn read(results: &Results) -> Result<Self, PlotError> {
-        let unfit = |reason: &str| PlotError::Unfit {
-            what: What::Bifurcation,
-            reason: reason.into(),
-        };
-        let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
-            unfit("there is no poincare.parquet; add `poincare = {}` to [analyses] of the manifest")
-        })?;
+        let table = results.needed(TableKind::Poincare, What::Bifurcation)?;
         let section = Section::of(&table)?;
         let Quantity {
             column,
@@ -62,7 +56,7 @@ impl Samples {
             }
         }
         if values.is_empty() {
-            return Err(unfit("poincare.parquet has no samples"));
+            return Err(What::Bifurcation.unfit("poincare.parquet has no samples"));
         }
         Ok(Self {
             values,
@@ -82,13 +76,12 @@ impl Samples {
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
     let samples = Samples::read(results)?;
     let name = &results.summary.axes[along].name;
-    let (slices, all) = results.slices_of_both(&[along]);
-    let mut drawn = Drawn::of_slices(What::Bifurcation, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: bifurcation diagram over {name}", results.job);
+    let slices = results.slices_of_both(&[along]);
+    let drawn = results.by_slice(What::Bifurcation, slices, |slice| {
+        let title = format!("bifurcation diagram over {name}");
         let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
         let errors = Evidence::of(slice.points.iter().copied()).words();
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &errors]));
+        let mut canvas = results.canvas(&title, &[&slice.words, &errors]);
         let sweeps = sweeps(results, &slice.points);
         let all = slice.points.iter().flat_map(|point| samples.of(point));
         let up = padded(range(all), 0.05);
@@ -106,14 +99,12 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
                 samples.label.clone()
             };
             let named = !with_lambda && row + 1 == sweeps.len();
-            let panel = Panel {
-                left: LEFT,
-                right: RIGHT,
-                top,
-                bottom: top + height,
-                across: across(results, along),
-                up: Axis::linear(&label, &samples.unit, up),
-            };
+            let panel = Panel::new(
+                [LEFT, RIGHT],
+                [top, top + height],
+                across(results, along),
+                Axis::linear(&label, &samples.unit, up),
+            );
             panel.frame(&mut canvas, named);
             strobe_panel(&mut canvas, &panel, results, along, sweep, &samples);
             if both {
@@ -150,13 +141,10 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         if !results.summary.transitions.is_empty() {
             let y = TOP + used + 10.0;
             canvas.dashes([MARGIN + 7.0, y], [MARGIN + 7.0, y + 26.0], CHANGE, 1.2);
-            let at = [MARGIN + 21.0, y + 17.0];
-            canvas.text(at, "change of motion", TICK_SIZE, INK, Anchor::Start);
+            canvas.label([MARGIN + 21.0, y + 17.0], "change of motion", INK);
         }
-        drawn
-            .pictures
-            .push(Picture::new(format!("bifurcation{}", slice.suffix), canvas));
-    }
+        canvas
+    });
     Ok(drawn)
 }
 

@@ -105,16 +105,14 @@ fn picture(
         .filter(|w| !w.is_empty())
         .collect();
     let mut canvas = Canvas::titled(&title, &counts.join("  ·  "));
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: 72.0,
-        bottom: 526.0,
-        across: shown.axis(axis, |name, unit| {
+    let panel = Panel::new(
+        [LEFT, RIGHT],
+        [72.0, 526.0],
+        shown.axis(axis, |name, unit| {
             Axis::linear(name, unit, padded(across, 0.02))
         }),
-        up: Axis::linear("RMS of the deflection", "m", padded(up, 0.05)),
-    };
+        Axis::linear("RMS of the deflection", "m", padded(up, 0.05)),
+    );
     panel.frame(&mut canvas, true);
     for [x, y] in &seen {
         canvas.disc(panel.at(*x, *y), 2.6, GREY);

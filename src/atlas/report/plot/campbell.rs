@@ -161,18 +161,12 @@ impl Campbell {
         let last = self.speeds.last().copied().unwrap_or(1.0);
         let of_mesh = self.rays.iter().filter(|ray| ray.of_mesh);
         let steepest = range(of_mesh.map(|ray| ray.order))[1] / std::f64::consts::TAU;
-        let panel = Panel {
-            left: LEFT,
-            right: RIGHT,
-            top: TOP,
-            bottom: BOTTOM,
-            across: Axis::linear("speed", SI, [0.0, last]).in_unit(
-                "speed",
-                &unit.text,
-                unit.factor,
-            ),
-            up: Axis::linear("frequency", "Hz", [0.0, 1.02 * steepest * last]),
-        };
+        let panel = Panel::new(
+            [LEFT, RIGHT],
+            [TOP, BOTTOM],
+            Axis::linear("speed", SI, [0.0, last]).in_unit("speed", &unit.text, unit.factor),
+            Axis::linear("frequency", "Hz", [0.0, 1.02 * steepest * last]),
+        );
         // The speeds of the grid.
         let [low, high] = self.grid.map(|speed| panel.x(speed));
         canvas.rectangle(

@@ -351,7 +351,7 @@ pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
     let x = MARGIN;
     let say = |canvas: &mut Canvas, mut y: f64, words: &str| {
         for line in wrapped(words, TICK_SIZE, WIDTH - 6.0 - x - 28.0) {
-            canvas.text([x + 28.0, y + 12.0], &line, TICK_SIZE, INK, Anchor::Start);
+            canvas.label([x + 28.0, y + 12.0], &line, INK);
             y += 16.0;
         }
         y + 6.0

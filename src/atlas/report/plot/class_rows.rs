@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, FAINT, INK, SOFT};
+use super::canvas::{Anchor, FAINT, INK, SOFT};
 use super::hatch::hatch;
 use super::motion::{Motion, counts};
 use super::over_axis::across;
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::ramp::ink_on;
 use super::results::Results;
 use super::what::What;
@@ -30,23 +30,19 @@ const LEAST_WIDTH: f64 = 1.0;
 
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
-    let (slices, all) = results.slices(&[along]);
-    let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: class of motion over {name}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+    results.by_slice(What::Classes, results.slices(&[along]), |slice| {
+        let title = format!("class of motion over {name}");
+        let mut canvas = results.canvas(&title, &[&slice.words]);
         let found = counts(slice.points.iter().copied());
         let rows: BTreeSet<Motion> = found.keys().copied().collect();
         let count = rows.len() as f64;
         let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST);
-        let panel = Panel {
-            left: 148.0,
-            right: 850.0,
-            top: 72.0,
-            bottom: 72.0 + height,
-            across: across(results, along),
-            up: Axis::linear("", "", [0.0, rows.len() as f64]),
-        };
+        let panel = Panel::new(
+            [148.0, 850.0],
+            [72.0, 72.0 + height],
+            across(results, along),
+            Axis::linear("", "", [0.0, rows.len() as f64]),
+        );
         panel.ticks_across(&mut canvas, true);
         let half = 0.5 * height / rows.len() as f64;
         for (row, motion) in rows.iter().enumerate() {
@@ -56,8 +52,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             let at = [panel.left - 9.0, baseline];
             canvas.text(at, &motion.name(), TICK_SIZE, INK, Anchor::End);
             let count = plural(found[motion], "point");
-            let at = [panel.right + 9.0, baseline];
-            canvas.text(at, &count, TICK_SIZE, SOFT, Anchor::Start);
+            canvas.label([panel.right + 9.0, baseline], &count, SOFT);
         }
         let tall = (0.6 * half).min(TALLEST);
         for (motion, [left, right]) in stretches(&panel, along, &slice.points) {
@@ -78,16 +73,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         let at = [24.0, 0.5 * (panel.top + panel.bottom)];
         canvas.text_upwards(at, "class of motion", LABEL_SIZE, INK, Anchor::Middle);
         canvas.height = panel.bottom + 74.0;
-        canvas.outline(
-            [panel.left, panel.top],
-            [panel.right, panel.bottom],
-            INK,
-            1.0,
-        );
-        let name = format!("classes{}", slice.suffix);
-        drawn.pictures.push(Picture::new(name, canvas));
-    }
-    drawn
+        panel.outline(&mut canvas);
+        canvas
+    })
 }
 
 /// Adjacent points with one kind of motion, as intervals of the axis \[px\]. Each point reaches halfway to its
@@ -137,14 +125,12 @@ mod tests {
 
     #[test]
     fn points_are_apart_where_they_are_few_and_touch_where_they_are_many() {
-        let panel = Panel {
-            left: 0.0,
-            right: 100.0,
-            top: 0.0,
-            bottom: 100.0,
-            across: Axis::linear("", "1", [0.0, 100.0]),
-            up: Axis::linear("", "1", [0.0, 1.0]),
-        };
+        let panel = Panel::new(
+            [0.0, 100.0],
+            [0.0, 100.0],
+            Axis::linear("", "1", [0.0, 100.0]),
+            Axis::linear("", "1", [0.0, 1.0]),
+        );
         let few = [
             point(10.0, "chaotic"),
             point(50.0, "chaotic"),

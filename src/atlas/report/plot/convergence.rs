@@ -1,11 +1,11 @@
 //! How did the exponents of a point settle over the measured cycles? Each has a band of one standard error.
 
 use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, Colour, Place, SOFT};
+use super::canvas::{Canvas, Colour, Place, SOFT};
 use super::categories::colour;
 use super::error::PlotError;
 use super::evidence::Evidence;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::{Drawn, Picture};
 use super::request::PlotRequest;
 use super::results::Results;
@@ -39,10 +39,6 @@ fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
 }
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: String| PlotError::Unfit {
-        what: What::Convergence,
-        reason,
-    };
     let known = with_course(results)?;
     let ask = "add `lyapunov.course` to [analyses] of the manifest";
     let point = match request.point {
@@ -51,7 +47,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             let mut all = results.summary.chaotic.iter().chain(&results.summary.all);
             all.find(|point| known.contains(&point.point_id))
                 .ok_or_else(|| {
-                    unfit(format!(
+                    What::Convergence.unfit(format!(
                         "no point has running estimates of its exponents; {ask}"
                     ))
                 })?
@@ -59,15 +55,15 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     };
     let id = point.point_id;
     if !known.contains(&id) {
-        return Err(unfit(format!(
+        return Err(What::Convergence.unfit(format!(
             "point {id} has no running estimates of its exponents; {ask}"
         )));
     }
     let course = Course::read(results, id)?;
-    let title = format!("{}: convergence of the exponents", results.job);
+
     let words = results.point_words(point);
     let errors = Evidence::of([point]).words();
-    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, &errors]));
+    let mut canvas = results.canvas("convergence of the exponents", &[&words, &errors]);
     course.draw(&mut canvas);
     Ok(Drawn::one(Picture::new(
         format!("convergence-point{}", point.point_id),
@@ -131,18 +127,16 @@ impl Course {
         let [low, high] = range(edges.chain([0.0]));
         let margin = 0.06 * (high - low).max(f64::MIN_POSITIVE);
         let last = self.cycles.last().copied().unwrap_or(1.0);
-        let panel = Panel {
-            left: 92.0,
-            right: 700.0,
-            top: 84.0,
-            bottom: 526.0,
-            across: Axis::linear("measured", "mesh cycles", [0.0, last]),
-            up: Axis::linear(
+        let panel = Panel::new(
+            [92.0, 700.0],
+            [84.0, 526.0],
+            Axis::linear("measured", "mesh cycles", [0.0, last]),
+            Axis::linear(
                 "Lyapunov exponents",
                 "1/cycle",
                 [low - margin, high + margin],
             ),
-        };
+        );
         panel.frame(canvas, true);
         let zero = panel.y(0.0);
         canvas.dashes([panel.left, zero], [panel.right, zero], SOFT, 1.2);
@@ -164,8 +158,7 @@ impl Course {
             canvas.line(&path, colour(place), 1.8);
             if let (Some(value), Some(error)) = (values.last(), errors.last()) {
                 let text = format!("λ{} = {} ± {}", place + 1, number(*value), number(*error));
-                let at = [panel.right + 14.0, line];
-                canvas.text(at, &text, TICK_SIZE, colour(place), Anchor::Start);
+                canvas.label([panel.right + 14.0, line], &text, colour(place));
                 line += 20.0;
             }
         }
@@ -176,7 +169,6 @@ impl Course {
                 "line: running mean; band: one standard error on each side; the {more} smallest are omitted"
             ),
         };
-        let at = [panel.left, panel.top - 8.0];
-        canvas.text(at, &note, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([panel.left, panel.top - 8.0], &note, SOFT);
     }
 }

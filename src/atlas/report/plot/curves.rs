@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 use super::axis::{Axis, padded, range};
 use super::axis_units::AxisUnits;
 use super::branches::{suffix, words};
-use super::canvas::{Anchor, Canvas, Colour, INK, Place};
+use super::canvas::{Canvas, Colour, INK, Place};
 use super::error::PlotError;
 use super::hatch::hatch;
 use super::lambda_map::{largest_of, shade};
 use super::marker::{OTHERS, SAMPLE, colour, entry, name};
 use super::motion::Motion;
 use super::over_axis::LEFT;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::{Drawn, Picture};
 use super::ramp::{bar, ink_on};
 use super::results::{MOST_SLICES, Results};
@@ -41,16 +41,14 @@ pub(super) fn draw(
     shown: &AxisUnits,
     results: Option<&Results>,
 ) -> Result<Drawn, PlotError> {
-    let unfit = |reason: &str| PlotError::Unfit {
-        what: What::Curves,
-        reason: reason.into(),
-    };
     let second = followed.second.ok_or_else(|| {
-        unfit("there is no curves.parquet; name a `second` axis in [continuation] of the manifest")
+        What::Curves.unfit(
+            "there is no curves.parquet; name a `second` axis in [continuation] of the manifest",
+        )
     })?;
     let planes = followed.planes(second);
     if planes.is_empty() {
-        return Err(unfit("curves.parquet has no curve"));
+        return Err(What::Curves.unfit("curves.parquet has no curve"));
     }
     let count = planes.len();
     let mut drawn = Drawn::of_slices(What::Curves, count.min(MOST_SLICES), count);
@@ -87,14 +85,7 @@ fn picture(
         let axis = &followed.axes[axes[i]];
         units.axis(axis, |name, unit| Axis::linear(name, unit, frame[i]))
     });
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: 72.0,
-        bottom: 526.0,
-        across,
-        up,
-    };
+    let panel = Panel::new([LEFT, RIGHT], [72.0, 526.0], across, up);
     let job = followed.job.as_deref().unwrap_or("job unknown");
     let [over, second] = axes.map(|axis| &followed.axes[axis].name);
     let title = format!("{job}: bifurcations over {over} and {second}");
@@ -365,12 +356,12 @@ impl<'a> Map<'a> {
             bar(canvas, MARGIN, [top, 496.0], &axis);
         }
         let at = [MARGIN, 522.0];
-        canvas.text(at, "pale: not chaotic", TICK_SIZE, INK, Anchor::Start);
+        canvas.label(at, "pale: not chaotic", INK);
         let is_hatched = |point: &&PointSummary| Motion::of(point).is_hatched();
         if self.points.iter().any(is_hatched) {
             let at = [MARGIN, 542.0];
             let words = "hatched: transient chaos";
-            canvas.text(at, words, TICK_SIZE, INK, Anchor::Start);
+            canvas.label(at, words, INK);
         }
     }
 }

@@ -216,6 +216,16 @@ pub enum PlotError {
     },
 }
 
+impl What {
+    /// The error of data that do not fit this kind of picture.
+    pub(super) fn unfit(self, reason: impl Into<String>) -> PlotError {
+        PlotError::Unfit {
+            what: self,
+            reason: reason.into(),
+        }
+    }
+}
+
 impl PlotError {
     pub(super) fn drawing(error: impl Display) -> Self {
         Self::Drawing {

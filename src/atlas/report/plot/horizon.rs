@@ -23,31 +23,24 @@ const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 type Curve = Vec<[f64; 3]>;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: String| PlotError::Unfit {
-        what: What::Horizon,
-        reason,
-    };
-    let table = results.table(TableKind::Horizon)?.ok_or_else(|| {
-        let ask = "add `horizon = {}` to [analyses] of the manifest";
-        unfit(format!("there is no horizon.parquet; {ask}"))
-    })?;
+    let table = results.needed(TableKind::Horizon, What::Horizon)?;
     let ids = table.u64("point_id")?;
     let known = |point: &PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
     let point = match request.point {
         Some(id) => results.point(id)?,
         None => (results.summary.chaotic.iter().find(|p| known(p)))
-            .ok_or_else(|| unfit("horizon.parquet has no chaotic point".into()))?,
+            .ok_or_else(|| What::Horizon.unfit("horizon.parquet has no chaotic point"))?,
     };
     if !known(point) {
         let reason = format!("point {} is not chaotic or has no horizon", point.point_id);
-        return Err(unfit(reason));
+        return Err(What::Horizon.unfit(reason));
     }
     let found = Found::read(results, &table, point)?;
-    let title = format!("{}: from trajectories to averages", results.job);
+
     let several = results.summary.chaotic.len() > 1;
     let chosen = if request.point.is_none() && several { "the most chaotic point" } else { "" };
     let words = results.point_words(point);
-    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, chosen]));
+    let mut canvas = results.canvas("from trajectories to averages", &[&words, chosen]);
     separations(&mut canvas, &found);
     averages(&mut canvas, &found);
     Ok(Drawn::one(Picture::new(
@@ -117,14 +110,12 @@ fn separations(canvas: &mut Canvas, found: &Found) {
             .flat_map(|[_, value, spread]| [value * (-spread).exp(), value * spread.exp()]),
     );
     let last = curve.last().map_or(1.0, |[cycles, ..]| *cycles).max(1.0);
-    let panel = Panel {
-        left: 92.0,
-        right: 478.0,
-        top: TOP,
-        bottom: BOTTOM,
-        across: Axis::linear("time", "mesh cycles", [0.0, last]),
-        up: Axis::logarithmic("separation of twins", "half gaps", [0.5 * low, 12.0 * high]),
-    };
+    let panel = Panel::new(
+        [92.0, 478.0],
+        [TOP, BOTTOM],
+        Axis::linear("time", "mesh cycles", [0.0, last]),
+        Axis::logarithmic("separation of twins", "half gaps", [0.5 * low, 12.0 * high]),
+    );
     let edge = |sign: f64| -> Vec<Place> {
         let edge = curve.iter();
         edge.map(|[n, value, spread]| panel.at(*n, value * (sign * spread).exp()))
@@ -173,13 +164,7 @@ fn separations(canvas: &mut Canvas, found: &Found) {
         }
     }
     let note = "blue: geometric mean, band: one standard deviation of a twin";
-    canvas.text(
-        [panel.left, TOP - 8.0],
-        note,
-        TICK_SIZE,
-        SOFT,
-        Anchor::Start,
-    );
+    canvas.label([panel.left, TOP - 8.0], note, SOFT);
 }
 
 /// Standard errors of mean forces over the number of averaged cycles.
@@ -187,18 +172,16 @@ fn averages(canvas: &mut Canvas, found: &Found) {
     let all = || found.averages.iter().flat_map(|(_, curve, _)| curve);
     let [low, high] = range(all().map(|p| p[2]).filter(|spread| *spread > 0.0));
     let last = all().map(|p| p[0]).fold(2.0, f64::max);
-    let panel = Panel {
-        left: 582.0,
-        right: 926.0,
-        top: TOP,
-        bottom: BOTTOM,
-        across: Axis::logarithmic("cycles averaged", "mesh cycles", [0.8, 1.25 * last]),
-        up: Axis::logarithmic(
+    let panel = Panel::new(
+        [582.0, 926.0],
+        [TOP, BOTTOM],
+        Axis::logarithmic("cycles averaged", "mesh cycles", [0.8, 1.25 * last]),
+        Axis::logarithmic(
             "standard error of a mean force",
             "N",
             [0.5 * low, 4.0 * high],
         ),
-    };
+    );
     panel.frame(canvas, true);
     let mut line = TOP + 20.0;
     for ((name, curve, power), colour) in found.averages.iter().zip([BLUE, RED]) {
@@ -230,6 +213,5 @@ fn averages(canvas: &mut Canvas, found: &Found) {
         format!(" (fitted {})", format!("{exponent:.2}").replace('-', "−"))
     });
     let note = format!("dashes: powers −1/2{fitted} and −1");
-    let at = [panel.left, TOP - 8.0];
-    canvas.text(at, &note, TICK_SIZE, SOFT, Anchor::Start);
+    canvas.label([panel.left, TOP - 8.0], &note, SOFT);
 }

@@ -1,10 +1,10 @@
 //! How does a small kick off each periodic orbit of a point grow or decay from return to return?
 
 use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, Place, SOFT};
+use super::canvas::{Canvas, Place, SOFT};
 use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::Drawn;
 use super::request::PlotRequest;
 use super::results::Results;
@@ -40,18 +40,16 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
     let high = full[1].max(linear[1].min(full[1] * BEYOND));
     let most = orbits.iter().map(|orbit| orbit.kick[0].len()).max();
     let returns = most.unwrap_or(2) as f64 - 1.0;
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: TOP,
-        bottom: BOTTOM,
-        across: Axis::linear("returns to the orbit", "1", [0.0, returns]),
-        up: Axis::logarithmic(
+    let panel = Panel::new(
+        [LEFT, RIGHT],
+        [TOP, BOTTOM],
+        Axis::linear("returns to the orbit", "1", [0.0, returns]),
+        Axis::logarithmic(
             "distance from the orbit",
             "half gaps",
             [0.5 * low, 2.0 * high],
         ),
-    };
+    );
     panel.frame(canvas, true);
     for (place, orbit) in orbits.iter().enumerate() {
         let colour = orbit_colour(place);
@@ -72,8 +70,7 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
     });
     numbers(canvas, &ends.collect::<Vec<_>>());
     let note = "lines: full integration; dashes: powers of the monodromy matrix where they differ";
-    let at = [panel.left, TOP - 8.0];
-    canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
+    canvas.label([panel.left, TOP - 8.0], note, SOFT);
     key(canvas, [RIGHT + 28.0, TOP + 2.0], orbits, |orbit| {
         let first = orbit.kick[0][1] / orbit.kick[0][0];
         format!(
@@ -122,14 +119,12 @@ mod tests {
 
     #[test]
     fn a_line_ends_where_it_leaves_the_panel() {
-        let panel = Panel {
-            left: 0.0,
-            right: 100.0,
-            top: 0.0,
-            bottom: 100.0,
-            across: Axis::linear("", "1", [0.0, 1.0]),
-            up: Axis::linear("", "1", [0.0, 1.0]),
-        };
+        let panel = Panel::new(
+            [0.0, 100.0],
+            [0.0, 100.0],
+            Axis::linear("", "1", [0.0, 1.0]),
+            Axis::linear("", "1", [0.0, 1.0]),
+        );
         let whole = [[10.0, 20.0], [30.0, 90.0]];
         assert_eq!(within(&panel, whole), Some(whole));
         let leaving = within(&panel, [[0.0, 50.0], [40.0, -50.0]]);

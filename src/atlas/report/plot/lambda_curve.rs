@@ -7,7 +7,7 @@ use super::marker::{Marker, SAMPLE, entry};
 use super::motion::{Motion, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::Panel;
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
@@ -19,25 +19,20 @@ const PALE: Colour = Colour(0xc4, 0xc4, 0xc4);
 /// λ with its standard error over one axis.
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
-    let (slices, all) = results.slices_of_both(&[along]);
-    let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: largest Lyapunov exponent λ over {name}", results.job);
+    results.by_slice(What::Lambda, results.slices_of_both(&[along]), |slice| {
+        let title = format!("largest Lyapunov exponent λ over {name}");
         let joins = results.lines_words(&[along], &slice.points);
         let errors = Evidence::of(slice.points.iter().copied()).words();
         let parts = [&*slice.words, &joins, &errors];
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&parts));
+        let mut canvas = results.canvas(&title, &parts);
         let area = [72.0, 526.0];
         let y = panel(&mut canvas, area, results, along, &slice.points);
         if sweeps(results, &slice.points).len() < 2 {
             let found = counts(slice.points.iter().copied());
             key(&mut canvas, [MARGIN, y], area[1], &found, marker_sample);
         }
-        drawn
-            .pictures
-            .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
-    }
-    drawn
+        canvas
+    })
 }
 
 fn error(point: &PointSummary) -> f64 {
@@ -58,18 +53,16 @@ pub(super) fn panel(
         .filter_map(|point| Some((error(point), point.lambda?)));
     let ends = known.flat_map(|(error, lambda)| [lambda - error, lambda + error]);
     let ends: Vec<f64> = ends.collect();
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top,
-        bottom,
-        across: across(results, along),
-        up: Axis::linear(
+    let panel = Panel::new(
+        [LEFT, RIGHT],
+        [top, bottom],
+        across(results, along),
+        Axis::linear(
             "λ",
             results.unit("lambda_max"),
             padded(range(ends.iter().copied().chain([0.0])), 0.07),
         ),
-    };
+    );
     panel.frame(canvas, true);
     let zero = panel.y(0.0);
     canvas.dashes([panel.left, zero], [panel.right, zero], SOFT, 1.2);

@@ -2,12 +2,12 @@
 //! is hatched.
 
 use super::axis::Axis;
-use super::canvas::{Canvas, Colour};
+use super::canvas::Colour;
 use super::cells::{Cells, HEIGHT, MARGIN, notes};
 use super::evidence::Evidence;
 use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::ramp::{bar, viridis};
 use super::results::Results;
 use super::what::What;
@@ -52,17 +52,11 @@ fn sample(motion: Motion) -> Look {
 pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
     let largest = largest_of(results);
     let unit = results.unit("lambda_max");
-    let (slices, all) = results.slices(&cells.free());
-    let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
-    for slice in slices {
-        let title = format!(
-            "{}: largest Lyapunov exponent λ over {}",
-            results.job,
-            cells.words()
-        );
+    results.by_slice(What::Lambda, results.slices(&cells.free()), |slice| {
+        let title = format!("largest Lyapunov exponent λ over {}", cells.words());
         let errors = Evidence::of(slice.points.iter().copied()).words();
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &errors]));
-        let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
+        let mut canvas = results.canvas(&title, &[&slice.words, &errors]);
+        let cells_drawn = cells.draw(&mut canvas, slice, |point| {
             let motion = Motion::of(point);
             let text = if motion.is_chaos() {
                 format!("{:.2}", point.lambda.unwrap_or(0.0))
@@ -103,11 +97,8 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             );
         }
         notes(&mut canvas, y + 2.0, cells_drawn);
-        drawn
-            .pictures
-            .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
-    }
-    drawn
+        canvas
+    })
 }
 
 /// A kind of motion in a cell.
@@ -120,12 +111,10 @@ fn class_cell(motion: Motion) -> Look {
 
 /// The kind of motion over two axes.
 pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
-    let (slices, all) = results.slices(&cells.free());
-    let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: class of motion over {}", results.job, cells.words());
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let cells_drawn = cells.draw(&mut canvas, &slice, |point| class_cell(Motion::of(point)));
+    results.by_slice(What::Classes, results.slices(&cells.free()), |slice| {
+        let title = format!("class of motion over {}", cells.words());
+        let mut canvas = results.canvas(&title, &[&slice.words]);
+        let cells_drawn = cells.draw(&mut canvas, slice, |point| class_cell(Motion::of(point)));
         let found = counts(slice.points.iter().copied());
         let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
         let used = key(
@@ -138,9 +127,6 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
             },
         );
         notes(&mut canvas, top + used + 2.0, cells_drawn);
-        drawn
-            .pictures
-            .push(Picture::new(format!("classes{}", slice.suffix), canvas));
-    }
-    drawn
+        canvas
+    })
 }

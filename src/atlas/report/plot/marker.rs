@@ -1,6 +1,6 @@
 //! The look of bifurcations: one symbol, one colour and one name per kind, in all pictures.
 
-use super::canvas::{Anchor, Canvas, Colour, INK, Place, WIDTH};
+use super::canvas::{Canvas, Colour, INK, Place, WIDTH};
 use super::lettering::wrapped;
 use super::panel::TICK_SIZE;
 
@@ -126,8 +126,7 @@ pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) -> f64 {
     let left = x + SAMPLE + 8.0;
     let lines = wrapped(text, TICK_SIZE, WIDTH - 6.0 - left);
     for (line, words) in lines.iter().enumerate() {
-        let at = [left, y + 4.5 + LINE * line as f64];
-        canvas.text(at, words, TICK_SIZE, INK, Anchor::Start);
+        canvas.label([left, y + 4.5 + LINE * line as f64], words, INK);
     }
     PITCH + LINE * lines.len().saturating_sub(1) as f64
 }

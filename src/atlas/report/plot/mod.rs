@@ -286,21 +286,18 @@ impl Source {
     }
 
     fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        let unfit = |reason: &str| PlotError::Unfit {
-            what,
-            reason: reason.into(),
-        };
         if let Some(curves) = &self.mesh {
             return mesh::draw(what, curves);
         }
         if let What::Spectrogram | What::Tracks = what {
             let folder = self.run_up.as_ref();
-            let folder = folder.ok_or_else(|| unfit("give a folder that `atlas runup` wrote"))?;
+            let folder =
+                folder.ok_or_else(|| what.unfit("give a folder that `atlas runup` wrote"))?;
             return folder.draw(what, request);
         }
         if let What::Branches | What::Curves = what {
             let Some((followed, shown)) = &self.followed else {
-                return Err(unfit(FOLLOWED_NEEDED));
+                return Err(what.unfit(FOLLOWED_NEEDED));
             };
             return match what {
                 What::Curves => curves::draw(followed, shown, self.results.as_ref()),
@@ -308,12 +305,12 @@ impl Source {
             };
         }
         match (what, &self.results, &self.recording) {
-            (What::Mesh | What::Sharing | What::Contact, _, _) => Err(unfit(MESH_NEEDED)),
+            (What::Mesh | What::Sharing | What::Contact, _, _) => Err(what.unfit(MESH_NEEDED)),
             (What::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
             (What::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
-            (What::Trace, _, None) => Err(unfit("give a folder that `atlas trace` wrote")),
+            (What::Trace, _, None) => Err(what.unfit("give a folder that `atlas trace` wrote")),
             (_, Some(results), _) => of_results(what, results, request),
-            (_, None, _) => Err(unfit("give a folder that `atlas run` wrote")),
+            (_, None, _) => Err(what.unfit("give a folder that `atlas run` wrote")),
         }
     }
 
@@ -356,17 +353,13 @@ impl Source {
 }
 
 fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: &str| PlotError::Unfit {
-        what,
-        reason: reason.into(),
-    };
     if results.summary.all.is_empty() {
-        return Err(unfit("points.parquet has no points"));
+        return Err(what.unfit("points.parquet has no points"));
     }
     let over = request.over.as_deref();
     let cells = cells::Cells::new(results);
     match what {
-        What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(unfit(
+        What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(what.unfit(
             "no point has an exponent; add `lyapunov = {}` to [analyses] of the manifest, with enough cycles",
         )),
         What::Lambda => match cells {
@@ -384,15 +377,15 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Kicks => kicks::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),
         What::Waterfall => waterfall::draw(results, request),
-        What::Campbell => Err(unfit(CAMPBELL_APART)),
+        What::Campbell => Err(what.unfit(CAMPBELL_APART)),
         What::Orders => column::draw_orders(&column::named(&[results]), request),
         What::Horizon => horizon::draw(results, request),
         What::Convergence => convergence::draw(results, request),
         What::Phase => phase::of_results(results, request),
-        What::Trace => Err(unfit("give a folder that `atlas trace` wrote")),
-        What::Spectrogram | What::Tracks => Err(unfit("give a folder that `atlas runup` wrote")),
-        What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),
-        What::Branches | What::Curves => Err(unfit(FOLLOWED_NEEDED)),
+        What::Trace => Err(what.unfit("give a folder that `atlas trace` wrote")),
+        What::Spectrogram | What::Tracks => Err(what.unfit("give a folder that `atlas runup` wrote")),
+        What::Mesh | What::Sharing | What::Contact => Err(what.unfit(MESH_NEEDED)),
+        What::Branches | What::Curves => Err(what.unfit(FOLLOWED_NEEDED)),
     }
 }
 

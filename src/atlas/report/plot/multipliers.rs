@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, FAINT, INK, Place, SOFT};
+use super::canvas::{Canvas, FAINT, INK, Place, SOFT};
 use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::Drawn;
 use super::request::PlotRequest;
 use super::results::Results;
@@ -44,14 +44,12 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         .fold(0.0_f64, |most, orbit| most.max(orbit.modulus));
     let extent = (ROOM * outermost).clamp(EXTENT[0], EXTENT[1]);
     let axis = |name: &str| Axis::linear(name, "1", [-extent, extent]);
-    let panel = Panel {
-        left: LEFT,
-        right: LEFT + SIDE,
-        top: TOP,
-        bottom: TOP + SIDE,
-        across: axis("real part"),
-        up: axis("imaginary part"),
-    };
+    let panel = Panel::new(
+        [LEFT, LEFT + SIDE],
+        [TOP, TOP + SIDE],
+        axis("real part"),
+        axis("imaginary part"),
+    );
     let round = |radius: f64| -> Vec<Place> {
         let angles = (0..=240).map(|step| TAU * f64::from(step) / 240.0);
         let at = |angle: f64| panel.at(radius * angle.cos(), radius * angle.sin());
@@ -97,8 +95,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         notes.push("at the edge: farther out");
     }
     for (line, note) in notes.iter().rev().enumerate() {
-        let at = [MARGIN, TOP + SIDE - 2.0 - 18.0 * line as f64];
-        canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([MARGIN, TOP + SIDE - 2.0 - 18.0 * line as f64], note, SOFT);
     }
 }
 

@@ -3,7 +3,6 @@
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
 use super::categories::colour;
 use super::error::PlotError;
-use super::panel::TICK_SIZE;
 use super::picture::{Drawn, Picture};
 use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
@@ -23,12 +22,8 @@ pub(super) fn pictures(
     drawable: impl Fn(&Orbit) -> bool,
     draw: impl Fn(&mut Canvas, &[&Orbit]),
 ) -> Result<Drawn, PlotError> {
-    let unfit = |reason: &str| PlotError::Unfit {
-        what,
-        reason: reason.into(),
-    };
     let found = results.summary.orbits.as_ref().ok_or_else(|| {
-        unfit("there is no orbits.parquet; add `orbits = {}` to [analyses] of the manifest")
+        what.unfit("there is no orbits.parquet; add `orbits = {}` to [analyses] of the manifest")
     })?;
     let mut ids: Vec<u64> = (found.orbits.iter())
         .filter(|orbit| drawable(orbit))
@@ -40,7 +35,7 @@ pub(super) fn pictures(
         ids.retain(|known| *known == id);
     }
     if ids.is_empty() {
-        return Err(unfit(match what {
+        return Err(what.unfit(match what {
             What::Multipliers => {
                 "no orbit with multipliers was found; set analyses.orbits.floquet = true to keep them"
             }
@@ -53,8 +48,7 @@ pub(super) fn pictures(
             .filter(|orbit| orbit.point_id == id && drawable(orbit))
             .collect();
         let words = results.point_words(results.point(id)?);
-        let title = format!("{}: {title}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+        let mut canvas = results.canvas(title, &[&words]);
         draw(&mut canvas, &own);
         let name = match results.summary.all.len() {
             1 => what.name().to_owned(),
@@ -83,14 +77,14 @@ pub(super) fn key(
         let stable = if orbit.stable { "stable" } else { "unstable" };
         let name = format!("period {}, {stable}", orbit.period);
         let text = [at[0] + 26.0, y + 8.0];
-        canvas.text(text, &name, TICK_SIZE, INK, Anchor::Start);
+        canvas.label(text, &name, INK);
         let below = [text[0], y + 25.0];
-        canvas.text(below, &second(orbit), TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label(below, &second(orbit), SOFT);
         y += ENTRY;
     }
     if orbits.len() > MOST_ENTRIES {
         let text = format!("… and {} more", orbits.len() - MOST_ENTRIES);
-        canvas.text([at[0], y + 8.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([at[0], y + 8.0], &text, SOFT);
     }
 }
 

@@ -9,6 +9,13 @@ pub(super) const TICK_SIZE: f64 = 12.5;
 /// Em size of axis labels \[px\].
 pub(super) const LABEL_SIZE: f64 = 14.0;
 
+impl Canvas {
+    /// A text of the size of ticks that begins at a place.
+    pub fn label(&mut self, at: Place, text: &str, colour: Colour) {
+        self.text(at, text, TICK_SIZE, colour, Anchor::Start);
+    }
+}
+
 /// Baseline of the label of a vertical axis: left of the ticks. If ticks are short, it is the same for panels above
 /// each other.
 pub(super) fn label_place(left: f64, widest_tick: f64) -> f64 {
@@ -29,6 +36,18 @@ pub(super) struct Panel {
 }
 
 impl Panel {
+    /// A panel between edges on the canvas \[px\]: `[left, right]` and `[top, bottom]`.
+    pub fn new([left, right]: [f64; 2], [top, bottom]: [f64; 2], across: Axis, up: Axis) -> Self {
+        Self {
+            left,
+            right,
+            top,
+            bottom,
+            across,
+            up,
+        }
+    }
+
     pub fn x(&self, value: f64) -> f64 {
         self.left + self.across.fraction(value) * (self.right - self.left)
     }
@@ -56,6 +75,11 @@ impl Panel {
             widest = widest.max(text_width(text, TICK_SIZE));
         }
         self.label_up(canvas, label_place(self.left, widest));
+        self.outline(canvas);
+    }
+
+    /// The edges of the panel.
+    pub fn outline(&self, canvas: &mut Canvas) {
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
     }
 
@@ -107,8 +131,7 @@ impl Panel {
         let places = apart(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);
         for ((y, place), (_, name)) in wanted.into_iter().zip(places).zip(levels) {
             canvas.dashes([self.left, y], [self.right, y], colour, 1.2);
-            let at = [self.right + 8.0, place + 0.35 * TICK_SIZE];
-            canvas.text(at, name, TICK_SIZE, colour, Anchor::Start);
+            canvas.label([self.right + 8.0, place + 0.35 * TICK_SIZE], name, colour);
         }
     }
 

@@ -22,27 +22,13 @@ const MOST_CYCLES: u64 = 400;
 const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);
 
 fn panel(across: Axis, up: Axis) -> Panel {
-    Panel {
-        left: 92.0,
-        right: 820.0,
-        top: 72.0,
-        bottom: 526.0,
-        across,
-        up,
-    }
+    Panel::new([92.0, 820.0], [72.0, 526.0], across, up)
 }
 
 /// Poincaré samples of one point in a plane in which they differ: the requested point, else the most chaotic, else the
 /// one with the largest RMS.
 pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: String| PlotError::Unfit {
-        what: What::Phase,
-        reason,
-    };
-    let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
-        let ask = "add `poincare = {}` to [analyses] of the manifest";
-        unfit(format!("there is no poincare.parquet; {ask}"))
-    })?;
+    let table = results.needed(TableKind::Poincare, What::Phase)?;
     let ids = table.u64("point_id")?;
     let sampled = |point: &&PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
     let liveliness = |point: &PointSummary| match Motion::of(point) {
@@ -57,7 +43,8 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
                 let chaos = liveliness(a.0).total_cmp(&liveliness(b.0));
                 chaos.then(a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             });
-            let (point, _) = best.ok_or_else(|| unfit("poincare.parquet has no samples".into()))?;
+            let (point, _) =
+                best.ok_or_else(|| What::Phase.unfit("poincare.parquet has no samples"))?;
             let why = match Motion::of(point) {
                 _ if results.summary.all.len() == 1 => "",
                 motion if motion.is_chaos() => "the point with the largest λ",
@@ -80,12 +67,12 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         .filter_map(|(_, (first, second))| Some([(*first)?, (*second)?]))
         .collect();
     if samples.is_empty() {
-        return Err(unfit(format!("point {} has no sample", point.point_id)));
+        return Err(What::Phase.unfit(format!("point {} has no sample", point.point_id)));
     }
     let units = table.units()?;
-    let title = format!("{}: Poincaré samples {}", results.job, section.words);
+    let title = format!("Poincaré samples {}", section.words);
     let words = results.point_words(point);
-    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, why]));
+    let mut canvas = results.canvas(&title, &[&words, why]);
     let axis = |quantity: Quantity, index: usize| {
         let unit = units.get(quantity.column).map_or("", String::as_str);
         let met = range(samples.iter().map(|sample| sample[index]));
@@ -97,8 +84,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         canvas.disc(panel.at(*across, *up), 2.6, BLUE);
     }
     let count = plural(samples.len(), "sample");
-    let at = [panel.right + 14.0, panel.top + TICK_SIZE];
-    canvas.text(at, &count, TICK_SIZE, SOFT, Anchor::Start);
+    canvas.label([panel.right + 14.0, panel.top + TICK_SIZE], &count, SOFT);
     Ok(Drawn::one(Picture::new(
         format!("phase-point{}", point.point_id),
         canvas,
@@ -144,14 +130,8 @@ pub(super) fn of_trace(recording: &Recording) -> Drawn {
     }
     let [x, y] = [panel.right + 14.0, panel.top + TICK_SIZE];
     canvas.line(&[[x, y - 4.0], [x + 16.0, y - 4.0]], ORBIT, 2.0);
-    canvas.text([x + 22.0, y], "orbit", TICK_SIZE, INK, Anchor::Start);
+    canvas.label([x + 22.0, y], "orbit", INK);
     canvas.disc([x + 8.0, y + 18.0], 3.2, INK);
-    canvas.text(
-        [x + 22.0, y + 22.0],
-        "mesh phase 0",
-        TICK_SIZE,
-        INK,
-        Anchor::Start,
-    );
+    canvas.label([x + 22.0, y + 22.0], "mesh phase 0", INK);
     Drawn::one(Picture::new("phase".into(), canvas))
 }

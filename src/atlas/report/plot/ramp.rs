@@ -58,8 +58,7 @@ pub(super) fn bar(canvas: &mut Canvas, x: f64, [top, bottom]: [f64; 2], axis: &A
     for (value, text) in axis.ticks(((bottom - top) / 45.0) as usize) {
         let y = bottom - axis.fraction(value) * (bottom - top);
         canvas.line(&[[x + WIDTH, y], [x + WIDTH + 4.0, y]], INK, 1.0);
-        let at = [x + WIDTH + 8.0, y + 0.35 * TICK_SIZE];
-        canvas.text(at, &text, TICK_SIZE, INK, Anchor::Start);
+        canvas.label([x + WIDTH + 8.0, y + 0.35 * TICK_SIZE], &text, INK);
     }
     let at = [x + WIDTH + 62.0, 0.5 * (top + bottom)];
     canvas.text_upwards(at, &axis.label, LABEL_SIZE, INK, Anchor::Middle);

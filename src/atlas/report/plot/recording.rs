@@ -40,11 +40,7 @@ pub(super) struct Recording {
 impl Recording {
     pub fn read(folder: &Path) -> Result<Self, PlotError> {
         let table = ResultTable::read(folder, TableKind::Trace)?;
-        let events = match ResultTable::read(folder, TableKind::Events) {
-            Ok(events) => Some(events),
-            Err(StoreError::Missing { .. }) => None,
-            Err(error) => return Err(error.into()),
-        };
+        let events = ResultTable::read_if_there(folder, TableKind::Events)?;
         // A value that is not finite is a null in the file.
         let column = |name: &str| -> Result<Vec<f64>, StoreError> {
             let values = table.f64(name)?.into_iter();

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::axis::Axis;
 use super::axis_units::AxisUnits;
+use super::canvas::Canvas;
 use super::error::PlotError;
+use super::picture::{Drawn, Picture};
 use super::what::What;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
@@ -91,11 +93,13 @@ impl Results {
 
     /// A table besides the points; `None` if it does not exist.
     pub fn table(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
-        match ResultTable::read(&self.folder, kind) {
-            Ok(table) => Ok(Some(table)),
-            Err(StoreError::Missing { .. }) => Ok(None),
-            Err(error) => Err(error.into()),
-        }
+        Ok(ResultTable::read_if_there(&self.folder, kind)?)
+    }
+
+    /// A table that a kind of picture needs.
+    pub fn needed(&self, kind: TableKind, what: What) -> Result<ResultTable, PlotError> {
+        let reason = || format!("there is no {}; {}", kind.file_name(), kind.remedy());
+        self.table(kind)?.ok_or_else(|| what.unfit(reason()))
     }
 
     /// The head of a table besides the points, without its rows; `None` if it does not exist.
@@ -148,10 +152,7 @@ impl Results {
                 .iter()
                 .copied()
                 .max_by_key(|index| axis(index).values.len())
-                .ok_or_else(|| PlotError::Unfit {
-                    what,
-                    reason: "no grid axis has more than one value".into(),
-                }),
+                .ok_or_else(|| what.unfit("no grid axis has more than one value")),
         }
     }
 
@@ -323,6 +324,26 @@ impl Results {
         let parts = parts.iter().copied().chain(caveat);
         let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
         parts.join("  ·  ")
+    }
+
+    /// A canvas with the job and a title, and the line below it.
+    pub fn canvas(&self, title: &str, parts: &[&str]) -> Canvas {
+        Canvas::titled(&format!("{}: {title}", self.job), &self.subtitle(parts))
+    }
+
+    /// A picture per slice of the grid, named by its kind.
+    pub fn by_slice<'s>(
+        &self,
+        what: What,
+        (slices, all): (Vec<Slice<'s>>, usize),
+        mut draw: impl FnMut(&Slice<'s>) -> Canvas,
+    ) -> Drawn {
+        let mut drawn = Drawn::of_slices(what, slices.len(), all);
+        for slice in &slices {
+            let name = format!("{}{}", what.name(), slice.suffix);
+            drawn.pictures.push(Picture::new(name, draw(slice)));
+        }
+        drawn
     }
 
     /// The index of a point in the summary.

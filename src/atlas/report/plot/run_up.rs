@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, INK, SOFT};
+use super::canvas::{Canvas, INK, SOFT};
 use super::categories::colour;
 use super::display::{Scale, Unit};
 use super::error::PlotError;
@@ -46,12 +46,9 @@ impl OfSignal {
         let table = ResultTable::read(folder, kind)?;
         let signals = table.text("signal")?;
         let Some(name) = signal.or(signals.first().and_then(|name| name.as_deref())) else {
-            return Err(PlotError::Unfit {
-                what,
-                reason:
-                    "the run-up is too short for it; make it longer, or lower runup.revolutions"
-                        .into(),
-            });
+            return Err(what.unfit(
+                "the run-up is too short for it; make it longer, or lower runup.revolutions",
+            ));
         };
         let own = |row: &usize| signals[*row].as_deref() == Some(name);
         let rows: Vec<usize> = (0..signals.len()).filter(own).collect();
@@ -59,13 +56,10 @@ impl OfSignal {
             let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
             known.sort_unstable();
             known.dedup();
-            return Err(PlotError::Unfit {
-                what,
-                reason: format!(
-                    "the run-up has no signal `{name}`; it has {}",
-                    known.join(", ")
-                ),
-            });
+            return Err(what.unfit(format!(
+                "the run-up has no signal `{name}`; it has {}",
+                known.join(", ")
+            )));
         };
         let name = name.to_owned();
         let (speeds, rpm) = (column(&table, "speed")?, Unit::or_si(Some("rpm"), "rad/s"));
@@ -211,13 +205,7 @@ impl RunUpFolder {
             let y = TOP + 14.0 + 20.0 * place as f64;
             canvas.line(&[[MARGIN, y], [MARGIN + 20.0, y]], colour(place), 2.4);
             let text = format!("order {}", number(*order));
-            canvas.text(
-                [MARGIN + 28.0, y + 0.35 * TICK_SIZE],
-                &text,
-                TICK_SIZE,
-                SOFT,
-                Anchor::Start,
-            );
+            canvas.label([MARGIN + 28.0, y + 0.35 * TICK_SIZE], &text, SOFT);
         }
         Ok(one("tracks", canvas))
     }
@@ -232,14 +220,7 @@ fn scale(own: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
 fn framed(own: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
     let title = format!("{}: {of} of {}", own.job, own.name);
     let mut canvas = Canvas::titled(&title, "");
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: TOP,
-        bottom: BOTTOM,
-        across: own.across(),
-        up,
-    };
+    let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], own.across(), up);
     panel.frame(&mut canvas, true);
     (canvas, panel)
 }
@@ -251,8 +232,5 @@ fn one(name: &str, canvas: Canvas) -> Drawn {
 }
 
 fn silent(what: What) -> PlotError {
-    PlotError::Unfit {
-        what,
-        reason: "no amplitude is above zero".into(),
-    }
+    what.unfit("no amplitude is above zero")
 }

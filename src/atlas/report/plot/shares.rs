@@ -10,7 +10,7 @@ use super::lettering::{fitted, wrapped};
 use super::marker::OTHERS;
 use super::over_axis::across;
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
@@ -30,22 +30,18 @@ const BOTTOM: f64 = 526.0;
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
     let attractors = read_attractors(&results.folder)?;
     if attractors.is_empty() {
-        return Err(PlotError::Unfit {
-            what: What::Shares,
-            reason:
-                "there are no attractors; add `multistability = {}` to [analyses] of the manifest"
-                    .into(),
-        });
+        return Err(What::Shares.unfit(
+            "there are no attractors; add `multistability = {}` to [analyses] of the manifest",
+        ));
     }
     let summary = &results.summary;
     let held = summary.tied.held(summary.axes.len(), &[along]);
     let followed = branches(&attractors, &summary.all, &summary.axes, along, &held);
     let name = &summary.axes[along].name;
-    let (slices, all) = results.slices(&[along]);
-    let mut drawn = Drawn::of_slices(What::Shares, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: basin shares over {name}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+    let slices = results.slices(&[along]);
+    let drawn = results.by_slice(What::Shares, slices, |slice| {
+        let title = format!("basin shares over {name}");
+        let mut canvas = results.canvas(&title, &[&slice.words]);
         // A slice counts its branches from 0, for the colours.
         let mut own: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
         for (attractor, branch) in attractors.iter().zip(&followed) {
@@ -57,14 +53,12 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
                 own.entry(*branch).or_default().push((point, attractor));
             }
         }
-        let panel = Panel {
-            left: LEFT,
-            right: RIGHT,
-            top: 72.0,
-            bottom: BOTTOM,
-            across: across(results, along),
-            up: Axis::linear("share of probes", "1", [-0.03, 1.03]),
-        };
+        let panel = Panel::new(
+            [LEFT, RIGHT],
+            [72.0, BOTTOM],
+            across(results, along),
+            Axis::linear("share of probes", "1", [-0.03, 1.03]),
+        );
         panel.frame(&mut canvas, true);
         // Intervals of branches at one point overlap: draw them below all lines and symbols.
         for (place, line) in own.values().enumerate() {
@@ -78,9 +72,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             }
         }
         key(&mut canvas, along, &own);
-        let name = format!("shares{}", slice.suffix);
-        drawn.pictures.push(Picture::new(name, canvas));
-    }
+        canvas
+    });
     Ok(drawn)
 }
 
@@ -144,15 +137,14 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
         }
         OTHERS[place % OTHERS.len()].filled(canvas, [MARGIN + 7.0, y + 7.0], colour(place));
         for (row, (text, ink)) in lines.iter().enumerate() {
-            let at = [MARGIN + 21.0, y + 12.0 + 16.0 * row as f64];
-            canvas.text(at, text, TICK_SIZE, *ink, Anchor::Start);
+            canvas.label([MARGIN + 21.0, y + 12.0 + 16.0 * row as f64], text, *ink);
         }
         y += height;
         named += 1;
     }
     if own.len() > named {
         let text = format!("… and {} more", own.len() - named);
-        canvas.text([MARGIN, y + 12.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([MARGIN, y + 12.0], &text, SOFT);
     }
 }
 

@@ -107,13 +107,10 @@ impl SpectralLines {
             let asked = group(signal).map_or(String::new(), |word| {
                 format!("; name \"{word}\" in `signals` of that analysis to compute more")
             });
-            return Err(PlotError::Unfit {
-                what,
-                reason: format!(
-                    "{file} has no lines of the signal `{signal}`{near}; its signals: {}{asked}",
-                    known.join(", ")
-                ),
-            });
+            return Err(what.unfit(format!(
+                "{file} has no lines of the signal `{signal}`{near}; its signals: {}{asked}",
+                known.join(", ")
+            )));
         }
         for lines in &mut lines {
             lines.sort_by(|a, b| a.order.total_cmp(&b.order));
@@ -129,12 +126,8 @@ impl SpectralLines {
 
     /// Reads the lines of the deflection from the lists of points.parquet.
     fn of_harmonics(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
-        let unfit = |reason: &str| PlotError::Unfit {
-            what,
-            reason: reason.to_owned(),
-        };
         if signal != "deflection" {
-            return Err(unfit(&match group(signal) {
+            return Err(what.unfit(&match group(signal) {
                 None => format!(
                     "`{signal}` is not a signal; signals are deflection, force, and the bearings, torques and \
                      accelerations by name, such as \"bearing pinion 1 x\""
@@ -171,7 +164,7 @@ impl SpectralLines {
             })
             .collect();
         if lines.iter().all(Vec::is_empty) {
-            return Err(unfit(
+            return Err(what.unfit(
                 "no point has harmonics; add `nvh = { harmonics = 5, spectrum = {} }` to [analyses] of the manifest",
             ));
         }

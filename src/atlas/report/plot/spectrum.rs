@@ -24,14 +24,7 @@ const NAME: [f64; 2] = [76.0, 15.0];
 const CLEAR: f64 = 4.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let unfit = |reason: String| PlotError::Unfit {
-        what: What::Spectrum,
-        reason,
-    };
-    let table = results.table(TableKind::Spectra)?.ok_or_else(|| {
-        let ask = "add `nvh = { spectrum = {} }` to [analyses] of the manifest";
-        unfit(format!("there is no spectra.parquet; {ask}"))
-    })?;
+    let table = results.needed(TableKind::Spectra, What::Spectrum)?;
     let ids = table.u64("point_id")?;
     let (signals, orders) = (table.text("signal")?, table.f64("order")?);
     let (amplitudes, methods) = (table.f64("amplitude")?, table.text("method")?);
@@ -46,11 +39,11 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .filter(|(point, _)| has_lines(point.point_id))
             .max_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             .map(|(point, _)| point)
-            .ok_or_else(|| unfit("spectra.parquet has no lines".into()))?,
+            .ok_or_else(|| What::Spectrum.unfit("spectra.parquet has no lines"))?,
     };
     if !has_lines(point.point_id) {
         let reason = format!("point {} has no spectrum", point.point_id);
-        return Err(unfit(reason));
+        return Err(What::Spectrum.unfit(reason));
     }
     let start = ids.partition_point(|id| *id < Some(point.point_id));
     // Exact lines are separate; averaged power is a continuous curve.
@@ -64,11 +57,11 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     };
     // One column has both units: `m (deflection) or N (force)`.
     let units = table.units()?.remove("amplitude").unwrap_or_default();
-    let title = format!("{}: spectra over mesh orders", results.job);
+
     let chosen = request.point.is_none() && results.summary.all.len() > 1;
     let loudest = if chosen { "the point with the largest deflection_rms" } else { "" };
     let words = results.point_words(point);
-    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, loudest]));
+    let mut canvas = results.canvas("spectra over mesh orders", &[&words, loudest]);
     let signals = [("deflection", [72.0, 288.0]), ("force", [310.0, 526.0])];
     for (signal, area) in signals {
         let name = format!("{signal} amplitude");
@@ -119,14 +112,12 @@ fn panel(
     // Leave room for the name of the highest peak below the upper edge.
     let part = (2.0 * NAME[1] + 8.0) / (bottom - top);
     let room = (largest / low).powf(part / (1.0 - part));
-    let panel = Panel {
-        left: 92.0,
-        right: 920.0,
-        top,
-        bottom,
-        across: Axis::linear("mesh order", "1", [0.0, orders.max(1.0)]),
-        up: Axis::logarithmic(name, unit, [low, room * largest]),
-    };
+    let panel = Panel::new(
+        [92.0, 920.0],
+        [top, bottom],
+        Axis::linear("mesh order", "1", [0.0, orders.max(1.0)]),
+        Axis::logarithmic(name, unit, [low, room * largest]),
+    );
     panel.frame(canvas, last);
     if empty {
         panel.note(canvas, "no lines above zero");

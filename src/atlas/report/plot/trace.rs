@@ -40,18 +40,16 @@ pub(super) fn draw(recording: &Recording) -> Drawn {
     let edges = gap.into_iter().flat_map(|gap| [-gap, gap]);
     let deflection = &recording.deflection[..rows];
     let bounds = range(deflection.iter().copied().chain(edges));
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: 72.0,
-        bottom: 258.0,
-        across: across.clone(),
-        up: Axis::linear(
+    let panel = Panel::new(
+        [LEFT, RIGHT],
+        [72.0, 258.0],
+        across.clone(),
+        Axis::linear(
             "deflection",
             recording.unit("deflection"),
             padded(bounds, 0.07),
         ),
-    };
+    );
     panel.frame(&mut canvas, false);
     if let Some(gap) = gap {
         let flanks = [(gap, "drive flank"), (-gap, "coast flank")];
@@ -128,8 +126,7 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
             entry,
         };
         triangle(canvas, at, &change);
-        let at = [x + 15.0, at[1] + 0.35 * TICK_SIZE];
-        canvas.text(at, name, TICK_SIZE, SOFT, Anchor::Start);
+        canvas.label([x + 15.0, at[1] + 0.35 * TICK_SIZE], name, SOFT);
     }
 }
 
@@ -189,12 +186,7 @@ fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usiz
     }
     let at = [0.5 * (panel.left + panel.right), panel.bottom + 46.0];
     canvas.text(at, &panel.across.label, LABEL_SIZE, INK, Anchor::Middle);
-    canvas.outline(
-        [panel.left, panel.top],
-        [panel.right, panel.bottom],
-        INK,
-        1.0,
-    );
+    panel.outline(canvas);
 }
 
 #[cfg(test)]

@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, SOFT};
+use super::canvas::{Canvas, SOFT};
 use super::display::Scale;
 use super::error::PlotError;
 use super::over_axis::{LEFT, across};
-use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::panel::Panel;
+use super::picture::Drawn;
 use super::ramp::{bar, viridis};
 use super::request::PlotRequest;
 use super::results::Results;
@@ -35,10 +35,7 @@ const FLOOR: f64 = 1e-4;
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let found = SpectralLines::read(results, What::Waterfall, request.signal())?;
     if request.frequency && !found.has_frequencies() {
-        return Err(PlotError::Unfit {
-            what: What::Waterfall,
-            reason: "spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest".into(),
-        });
+        return Err(What::Waterfall.unfit("spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest"));
     }
     let place = |line: &Line| {
         if request.frequency { line.frequency } else { Some(line.order) }
@@ -54,10 +51,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let largest = shown().map(|line| line.amplitude).fold(0.0, f64::max);
     let ends = [FLOOR * largest, largest].map(|end| scale.shown(end));
     let [Some(low), Some(high)] = ends else {
-        return Err(PlotError::Unfit {
-            what: What::Waterfall,
-            reason: "no line is above zero".into(),
-        });
+        return Err(What::Waterfall.unfit("no line is above zero"));
     };
     let level = scale.axis_over([low, high]);
     let seen = |line: &&Line| {
@@ -73,19 +67,16 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     };
     let along = results.along_any(request.over.as_deref(), None)?;
     let axis = &results.summary.axes[along];
-    let (slices, all) = results.slices(&[along]);
-    let mut drawn = Drawn::of_slices(What::Waterfall, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: {} over {}", results.job, found.name, axis.name);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let panel = Panel {
-            left: LEFT,
-            right: RIGHT,
-            top: TOP,
-            bottom: BOTTOM,
-            across: across(results, along),
-            up: up.clone(),
-        };
+    let slices = results.slices(&[along]);
+    let drawn = results.by_slice(What::Waterfall, slices, |slice| {
+        let title = format!("{} over {}", found.name, axis.name);
+        let mut canvas = results.canvas(&title, &[&slice.words]);
+        let panel = Panel::new(
+            [LEFT, RIGHT],
+            [TOP, BOTTOM],
+            across(results, along),
+            up.clone(),
+        );
         panel.frame(&mut canvas, true);
         let columns: Vec<(f64, &[Line])> = (slice.points.iter())
             .filter_map(|point| {
@@ -112,12 +103,10 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .iter()
             .enumerate()
         {
-            let at = [RIGHT + 18.0, TOP + 330.0 + 18.0 * row as f64];
-            canvas.text(at, text, TICK_SIZE, SOFT, Anchor::Start);
+            canvas.label([RIGHT + 18.0, TOP + 330.0 + 18.0 * row as f64], text, SOFT);
         }
-        let name = format!("waterfall{}", slice.suffix);
-        drawn.pictures.push(Picture::new(name, canvas));
-    }
+        canvas
+    });
     Ok(drawn)
 }
 

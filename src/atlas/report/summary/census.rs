@@ -138,6 +138,7 @@ impl Leading {
 }
 
 /// Counts over the points read so far.
+#[derive(Default)]
 pub(super) struct Census {
     pub(super) points: usize,
     pub(super) statuses: BTreeMap<String, usize>,
@@ -167,26 +168,9 @@ pub(super) struct Census {
 impl Census {
     pub(super) fn new(axes: usize, keep: bool) -> Self {
         Self {
-            points: 0,
-            statuses: BTreeMap::new(),
-            classes: Classes::new(),
-            cycles: 0,
-            worker_time: 0.0,
-            worst_energy: None,
-            open_balances: 0,
-            with_exponent: 0,
-            chaotic: Leading::default(),
-            lifetimes: Lifetimes::default(),
-            transient: Leading::default(),
-            with_evidence: 0,
-            unverified: 0,
-            with_twin: 0,
-            twin_disagrees: Leading::default(),
-            troubled: Leading::default(),
-            coexisting: Vec::new(),
             values: (0..axes).map(|_| Values::default()).collect(),
-            verdicts: Verdicts::default(),
             all: keep.then(Vec::new),
+            ..Self::default()
         }
     }
 

@@ -26,7 +26,7 @@ pub(super) fn dimension_of(spec: &Key) -> Option<Dimension> {
 }
 
 /// The schema's entry for the key of an axis.
-pub(super) fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
+pub(super) fn axis_key(issues: &Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
     let name = entry.key.as_str();
     if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);

@@ -6,7 +6,7 @@ use super::values::Spans;
 use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::expression::{ACCEPTED, Expression};
-use crate::manifest::reader;
+use crate::manifest::reader::Given;
 use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::spec::Axis;
 use crate::manifest::tree::{Entry, Value};
@@ -25,7 +25,7 @@ pub(super) fn is_one(entry: &Entry) -> bool {
 }
 
 /// Reads an entry; `None` if it is faulty, which is reported.
-pub(super) fn read<'t>(issues: &mut Issues, entry: &'t Entry) -> Option<Pending<'t>> {
+pub(super) fn read<'t>(issues: &Issues, entry: &'t Entry) -> Option<Pending<'t>> {
     let path = path_of(&entry.key);
     let spec = axis_key(issues, entry, &path)?;
     let Value::Text(text) = &entry.node.value else {
@@ -56,7 +56,7 @@ pub(super) fn read<'t>(issues: &mut Issues, entry: &'t Entry) -> Option<Pending<
 /// Adds the axes given by expressions, each tied to those it needs. Returns their expressions by name, each after those
 /// that it needs. Names of faulty axes go to `faulty`.
 pub(super) fn add(
-    issues: &mut Issues,
+    issues: &Issues,
     mut pending: Vec<Pending<'_>>,
     axes: &mut Vec<GridAxis>,
     groups: &mut Vec<Vec<usize>>,
@@ -93,7 +93,7 @@ pub(super) fn add(
 
 /// The axis of an expression of known axes; it joins their group.
 fn axis(
-    issues: &mut Issues,
+    issues: &Issues,
     own: &Pending<'_>,
     axes: &[GridAxis],
     groups: &mut Vec<Vec<usize>>,
@@ -145,14 +145,13 @@ fn axis(
                 return None;
             }
         };
-        values.push(reader::in_range(
+        let given = Given {
             issues,
-            &entry.node,
-            &path,
-            value,
-            dimension,
-            own.spec,
-        )?);
+            node: &entry.node,
+            path: &path,
+            spec: own.spec,
+        };
+        values.push(given.in_range(value, dimension)?);
     }
     if let Some(first) = first {
         match group(first) {

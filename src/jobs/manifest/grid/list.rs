@@ -7,7 +7,7 @@ use crate::manifest::axis::{AxisKey, AxisValues};
 use crate::manifest::columns::{self, Column};
 use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::Issues;
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::spec::Axis;
 use crate::units::Dimension;
 use std::path::Path;
@@ -30,9 +30,9 @@ pub(super) struct List {
 }
 
 /// The list, if there is one.
-pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<List> {
+pub(super) fn read(section: &Section, base_dir: &Path) -> Option<List> {
     let entry = section.entry("points")?;
-    let columns = columns::read(issues, entry, &POINTS, base_dir);
+    let columns = columns::read(section.issues, entry, &POINTS, base_dir);
     let Some(columns) = columns else {
         return Some(List {
             unknown: true,
@@ -41,7 +41,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> O
     };
     let mut list = List::default();
     for column in columns {
-        match axis(issues, &column) {
+        match axis(section.issues, &column) {
             Some(axis) => list.axes.push(axis),
             None => list.faulty.push(column.name.key.clone()),
         }
@@ -49,11 +49,12 @@ pub(super) fn read(section: &Section, issues: &mut Issues, base_dir: &Path) -> O
     Some(list)
 }
 
-fn axis(issues: &mut Issues, column: &Column) -> Option<GridAxis> {
+fn axis(issues: &Issues, column: &Column) -> Option<GridAxis> {
     let name = column.name.key.as_str();
     let path = path_of(name);
     let spec = axis_key(issues, &column.name, &path)?;
     let mut reader = AxisReader {
+        issues,
         spec,
         path: &path,
         dimension: dimension_of(spec),
@@ -61,10 +62,7 @@ fn axis(issues: &mut Issues, column: &Column) -> Option<GridAxis> {
     column
         .unit_fits(issues, &path, reader.dimension)
         .then_some(())?;
-    let read: Vec<Option<f64>> = (column.values.iter())
-        .map(|value| reader.one(issues, value))
-        .collect();
-    let values = read.into_iter().collect::<Option<Vec<f64>>>()?;
+    let values = all_or_none((column.values.iter()).map(|value| reader.one(value)))?;
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
     Some(GridAxis {
         axis: Axis {

@@ -66,20 +66,20 @@ pub(super) struct Axes {
 /// Reads the grid. Relative paths in it start at `base_dir`, and samples depend on `seed`. Model keys come first, by
 /// name, then load or torque, then speed. So points that share a structure are adjacent, and the order of the text has
 /// no effect.
-pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u64) -> Axes {
+pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
     let mut axes = Axes::default();
-    let Some(section) = root.required_child(issues, "grid") else {
+    let Some(section) = root.required_child("grid") else {
         axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
         return axes;
     };
-    let listed = list::read(&section, issues, base_dir);
+    let listed = list::read(&section, base_dir);
     let columns = listed.iter().flat_map(|list| &list.axes);
     let mut names: Vec<String> = columns.map(|axis| axis.axis.name().to_owned()).collect();
     names.extend(listed.iter().flat_map(|list| list.faulty.iter().cloned()));
     axes.unknown = listed.as_ref().is_some_and(|list| list.unknown);
     let oscillator = is_without_mesh(root);
-    find_missing(&section, issues, &names, oscillator, &mut axes);
-    let ties = tied::read(&section, issues);
+    find_missing(&section, &names, oscillator, &mut axes);
+    let ties = tied::read(&section);
     let is_tied = |name: &str| {
         ties.iter()
             .any(|tie| tie.names.iter().any(|own| own == name))
@@ -88,37 +88,37 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     for entry in (section.entries().iter()).filter(|entry| !NOT_AXES.contains(&entry.key.as_str()))
     {
         if names.contains(&entry.key) {
-            issues.push(twice(entry));
+            root.issues.push(twice(entry));
             continue;
         }
         let tied = is_tied(&entry.key);
         let read = if expressions::is_one(entry) {
-            expressions::read(issues, entry).map(|own| derived.push(own))
+            expressions::read(root.issues, entry).map(|own| derived.push(own))
         } else if samples::is_distribution(&entry.node) {
-            samples::read(issues, entry, tied, base_dir).map(|own| drawn.push(own))
+            samples::read(root.issues, entry, tied, base_dir).map(|own| drawn.push(own))
         } else {
-            read_axis(issues, entry, tied).map(|axis| axes.valid.push(axis))
+            read_axis(root.issues, entry, tied).map(|axis| axes.valid.push(axis))
         };
         if read.is_none() {
             axes.faulty.push(entry.key.clone());
         }
     }
     let own = axes.valid.len();
-    let mut groups = tied::places(&ties, &axes.valid, &names, &axes.faulty, issues);
+    let mut groups = tied::places(&ties, &axes.valid, &names, &axes.faulty, root.issues);
     if let Some(list) = listed {
         axes.faulty.extend(list.faulty);
         groups.push((own..own + list.axes.len()).collect());
         axes.valid.extend(list.axes);
     }
     let first_drawn = axes.valid.len();
-    if let Some(drawn) = draw(&section, issues, drawn, &mut axes, seed) {
+    if let Some(drawn) = draw(&section, drawn, &mut axes, seed) {
         groups.push((first_drawn..first_drawn + drawn.axes.len()).collect());
         axes.valid.extend(drawn.axes);
         axes.samples = Some(drawn.samples);
     }
     let (valid, faulty) = (&mut axes.valid, &mut axes.faulty);
-    axes.expressions = expressions::add(issues, derived, valid, &mut groups, faulty);
-    load_and_torque(&axes.valid, issues);
+    axes.expressions = expressions::add(root.issues, derived, valid, &mut groups, faulty);
+    load_and_torque(&axes.valid, root.issues);
     // The groups refer to the new indices of their axes.
     let mut order: Vec<usize> = (0..axes.valid.len()).collect();
     order.sort_by(|&a, &b| {
@@ -136,7 +136,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
     axes.valid
         .sort_by(|a, b| a.axis.key.rank().cmp(&b.axis.key.rank()));
     let whole = axes.faulty.is_empty();
-    axes.refine = refine::read(root, &section, issues, &mut axes.valid, &groups, whole);
+    axes.refine = refine::read(root, &section, &mut axes.valid, &groups, whole);
     let plain: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
     axes.dimensions = GridDimension::all(&plain, &groups);
     if let Some(samples) = &mut axes.samples {
@@ -147,26 +147,14 @@ pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path, seed: u
         let own = GridDimension::of(&axes.dimensions, samples.axes[0].0);
         axes.dimensions[own].sampled = true;
     }
-    axes.carried = order::read(
-        &section,
-        issues,
-        &axes.valid,
-        &axes.dimensions,
-        &axes.faulty,
-    );
+    axes.carried = order::read(&section, &axes.valid, &axes.dimensions, &axes.faulty);
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
-    axes.too_large = !size_is_accepted(issues, &section, &axes, directions);
+    axes.too_large = !size_is_accepted(&section, &axes, directions);
     axes
 }
 
 /// Records missing axes; `names` are columns of a list of points.
-fn find_missing(
-    section: &Section,
-    issues: &mut Issues,
-    names: &[String],
-    oscillator: bool,
-    axes: &mut Axes,
-) {
+fn find_missing(section: &Section, names: &[String], oscillator: bool, axes: &mut Axes) {
     let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
     // An unreadable list may have any column.
     if axes.unknown {
@@ -185,7 +173,7 @@ fn find_missing(
     }
     for (name, has) in [("load", load), ("speed", has("speed"))] {
         if !has {
-            section.missing(issues, name);
+            section.missing(name);
             axes.faulty.push(name.to_owned());
         }
     }
@@ -202,16 +190,10 @@ fn is_without_mesh(root: &Section) -> bool {
 }
 
 /// The axes that are distributions, with their values; axes without values are faulty.
-fn draw(
-    section: &Section,
-    issues: &mut Issues,
-    drawn: Vec<Drawn>,
-    axes: &mut Axes,
-    seed: u64,
-) -> Option<DrawnAxes> {
+fn draw(section: &Section, drawn: Vec<Drawn>, axes: &mut Axes, seed: u64) -> Option<DrawnAxes> {
     let names: Vec<String> = drawn.iter().map(|own| own.name().to_owned()).collect();
     let whole = axes.faulty.is_empty();
-    let drawn = samples::draw(section, issues, drawn, whole, seed);
+    let drawn = samples::draw(section, drawn, whole, seed);
     if drawn.is_none() {
         axes.faulty.extend(names);
     }
@@ -232,28 +214,23 @@ fn twice(entry: &Entry) -> Diagnostic {
 }
 
 /// Records a grid with both load and torque.
-fn load_and_torque(axes: &[GridAxis], issues: &mut Issues) {
+fn load_and_torque(axes: &[GridAxis], issues: &Issues) {
     let of = |key: AxisKey| axes.iter().find(|axis| axis.axis.key == key);
     if let (Some(_), Some(torque)) = (of(AxisKey::Load), of(AxisKey::Torque)) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                torque.key_span,
-                "grid.torque",
-                "`load` and `torque` both give the mean load".to_owned(),
-            )
-            .label("second time")
-            .remedy("keep `load`, a fraction of the rated torque, or `torque`, in N m"),
-        );
+        let message = "`load` and `torque` both give the mean load";
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            torque.key_span,
+            "grid.torque",
+            message,
+        )
+        .label("second time")
+        .remedy("keep `load`, a fraction of the rated torque, or `torque`, in N m")
+        .report(issues);
     }
 }
 
-fn size_is_accepted(
-    issues: &mut Issues,
-    section: &Section,
-    axes: &Axes,
-    directions: usize,
-) -> bool {
+fn size_is_accepted(section: &Section, axes: &Axes, directions: usize) -> bool {
     let lengths = || {
         let lengths = axes
             .dimensions
@@ -283,31 +260,28 @@ fn size_is_accepted(
             format!("about 10^{tens:.0}")
         }
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::GridTooLarge,
-            section.span,
-            "grid",
-            format!("the grid has {count} points"),
-        )
+    let message = format!("the grid has {count} points");
+    section
+        .whole_fault(DiagnosticKind::GridTooLarge, message)
         .label(factors.join(" x "))
         .accepted(format!("at most {MAX_POINTS} points"))
-        .remedy("use coarser axes, or split the grid over several manifests"),
-    );
+        .remedy("use coarser axes, or split the grid over several manifests")
+        .report(section.issues);
     false
 }
 
 /// Reads an axis; values of a tied one may repeat.
-fn read_axis(issues: &mut Issues, entry: &Entry, tied: bool) -> Option<GridAxis> {
+fn read_axis(issues: &Issues, entry: &Entry, tied: bool) -> Option<GridAxis> {
     let name = entry.key.as_str();
     let path = path_of(name);
     let spec = axis_key(issues, entry, &path)?;
     let mut reader = AxisReader {
+        issues,
         spec,
         path: &path,
         dimension: dimension_of(spec),
     };
-    let (values, spans) = reader.read(issues, &entry.node, tied)?;
+    let (values, spans) = reader.read(&entry.node, tied)?;
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
     Some(GridAxis {
         axis: Axis {

@@ -3,7 +3,7 @@
 
 use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::modal_keys;
 use crate::manifest::reader::Section;
@@ -25,13 +25,12 @@ pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
 /// reported.
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     axes: &[GridAxis],
     dimensions: &[GridDimension],
     faulty: &[String],
 ) -> Option<Carried> {
-    let displacement = section.quantity_or_default(issues, "displacement");
-    let order = section.choice_or_default(issues, "order")?;
+    let displacement = section.quantity_or_default("displacement");
+    let order = section.choice_or_default("order")?;
     let directions = match order {
         "sweep-up" => vec![Direction::Up],
         "sweep-down" => vec![Direction::Down],
@@ -39,7 +38,6 @@ pub(super) fn read(
         _ => {
             for key in ["along", "displacement"] {
                 section.without_effect(
-                    issues,
                     &[key],
                     "because points are independent",
                     &format!(
@@ -51,7 +49,7 @@ pub(super) fn read(
         }
     };
     let (key, name) = if section.has("along") {
-        ("along", section.text(issues, "along")?)
+        ("along", section.text("along")?)
     } else {
         if !faulty.is_empty() {
             return None;
@@ -80,7 +78,7 @@ pub(super) fn read(
                     "name load, torque, speed, or a key of mesh, excitation or a modal file that the grid varies: these keep the coordinates of the state",
                 )
                 .suggestion(near);
-            issues.push(if fitting.is_empty() {
+            section.issues.push(if fitting.is_empty() {
                 diagnostic
                     .remedy("give such an axis several values, or set order = \"independent\"")
             } else {

@@ -14,20 +14,19 @@ use strum::VariantArray;
 pub(super) fn read(
     root: &Section,
     grid: &Section,
-    issues: &mut Issues,
     axes: &mut [GridAxis],
     ties: &[Vec<usize>],
     whole: bool,
 ) -> Option<Refine> {
-    let Child::Present(section) = grid.child(issues, "refine") else {
+    let Child::Present(section) = grid.child("refine") else {
         return None;
     };
-    let levels = section.integer(issues, "levels");
-    let by = criteria(root, &section, issues);
+    let levels = section.integer("levels");
+    let by = criteria(root, &section);
     let [tolerance, longest] = ["tolerance", "longest_period"]
-        .map(|key| section_for_criteria(&section, issues, key, by.as_deref().unwrap_or_default()));
-    let tolerance = tolerance.quantity_or_default(issues, "tolerance");
-    let longest = longest.integer_or_default(issues, "longest_period");
+        .map(|key| section_for_criteria(&section, key, by.as_deref().unwrap_or_default()));
+    let tolerance = tolerance.quantity_or_default("tolerance");
+    let longest = longest.integer_or_default("longest_period");
     if super::is_carried(root) {
         let order = Diagnostic::new(
             DiagnosticKind::Inconsistent,
@@ -35,7 +34,7 @@ pub(super) fn read(
             "grid.refine",
             "`grid.refine` cannot carry a state: refined points start independently".to_owned(),
         );
-        issues.push(order.label("with `grid.order`").remedy(
+        root.issues.push(order.label("with `grid.order`").remedy(
             "set order = \"independent\", or remove refine; analyses.poincare.refine locates changes along \
              a carried state",
         ));
@@ -49,18 +48,18 @@ pub(super) fn read(
             "`grid.refine` divides a plane of two axes, but axes of this grid advance together"
                 .to_owned(),
         );
-        issues.push(tied.label("with tied axes or samples").remedy(
+        root.issues.push(tied.label("with tied axes or samples").remedy(
             "remove refine, or give two axes separate ranges instead of grid.tied, grid.points or distributions",
         ));
         return None;
     }
-    let levels = u32::try_from(levels?).ok()?;
-    let varied = plane(section.span, issues, axes).filter(|_| whole)?;
+    let levels = levels?;
+    let varied = plane(section.span, root.issues, axes).filter(|_| whole)?;
     let nested = NestedGrid {
         coarse: varied.map(|axis| axes[axis].axis.values.len()),
         levels,
     };
-    fits(&section, issues, nested)?;
+    fits(&section, nested)?;
     for axis in varied {
         let values = &mut axes[axis].axis.values;
         *values = values.halved(levels)?;
@@ -69,13 +68,13 @@ pub(super) fn read(
         nested,
         by: by?,
         tolerance: tolerance?,
-        longest_period: u32::try_from(longest?).ok()?,
+        longest_period: longest?,
     })
 }
 
 /// The criteria of comparison; a column must be computed.
-fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Vec<Criterion>> {
-    let words = section.choices_or_default(issues, "by")?;
+fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
+    let words = section.choices_or_default("by")?;
     let named = |criterion: &&Criterion| words.contains(&criterion.name());
     let by: Vec<Criterion> = Criterion::VARIANTS.iter().filter(named).copied().collect();
     let fault = |message: String| {
@@ -88,7 +87,8 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
     };
     if by.is_empty() {
         let nothing = fault("`grid.refine.by` is empty".to_owned()).label("nothing to compare");
-        issues.push(nothing.remedy("name a criterion, or remove by"));
+        root.issues
+            .push(nothing.remedy("name a criterion, or remove by"));
         return None;
     }
     let analyses = root.entry("analyses").map(|analyses| &analyses.node);
@@ -99,19 +99,15 @@ fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Ve
         let name = criterion.name();
         let message = format!("`{name}` is not computed without analyses.{analysis}");
         let remedy = format!("add {analysis} = {{}} to [analyses], or remove {name}");
-        issues.push(fault(message).label("not computed").remedy(remedy));
+        root.issues
+            .push(fault(message).label("not computed").remedy(remedy));
         return None;
     }
     Some(by)
 }
 
 /// The section for a key about the comparison of some criteria; without entries if `by` has none of these.
-fn section_for_criteria<'t>(
-    section: &Section<'t>,
-    issues: &mut Issues,
-    key: &str,
-    by: &[Criterion],
-) -> Section<'t> {
+fn section_for_criteria<'t>(section: &Section<'t>, key: &str, by: &[Criterion]) -> Section<'t> {
     let (of_numbers, why, remedy) = match key {
         "tolerance" => (
             true,
@@ -126,13 +122,13 @@ fn section_for_criteria<'t>(
     };
     let effective = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
     if !effective {
-        section.without_effect(issues, &[key], why, remedy);
+        section.without_effect(&[key], why, remedy);
     }
     section.if_effective(effective)
 }
 
 /// The two axes that vary. They must be even ranges that can be halved.
-fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
+fn plane(span: Span, issues: &Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
     let several = |axis: &usize| axes[*axis].axis.values.len() > 1;
     let varied: Vec<usize> = (0..axes.len()).filter(several).collect();
     let fault = |span: Span, message: String| {
@@ -180,7 +176,7 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
 }
 
 /// Whether the finest grid is within the limit of points.
-fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()> {
+fn fits(section: &Section, nested: NestedGrid) -> Option<()> {
     let points = |levels: u32| {
         let [rows, columns] = nested
             .coarse
@@ -209,6 +205,6 @@ fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()
         Some(most) => diagnostic.remedy(format!("set levels = {most} or less")),
         None => diagnostic.remedy("use a coarser grid"),
     };
-    issues.push(diagnostic);
+    section.issues.push(diagnostic);
     None
 }

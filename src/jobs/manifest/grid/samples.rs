@@ -8,7 +8,7 @@ use crate::manifest::columns;
 use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::distribution::{Distribution, Law};
-use crate::manifest::reader::{Section, quantity_unbounded};
+use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::schema::{self, Key, Kind, quoted};
 use crate::manifest::spec::{Axis, Design, Samples};
 use crate::manifest::tree::{Entry, Node, Value};
@@ -58,12 +58,7 @@ pub(super) fn is_distribution(node: &Node) -> bool {
 }
 
 /// The distribution of an axis; `None` if there is a fault, which is reported. Relative paths start at `base_dir`.
-pub(super) fn read(
-    issues: &mut Issues,
-    entry: &Entry,
-    tied: bool,
-    base_dir: &Path,
-) -> Option<Drawn> {
+pub(super) fn read(issues: &Issues, entry: &Entry, tied: bool, base_dir: &Path) -> Option<Drawn> {
     let name = entry.key.as_str();
     let path = path_of(name);
     let spec = axis_key(issues, entry, &path)?;
@@ -94,6 +89,7 @@ pub(super) fn read(
     }
     let mut reader = DistributionReader {
         axis: AxisReader {
+            issues,
             spec,
             path: &path,
             dimension: dimension_of(spec),
@@ -101,7 +97,7 @@ pub(super) fn read(
         name,
         base_dir,
     };
-    let distribution = reader.read(issues, &entry.node)?;
+    let distribution = reader.read(&entry.node)?;
     Some(Drawn {
         key: AxisKey::of(name),
         key_span: entry.key_span,
@@ -116,7 +112,6 @@ pub(super) fn read(
 /// if there is a fault, which is reported.
 pub(super) fn draw(
     section: &Section,
-    issues: &mut Issues,
     mut drawn: Vec<Drawn>,
     whole: bool,
     seed: u64,
@@ -124,7 +119,6 @@ pub(super) fn draw(
     if drawn.is_empty() {
         if whole {
             section.without_effect(
-                issues,
                 &["samples", "design"],
                 "because no axis is a distribution",
                 "give an axis as { normal = [mean, standard deviation] } or another distribution, or remove the key",
@@ -132,11 +126,11 @@ pub(super) fn draw(
         }
         return None;
     }
-    let design = match section.choice_or_default(issues, "design")? {
+    let design = match section.choice_or_default("design")? {
         "saltelli" => Design::Saltelli,
         _ => Design::Sobol,
     };
-    let count = section.count(issues, "samples")?;
+    let count = section.integer("samples")?;
     if drawn.len() > design.most_axes() {
         let message = format!("the grid has {} distributions", drawn.len());
         let most = format!(
@@ -144,7 +138,7 @@ pub(super) fn draw(
             design.most_axes(),
             design.name()
         );
-        issues.push(
+        section.issues.push(
             fault(section.span, "grid", message)
                 .label("too many")
                 .accepted(most),
@@ -161,7 +155,7 @@ pub(super) fn draw(
                 .collect()
         })
         .collect();
-    let fit = (drawn.iter().zip(&values)).map(|(own, values)| own.in_range(issues, values));
+    let fit = (drawn.iter().zip(&values)).map(|(own, values)| own.in_range(section.issues, values));
     if fit.filter(|fit| !fit).count() > 0 {
         return None;
     }
@@ -200,7 +194,7 @@ impl Drawn {
     }
 
     /// Whether all values are in the range of the key; reports if not. A damping coefficient has no range.
-    fn in_range(&self, issues: &mut Issues, values: &[f64]) -> bool {
+    fn in_range(&self, issues: &Issues, values: &[f64]) -> bool {
         let bounds = self.spec.bounds;
         let bounded = self.dimension != Dimension::Damping;
         let outside = |value: &&f64| !value.is_finite() || bounded && !bounds.contain(**value);
@@ -217,17 +211,16 @@ impl Drawn {
             values.iter().filter(outside).count(),
             values.len(),
         );
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                self.span,
-                &path_of(name),
-                message,
-            )
-            .label(format!("must be {}{unit}", bounds.words()))
-            .accepted(self.spec.accepted())
-            .remedy("add truncate = [low, high] with limits inside the range"),
-        );
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            self.span,
+            &path_of(name),
+            message,
+        )
+        .label(format!("must be {}{unit}", bounds.words()))
+        .accepted(self.spec.accepted())
+        .remedy("add truncate = [low, high] with limits inside the range")
+        .report(issues);
         false
     }
 }
@@ -245,25 +238,24 @@ struct DistributionReader<'a> {
 }
 
 impl DistributionReader<'_> {
-    fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<Distribution> {
+    fn read(&mut self, node: &Node) -> Option<Distribution> {
         let Value::Table(entries) = &node.value else {
             return None;
         };
         let known = |entry: &&Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
         if let Some(entry) = entries.iter().find(|entry| !known(entry)) {
             let near = schema::nearest(&entry.key, &LAWS).map(|near| format!("`{near}`"));
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownKey,
-                    entry.key_span,
-                    &format!("{}.{}", self.axis.path, entry.key),
-                    format!("a distribution has no key `{}`", entry.key),
-                )
-                .label("unknown")
-                .accepted(ACCEPTED)
-                .suggestion(near),
-            );
-            return None;
+            let message = format!("a distribution has no key `{}`", entry.key);
+            return Diagnostic::new(
+                DiagnosticKind::UnknownKey,
+                entry.key_span,
+                &format!("{}.{}", self.axis.path, entry.key),
+                message,
+            )
+            .label("unknown")
+            .accepted(ACCEPTED)
+            .suggestion(near)
+            .fail(self.axis.issues);
         }
         let laws: Vec<&Entry> = entries
             .iter()
@@ -272,16 +264,16 @@ impl DistributionReader<'_> {
         let [law] = laws[..] else {
             let message = format!("`{}` must have one of {}", self.axis.path, quoted(&LAWS));
             let label = if laws.is_empty() { "no law" } else { "several laws" };
-            issues.push(
+            self.axis.issues.push(
                 fault(node.span, self.axis.path, message)
                     .label(label)
                     .accepted(ACCEPTED),
             );
             return None;
         };
-        let law = self.law(issues, law)?;
+        let law = self.law(law)?;
         let truncate = match node.entry(TRUNCATE) {
-            Some(entry) => Some(self.pair(issues, entry, false)?),
+            Some(entry) => Some(self.pair(entry, false)?),
             None => None,
         };
         let distribution = Distribution { law, truncate };
@@ -299,7 +291,7 @@ impl DistributionReader<'_> {
                     self.axis.path
                 )
             };
-            issues.push(
+            self.axis.issues.push(
                 fault(node.span, self.axis.path, message)
                     .label("nothing left")
                     .remedy("give truncate = [low, high], with low < high and most of the distribution between"),
@@ -309,91 +301,90 @@ impl DistributionReader<'_> {
         Some(distribution)
     }
 
-    fn law(&mut self, issues: &mut Issues, entry: &Entry) -> Option<Law> {
+    fn law(&mut self, entry: &Entry) -> Option<Law> {
         let (law, wrong) = match entry.key.as_str() {
             "normal" => {
-                let [mean, deviation] = self.pair(issues, entry, false)?;
+                let [mean, deviation] = self.pair(entry, false)?;
                 (
                     Law::Normal { mean, deviation },
                     (deviation <= 0.0).then_some("the standard deviation must be greater than 0"),
                 )
             }
             "lognormal" => {
-                let [median, deviation] = self.pair(issues, entry, true)?;
+                let [median, deviation] = self.pair(entry, true)?;
                 let wrong = (median <= 0.0 || deviation <= 0.0)
                     .then_some("median and standard deviation must be greater than 0");
                 (Law::Lognormal { median, deviation }, wrong)
             }
             "uniform" => {
-                let [low, high] = self.pair(issues, entry, false)?;
+                let [low, high] = self.pair(entry, false)?;
                 (
                     Law::Uniform { low, high },
                     (low >= high).then_some("the first value must be less than the second"),
                 )
             }
-            _ => (self.empirical(issues, entry)?, None),
+            _ => (self.empirical(entry)?, None),
         };
         if let Some(wrong) = wrong {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    entry.node.span,
-                    &format!("{}.{}", self.axis.path, entry.key),
-                    format!("`{}.{}`: {wrong}", self.axis.path, entry.key),
-                )
-                .label("out of range")
-                .accepted(ACCEPTED),
-            );
-            return None;
+            let message = format!("`{}.{}`: {wrong}", self.axis.path, entry.key);
+            return Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                entry.node.span,
+                &format!("{}.{}", self.axis.path, entry.key),
+                message,
+            )
+            .label("out of range")
+            .accepted(ACCEPTED)
+            .fail(self.axis.issues);
         }
         Some(law)
     }
 
     /// Two finite values of the axis's dimension; with `ratio`, the second is a ratio.
-    fn pair(&mut self, issues: &mut Issues, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
+    fn pair(&mut self, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
         let path = format!("{}.{}", self.axis.path, entry.key);
-        let wrong = |issues: &mut Issues, message: String| {
+        let wrong = |message: String| {
             let wrong = Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
-            issues.push(wrong.label("not two values").accepted(ACCEPTED));
+            self.axis
+                .issues
+                .push(wrong.label("not two values").accepted(ACCEPTED));
         };
         let Value::Array(items) = &entry.node.value else {
             let found = entry.node.value.type_name();
-            wrong(
-                issues,
-                format!("`{path}` must be a list of two values, not {found}"),
-            );
+            wrong(format!(
+                "`{path}` must be a list of two values, not {found}"
+            ));
             return None;
         };
         let [first, last] = &items[..] else {
-            wrong(
-                issues,
-                format!("`{path}` must have two values, not {}", items.len()),
-            );
+            wrong(format!(
+                "`{path}` must have two values, not {}",
+                items.len()
+            ));
             return None;
         };
-        let first = self.axis.unbounded(issues, first, &path)?;
+        let first = self.axis.unbounded(first, &path)?;
         let last = if ratio {
-            quantity_unbounded(issues, last, &path, Dimension::Ratio, self.axis.spec)?
+            self.axis
+                .given(last, &path)
+                .quantity_unbounded(Dimension::Ratio)?
         } else {
-            self.axis.unbounded(issues, last, &path)?
+            self.axis.unbounded(last, &path)?
         };
         if !(first.is_finite() && last.is_finite()) {
-            wrong(
-                issues,
-                format!("`{path}` has a value that is not a finite number"),
-            );
+            wrong(format!("`{path}` has a value that is not a finite number"));
             return None;
         }
         Some([first, last])
     }
 
     /// Values from a list, or from a column of a file.
-    fn empirical(&mut self, issues: &mut Issues, entry: &Entry) -> Option<Law> {
+    fn empirical(&mut self, entry: &Entry) -> Option<Law> {
         let column;
         let items = match &entry.node.value {
             Value::Array(items) if !items.is_empty() => items,
             Value::Text(_) => {
-                let columns = columns::read(issues, entry, &VALUES, self.base_dir)?;
+                let columns = columns::read(self.axis.issues, entry, &VALUES, self.base_dir)?;
                 let names: Vec<&str> = columns.iter().map(|own| own.name.key.as_str()).collect();
                 let Some(place) = names.iter().position(|name| *name == self.name) else {
                     let message = format!("the file has no column `{}`", self.name);
@@ -403,12 +394,14 @@ impl DistributionReader<'_> {
                     );
                     let missing =
                         fault(entry.node.span, self.axis.path, message).label("no such column");
-                    issues.push(missing.accepted(names.join(", ")).remedy(remedy));
+                    self.axis
+                        .issues
+                        .push(missing.accepted(names.join(", ")).remedy(remedy));
                     return None;
                 };
                 column = columns.into_iter().nth(place)?;
                 column
-                    .unit_fits(issues, self.axis.path, self.axis.dimension)
+                    .unit_fits(self.axis.issues, self.axis.path, self.axis.dimension)
                     .then_some(())?;
                 &column.values
             }
@@ -417,13 +410,13 @@ impl DistributionReader<'_> {
                 let message = format!("`{path}` must be a list of values, or the path of a file");
                 let wrong =
                     Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
-                issues.push(wrong.label("here").accepted(ACCEPTED));
+                self.axis
+                    .issues
+                    .push(wrong.label("here").accepted(ACCEPTED));
                 return None;
             }
         };
-        let values = items.iter().map(|item| self.axis.one(issues, item));
-        let values: Vec<Option<f64>> = values.collect();
-        let mut values = values.into_iter().collect::<Option<Vec<f64>>>()?;
+        let mut values = all_or_none(items.iter().map(|item| self.axis.one(item)))?;
         values.sort_by(f64::total_cmp);
         Some(Law::Empirical(values.into()))
     }

@@ -3,7 +3,7 @@
 
 use super::grid_axis::GridAxis;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use crate::manifest::reader::{Section, wrong_type};
+use crate::manifest::reader::{Given, Section};
 use crate::manifest::schema;
 use crate::manifest::tree::{Node, Value};
 
@@ -15,31 +15,27 @@ pub(super) struct Tie {
 }
 
 /// The groups of `grid.tied`; faulty ones are omitted and reported.
-pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
+pub(super) fn read(section: &Section) -> Vec<Tie> {
     let Some(entry) = section.entry("tied") else {
         return Vec::new();
     };
     let Value::Array(groups) = &entry.node.value else {
-        wrong_type(issues, &entry.node, "grid.tied", section.spec("grid.tied"));
-        return Vec::new();
+        return given(section, "grid.tied", &entry.node)
+            .wrong_type()
+            .unwrap_or_default();
     };
     let read: Vec<Tie> = (groups.iter())
-        .filter_map(|group| names(section, issues, group))
+        .filter_map(|group| names(section, group))
         .collect();
     let mut seen: Vec<&str> = Vec::new();
     for tie in &read {
         for name in &tie.names {
             if seen.contains(&name.as_str()) {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::Inconsistent,
-                        tie.span,
-                        "grid.tied",
-                        format!("`grid.tied` names `{name}` twice"),
-                    )
+                let message = format!("`grid.tied` names `{name}` twice");
+                Diagnostic::new(DiagnosticKind::Inconsistent, tie.span, "grid.tied", message)
                     .label("named before")
-                    .remedy("name every axis once; put all axes that advance together in one list"),
-                );
+                    .remedy("name every axis once; put all axes that advance together in one list")
+                    .report(section.issues);
                 return Vec::new();
             }
             seen.push(name);
@@ -48,41 +44,44 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
     read
 }
 
-fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
-    let spec = section.spec("grid.tied.*");
-    let Value::Array(items) = &group.value else {
-        wrong_type(issues, group, "grid.tied", section.spec("grid.tied"));
-        return None;
-    };
-    let mut names = Vec::new();
-    for item in items {
-        match &item.value {
-            Value::Text(name) => names.push(name.clone()),
-            _ => {
-                wrong_type(issues, item, "grid.tied", spec);
-                return None;
-            }
-        }
+/// A value of `grid.tied`, with the schema's entry of `key`.
+fn given<'a>(section: &'a Section, key: &str, node: &'a Node) -> Given<'a> {
+    Given {
+        issues: section.issues,
+        node,
+        path: "grid.tied",
+        spec: section.spec(key),
     }
+}
+
+fn names(section: &Section, group: &Node) -> Option<Tie> {
+    let Value::Array(items) = &group.value else {
+        return given(section, "grid.tied", group).wrong_type();
+    };
+    let texts = items
+        .iter()
+        .map(|item| given(section, "grid.tied.*", item).text());
+    let names: Vec<String> = texts
+        .map(|text| text.map(str::to_owned))
+        .collect::<Option<_>>()?;
     if names.len() < 2 {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                group.span,
-                "grid.tied",
-                format!(
-                    "`grid.tied` ties {}",
-                    match names.first() {
-                        None => "no axis".to_owned(),
-                        Some(name) => format!("`{name}` to nothing"),
-                    }
-                ),
-            )
-            .label("at least two axes")
-            .accepted(spec.accepted())
-            .remedy("name the axes that advance together, [[\"load\", \"speed\"]], or remove tied"),
+        let message = format!(
+            "`grid.tied` ties {}",
+            match names.first() {
+                None => "no axis".to_owned(),
+                Some(name) => format!("`{name}` to nothing"),
+            }
         );
-        return None;
+        return Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            group.span,
+            "grid.tied",
+            message,
+        )
+        .label("at least two axes")
+        .accepted(section.spec("grid.tied.*").accepted())
+        .remedy("name the axes that advance together, [[\"load\", \"speed\"]], or remove tied")
+        .fail(section.issues);
     }
     Some(Tie {
         names,
@@ -98,7 +97,7 @@ pub(super) fn places(
     axes: &[GridAxis],
     columns: &[String],
     faulty: &[String],
-    issues: &mut Issues,
+    issues: &Issues,
 ) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
     for tie in ties {
@@ -106,32 +105,24 @@ pub(super) fn places(
             continue;
         }
         if let Some(column) = tie.names.iter().find(|name| columns.contains(name)) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    tie.span,
-                    "grid.tied",
-                    format!("`{column}` is a column of `grid.points`, which cannot be tied to an axis"),
-                )
+            let message =
+                format!("`{column}` is a column of `grid.points`, which cannot be tied to an axis");
+            let remedy = "give all axes that advance together as columns of grid.points, or remove the column from tied";
+            Diagnostic::new(DiagnosticKind::Inconsistent, tie.span, "grid.tied", message)
                 .label("advances with the other columns")
-                .remedy("give all axes that advance together as columns of grid.points, or remove the column from tied"),
-            );
+                .remedy(remedy)
+                .report(issues);
             continue;
         }
         let place = |name: &String| axes.iter().position(|axis| axis.axis.name() == name);
         if let Some(unknown) = tie.names.iter().find(|name| place(name).is_none()) {
             let known: Vec<&str> = axes.iter().map(|axis| axis.axis.name()).collect();
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownAxis,
-                    tie.span,
-                    "grid.tied",
-                    format!("the grid has no axis `{unknown}`, so it cannot be tied"),
-                )
+            let message = format!("the grid has no axis `{unknown}`, so it cannot be tied");
+            Diagnostic::new(DiagnosticKind::UnknownAxis, tie.span, "grid.tied", message)
                 .label("not an axis of the grid")
                 .accepted(known.join(", "))
-                .suggestion(schema::nearest(unknown, &known).map(|near| format!("\"{near}\""))),
-            );
+                .suggestion(schema::nearest(unknown, &known).map(|near| format!("\"{near}\"")))
+                .report(issues);
             continue;
         }
         let places: Vec<usize> = tie.names.iter().filter_map(place).collect();
@@ -143,19 +134,14 @@ pub(super) fn places(
             let lengths: Vec<String> = (places.iter())
                 .map(|place| format!("{} {}", length(place), axes[*place].axis.name()))
                 .collect();
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    tie.span,
-                    "grid.tied",
-                    format!(
-                        "tied axes have different numbers of values: {}",
-                        lengths.join(", ")
-                    ),
-                )
-                .label("cannot advance together")
-                .remedy("give all of them the same number of values"),
+            let message = format!(
+                "tied axes have different numbers of values: {}",
+                lengths.join(", ")
             );
+            Diagnostic::new(DiagnosticKind::Inconsistent, tie.span, "grid.tied", message)
+                .label("cannot advance together")
+                .remedy("give all of them the same number of values")
+                .report(issues);
             continue;
         }
         all.push(places);

@@ -2,7 +2,7 @@
 
 use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use crate::manifest::reader::{self, wrong_type};
+use crate::manifest::reader::{Given, all_or_none};
 use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
@@ -24,6 +24,8 @@ pub(super) enum Spans {
 
 /// Reads the values of one axis.
 pub(super) struct AxisReader<'a> {
+    /// Where faults are recorded.
+    pub issues: &'a Issues,
     pub spec: &'static Key,
     pub path: &'a str,
     /// Dimension of the values; the first value determines it if the key does not.
@@ -33,47 +35,51 @@ pub(super) struct AxisReader<'a> {
 impl AxisReader<'_> {
     /// The values in SI and their places; `None` if there is a fault, which is reported. A value may repeat only if
     /// `repeats`.
-    pub fn read(
-        &mut self,
-        issues: &mut Issues,
-        node: &Node,
-        repeats: bool,
-    ) -> Option<(AxisValues, Spans)> {
+    pub fn read(&mut self, node: &Node, repeats: bool) -> Option<(AxisValues, Spans)> {
         match &node.value {
-            Value::Table(entries) => self.table(issues, node, entries, repeats),
+            Value::Table(entries) => self.table(node, entries, repeats),
             Value::Array(_) => {
-                wrong_axis(issues, node, self.path, self.spec);
+                wrong_axis(self.issues, node, self.path, self.spec);
                 None
             }
             _ => {
-                let value = self.value(issues, node, self.path)?;
+                let value = self.value(node, self.path)?;
                 Some((AxisValues::each(vec![value]), Spans::Whole(node.span)))
             }
         }
     }
 
+    pub fn given<'v>(&'v self, node: &'v Node, path: &'v str) -> Given<'v> {
+        Given {
+            issues: self.issues,
+            node,
+            path,
+            spec: self.spec,
+        }
+    }
+
     /// One value of a column in SI.
-    pub fn one(&mut self, issues: &mut Issues, node: &Node) -> Option<f64> {
+    pub fn one(&mut self, node: &Node) -> Option<f64> {
         let path = self.path;
-        self.value(issues, node, path)
+        self.value(node, path)
     }
 
     /// One value in SI, in the range of its key. Consistency with other keys is checked when a point is resolved.
-    fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+    fn value(&mut self, node: &Node, path: &str) -> Option<f64> {
         if self.spec.kind == Kind::Integer {
-            return self.whole(issues, node, path);
+            return self.whole(node, path);
         }
-        let value = self.unbounded(issues, node, path)?;
+        let value = self.unbounded(node, path)?;
         let dimension = self.dimension.unwrap_or(Dimension::Ratio);
         // A damping ratio has a range, but a damping coefficient has none.
         if value.is_finite() && dimension == Dimension::Damping {
             return Some(value);
         }
-        reader::in_range(issues, node, path, value, dimension, self.spec)
+        self.given(node, path).in_range(value, dimension)
     }
 
     /// One value of any size in SI.
-    pub fn unbounded(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+    pub fn unbounded(&mut self, node: &Node, path: &str) -> Option<f64> {
         let own = match &node.value {
             Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
                 match units::parse_any(text) {
@@ -88,44 +94,31 @@ impl AxisReader<'_> {
             && (own != dimension
                 || (dimension == Dimension::Damping && !matches!(node.value, Value::Text(_))))
         {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    node.span,
-                    path,
-                    format!("`{}` mixes damping ratios and coefficients", self.path),
-                )
+            let message = format!("`{}` mixes damping ratios and coefficients", self.path);
+            return Diagnostic::new(DiagnosticKind::Inconsistent, node.span, path, message)
                 .label("differs from the first value")
-                .remedy("give all values as bare ratios, or all with the unit N*s/m"),
-            );
-            return None;
+                .remedy("give all values as bare ratios, or all with the unit N*s/m")
+                .fail(self.issues);
         }
-        reader::quantity_unbounded(issues, node, path, dimension, self.spec)
+        self.given(node, path).quantity_unbounded(dimension)
     }
 
     /// A whole number. An axis stores it as a double, which cannot represent the largest seeds.
-    fn whole(&self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+    fn whole(&self, node: &Node, path: &str) -> Option<f64> {
         const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
-        let value = reader::integer(issues, node, path, self.spec)?;
+        let value = self.given(node, path).integer()?;
         if value > EXACT {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    node.span,
-                    path,
-                    format!("`{path}` = {value} is too large for an axis"),
-                )
+            let message = format!("`{path}` = {value} is too large for an axis");
+            return Diagnostic::new(DiagnosticKind::OutOfRange, node.span, path, message)
                 .label("not stored exactly")
-                .accepted(format!("a whole number of at most {EXACT}")),
-            );
-            return None;
+                .accepted(format!("a whole number of at most {EXACT}"))
+                .fail(self.issues);
         }
         Some(value as f64)
     }
 
     fn table(
         &mut self,
-        issues: &mut Issues,
         node: &Node,
         entries: &[Entry],
         repeats: bool,
@@ -136,142 +129,106 @@ impl AxisReader<'_> {
             .filter(|e| !AXIS_KEYS.contains(&e.key.as_str()))
         {
             let path = format!("{}.{}", self.path, entry.key);
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::UnknownKey,
-                    entry.key_span,
-                    &path,
-                    format!("an axis has no key `{}`", entry.key),
-                )
+            let message = format!("an axis has no key `{}`", entry.key);
+            Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, &path, message)
                 .label("unknown")
                 .accepted("{ values = [...] }, or { from, to, count, spacing }")
-                .suggestion(
-                    schema::nearest(&entry.key, &AXIS_KEYS).map(|near| format!("`{near}`")),
-                ),
-            );
+                .suggestion(schema::nearest(&entry.key, &AXIS_KEYS).map(|near| format!("`{near}`")))
+                .report(self.issues);
             valid = false;
         }
         if let Some(values) = node.entry("values") {
             if entries.len() > 1 && valid {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::Inconsistent,
-                        node.span,
-                        self.path,
-                        format!("`{}` has `values` and a range", self.path),
-                    )
+                let message = format!("`{}` has `values` and a range", self.path);
+                Diagnostic::new(DiagnosticKind::Inconsistent, node.span, self.path, message)
                     .label("give only one of the two")
-                    .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`"),
-                );
+                    .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`")
+                    .report(self.issues);
                 valid = false;
             }
-            let list = self.list(issues, &values.node, repeats);
+            let list = self.list(&values.node, repeats);
             return list.filter(|_| valid);
         }
-        let range = self.range(issues, node);
+        let range = self.range(node);
         range
             .filter(|_| valid)
             .map(|values| (values, Spans::Whole(node.span)))
     }
 
-    fn list(
-        &mut self,
-        issues: &mut Issues,
-        node: &Node,
-        repeats: bool,
-    ) -> Option<(AxisValues, Spans)> {
+    fn list(&mut self, node: &Node, repeats: bool) -> Option<(AxisValues, Spans)> {
         let path = format!("{}.values", self.path);
         let Value::Array(items) = &node.value else {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::WrongType,
-                    node.span,
-                    &path,
-                    format!(
-                        "`{path}` must be a list in [ ], not {}",
-                        node.value.type_name()
-                    ),
-                )
-                .label(format!("this is {}", node.value.type_name())),
+            let message = format!(
+                "`{path}` must be a list in [ ], not {}",
+                node.value.type_name()
             );
-            return None;
+            return Diagnostic::new(DiagnosticKind::WrongType, node.span, &path, message)
+                .label(format!("this is {}", node.value.type_name()))
+                .fail(self.issues);
         };
         if items.is_empty() {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Empty,
-                    node.span,
-                    &path,
-                    format!("`{path}` is empty, so the grid has no points"),
-                )
+            let message = format!("`{path}` is empty, so the grid has no points");
+            return Diagnostic::new(DiagnosticKind::Empty, node.span, &path, message)
                 .label("empty")
-                .remedy("give at least one value"),
-            );
-            return None;
+                .remedy("give at least one value")
+                .fail(self.issues);
         }
-        let read: Vec<_> = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| self.value(issues, item, &format!("{path}.{i}")))
-            .collect();
-        let values = read.into_iter().collect::<Option<Vec<f64>>>()?;
+        let values = items.iter().enumerate();
+        let values = all_or_none(values.map(|(i, item)| self.value(item, &format!("{path}.{i}"))))?;
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]).then(a.cmp(&b)));
         let twice = order
             .windows(2)
             .find(|pair| values[pair[0]] == values[pair[1]]);
         if let Some(pair) = twice.filter(|_| !repeats) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    items[pair[1]].span,
-                    &path,
-                    format!("`{path}` has the same value twice"),
-                )
-                .label(format!("as entry {}", pair[0] + 1))
-                .remedy("every value makes separate points: keep one of the two"),
-            );
-            return None;
+            let message = format!("`{path}` has the same value twice");
+            return Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                items[pair[1]].span,
+                &path,
+                message,
+            )
+            .label(format!("as entry {}", pair[0] + 1))
+            .remedy("every value makes separate points: keep one of the two")
+            .fail(self.issues);
         }
         let spans = items.iter().map(|item| item.span).collect();
         Some((AxisValues::each(values), Spans::Each(spans)))
     }
 
-    fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<AxisValues> {
+    fn range(&mut self, node: &Node) -> Option<AxisValues> {
         let path_of = |key: &str| format!("{}.{key}", self.path);
         for key in ["from", "to", "count"] {
             if node.entry(key).is_none() {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::MissingKey,
-                        node.span,
-                        &path_of(key),
-                        format!("`{}` needs `{key}`", self.path),
-                    )
-                    .label("incomplete")
-                    .accepted("{ values = [...] }, or { from, to, count, spacing }"),
-                );
+                let message = format!("`{}` needs `{key}`", self.path);
+                Diagnostic::new(
+                    DiagnosticKind::MissingKey,
+                    node.span,
+                    &path_of(key),
+                    message,
+                )
+                .label("incomplete")
+                .accepted("{ values = [...] }, or { from, to, count, spacing }")
+                .report(self.issues);
             }
         }
         let (from_path, to_path, count_path) = (path_of("from"), path_of("to"), path_of("count"));
-        let from = node
-            .entry("from")
-            .map(|e| self.value(issues, &e.node, &from_path));
-        let to = node
-            .entry("to")
-            .map(|e| self.value(issues, &e.node, &to_path));
-        let count = node
-            .entry("count")
-            .map(|e| reader::integer(issues, &e.node, &count_path, &COUNT));
-        let logarithmic = self.logarithmic(issues, node);
+        let from = node.entry("from").map(|e| self.value(&e.node, &from_path));
+        let to = node.entry("to").map(|e| self.value(&e.node, &to_path));
+        let count = node.entry("count").map(|e| {
+            let given = Given {
+                spec: &COUNT,
+                ..self.given(&e.node, &count_path)
+            };
+            given.integer()
+        });
+        let logarithmic = self.logarithmic(node);
         let (from, to, count, logarithmic) = (from??, to??, count??, logarithmic?);
-        let mut fault = |message: String, remedy: &str| {
-            issues.push(
-                Diagnostic::new(DiagnosticKind::Inconsistent, node.span, self.path, message)
-                    .label("does not fit together")
-                    .remedy(remedy),
-            );
-            None
+        let fault = |message: String, remedy: &str| {
+            Diagnostic::new(DiagnosticKind::Inconsistent, node.span, self.path, message)
+                .label("does not fit together")
+                .remedy(remedy)
+                .fail(self.issues)
         };
         if count > 1 && from == to {
             return fault(
@@ -304,58 +261,40 @@ impl AxisReader<'_> {
         if let Some(value) = broken.flatten() {
             let value = Value::Sample(value, Dimension::Ratio);
             let span = node.span;
-            _ = self.whole(issues, &Node { span, value }, self.path);
+            _ = self.whole(&Node { span, value }, self.path);
             return None;
         }
         Some(values)
     }
 
-    fn logarithmic(&self, issues: &mut Issues, node: &Node) -> Option<bool> {
+    fn logarithmic(&self, node: &Node) -> Option<bool> {
         let Some(entry) = node.entry("spacing") else {
             return Some(false);
         };
-        match &entry.node.value {
-            Value::Text(text) if text == "linear" => return Some(false),
-            Value::Text(text) if text == "log" => return Some(true),
-            _ => {}
-        }
-        let path = format!("{}.spacing", self.path);
         static SPACING: Key = schema::choice("spacing", &["linear", "log"], "\"log\"");
-        match &entry.node.value {
-            Value::Text(text) => issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    entry.node.span,
-                    &path,
-                    format!("`{path}` cannot be \"{text}\""),
-                )
-                .label("not one of the choices")
-                .accepted(SPACING.accepted())
-                .suggestion(
-                    schema::nearest(text, &["linear", "log"]).map(|near| format!("\"{near}\"")),
-                ),
-            ),
-            _ => wrong_type(issues, &entry.node, &path, &SPACING),
-        }
-        None
+        let path = format!("{}.spacing", self.path);
+        let given = Given {
+            spec: &SPACING,
+            ..self.given(&entry.node, &path)
+        };
+        Some(given.choice()? == "log")
     }
 }
 
-fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
+fn wrong_axis(issues: &Issues, node: &Node, path: &str, spec: &'static Key) {
     let example = match spec.kind {
         Kind::Axis(_) => spec.example.to_owned(),
         _ => format!("{{ values = [{}, ...] }}", spec.example),
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::WrongType,
-            node.span,
-            path,
-            format!("`{path}` must be a value or a table, not {}", node.value.type_name()),
-        )
-        .label(format!("this is {}", node.value.type_name()))
-        .accepted(format!(
-            "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
-        )),
+    let message = format!(
+        "`{path}` must be a value or a table, not {}",
+        node.value.type_name()
     );
+    let accepted = format!(
+        "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
+    );
+    Diagnostic::new(DiagnosticKind::WrongType, node.span, path, message)
+        .label(format!("this is {}", node.value.type_name()))
+        .accepted(accepted)
+        .report(issues);
 }

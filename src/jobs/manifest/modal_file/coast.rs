@@ -1,7 +1,6 @@
 //! Which keys of a modal file describe the coast flanks?
 
 use super::{column, optional};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::structure::FlankParticipation;
 
@@ -15,13 +14,11 @@ const SAME_ROTATION: f64 = 1e-5;
 /// The columns of the coast flanks. The outer `None` is a fault.
 pub(super) fn read(
     root: &Section,
-    issues: &mut Issues,
     drive: Option<&[f64]>,
     frequency: Option<&[f64]>,
 ) -> Option<Option<FlankParticipation>> {
     if !root.has("mesh_coast") {
         root.without_effect(
-            issues,
             &BESIDE,
             "without `mesh_coast`",
             "remove it, or add mesh_coast",
@@ -29,10 +26,10 @@ pub(super) fn read(
         return Some(None);
     }
     let modes = frequency.map(<[f64]>::len);
-    let mesh = column(root, issues, "mesh_coast", modes);
-    let [tilt, friction, lever] = BESIDE.map(|name| optional(root, issues, name, modes));
+    let mesh = column(root, "mesh_coast", modes);
+    let [tilt, friction, lever] = BESIDE.map(|name| optional(root, name, modes));
     let (mesh, frequency) = (mesh?, frequency?);
-    same_rotation(root, issues, &mesh, drive?, frequency)?;
+    same_rotation(root, &mesh, drive?, frequency)?;
     let or_zeros = |column: Option<Vec<f64>>| column.unwrap_or_else(|| vec![0.0; frequency.len()]);
     Some(Some(FlankParticipation {
         mesh,
@@ -45,13 +42,7 @@ pub(super) fn read(
 
 /// A rotation opens one side of a tooth as much as it closes the other. In rigid rotations both flanks therefore have
 /// the same deflection.
-fn same_rotation(
-    root: &Section,
-    issues: &mut Issues,
-    coast: &[f64],
-    drive: &[f64],
-    frequency: &[f64],
-) -> Option<()> {
+fn same_rotation(root: &Section, coast: &[f64], drive: &[f64], frequency: &[f64]) -> Option<()> {
     let largest = drive.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
     let differs = |mode: &usize| {
         frequency[*mode] == 0.0 && (coast[*mode] - drive[*mode]).abs() > SAME_ROTATION * largest
@@ -59,20 +50,14 @@ fn same_rotation(
     let Some(mode) = (0..frequency.len()).find(differs) else {
         return Some(());
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            root.span_of("mesh_coast"),
-            "mesh_coast",
-            format!(
-                "mode {} is a rigid rotation, so both flanks must have the same deflection, but `mesh_coast` is {} and `mesh` is {}",
-                mode + 1,
-                coast[mode],
-                drive[mode]
-            ),
-        )
-        .label("differs from `mesh` in sign or size")
-        .remedy("give `mesh_coast` the sign of `mesh`: it grows as the drive flanks approach"),
+    let message = format!(
+        "mode {} is a rigid rotation, so both flanks must have the same deflection, but `mesh_coast` is {} and `mesh` is {}",
+        mode + 1,
+        coast[mode],
+        drive[mode]
     );
-    None
+    root.inconsistent("mesh_coast", message)
+        .label("differs from `mesh` in sign or size")
+        .remedy("give `mesh_coast` the sign of `mesh`: it grows as the drive flanks approach")
+        .fail(root.issues)
 }

@@ -1,8 +1,8 @@
 //! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts besides the two flanks.
 
 use super::{column, optional};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::Section;
+use crate::manifest::diagnostic::DiagnosticKind;
+use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
@@ -11,64 +11,48 @@ use crate::structure::{FrictionLaw, SliderPart, StructureContact};
 const MOST: usize = MOST_CONTACTS - 2;
 
 /// The contacts; empty if there are none.
-pub(super) fn read(
-    root: &Section,
-    issues: &mut Issues,
-    modes: Option<usize>,
-) -> Option<Vec<StructureContact>> {
-    let tables = root.tables(issues, "contact");
-    let sliders = root.tables(issues, "slider");
-    let frictions = root.tables(issues, "dry_friction");
+pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<StructureContact>> {
+    let tables = root.tables("contact");
+    let sliders = root.tables("slider");
+    let frictions = root.tables("dry_friction");
     let (tables, sliders, frictions) = (tables?, sliders?, frictions?);
     let stops = tables.iter().filter(|table| table.has("restitution"));
     let elements = sliders.len() + frictions.len();
     let count = tables.len() + stops.count() + SliderPart::ALL.len() * elements;
     if count > MOST {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                root.span_of("contact"),
-                "contact",
-                format!("the file has {count} contacts in addition to the flanks"),
-            )
-            .label(format!(
-                "at most {MOST} are accepted, and a [[slider]] or [[dry_friction]] is three of them, a [[contact]] with a restitution two"
-            ))
-            .remedy("combine contacts that act as one, or remove some"),
+        let message = format!("the file has {count} contacts in addition to the flanks");
+        let label = format!(
+            "at most {MOST} are accepted, and a [[slider]] or [[dry_friction]] is three of them, a [[contact]] with a restitution two"
         );
-        return None;
+        return root
+            .fault(DiagnosticKind::OutOfRange, "contact", message)
+            .label(label)
+            .remedy("combine contacts that act as one, or remove some")
+            .fail(root.issues);
     }
     let mut all: Vec<Option<StructureContact>> = Vec::new();
     for table in &tables {
-        match contact(table, issues, modes) {
+        match contact(table, modes) {
             Some((own, Some(restitution))) => all.extend(own.rigid(restitution).map(Some)),
             found => all.push(found.map(|(own, _)| own)),
         }
     }
-    for table in &sliders {
-        match slider(table, issues, modes) {
+    let sliders = sliders.iter().map(|table| slider(table, modes));
+    let frictions = frictions.iter().map(|table| dry_friction(table, modes));
+    for parts in sliders.chain(frictions) {
+        match parts {
             Some(parts) => all.extend(parts.map(Some)),
             None => all.push(None),
         }
     }
-    for table in &frictions {
-        match dry_friction(table, issues, modes) {
-            Some(parts) => all.extend(parts.map(Some)),
-            None => all.push(None),
-        }
-    }
-    all.into_iter().collect()
+    all_or_none(all.into_iter())
 }
 
-fn slider(
-    table: &Section,
-    issues: &mut Issues,
-    modes: Option<usize>,
-) -> Option<[StructureContact; 3]> {
-    let name = table.text(issues, "name");
-    let participation = column(table, issues, "participation", modes);
-    let stiffness = table.quantity(issues, "stiffness");
-    let limit = table.quantity(issues, "limit");
+fn slider(table: &Section, modes: Option<usize>) -> Option<[StructureContact; 3]> {
+    let name = table.text("name");
+    let participation = column(table, "participation", modes);
+    let stiffness = table.quantity("stiffness");
+    let limit = table.quantity("limit");
     Some(StructureContact::slider(
         name?,
         &participation?,
@@ -77,24 +61,13 @@ fn slider(
     ))
 }
 
-fn dry_friction(
-    table: &Section,
-    issues: &mut Issues,
-    modes: Option<usize>,
-) -> Option<[StructureContact; 3]> {
-    let name = table.text(issues, "name");
-    let participation = column(table, issues, "participation", modes);
-    let force = table.quantity(issues, "force");
-    let static_force = if table.has("static_force") {
-        table.quantity(issues, "static_force")
-    } else {
-        force
-    };
-    let belt_speed = if table.has("belt_speed") {
-        table.quantity(issues, "belt_speed")
-    } else {
-        Some(0.0)
-    };
+fn dry_friction(table: &Section, modes: Option<usize>) -> Option<[StructureContact; 3]> {
+    let name = table.text("name");
+    let participation = column(table, "participation", modes);
+    let force = table.quantity("force");
+    let static_force =
+        if table.has("static_force") { table.quantity("static_force") } else { force };
+    let belt_speed = if table.has("belt_speed") { table.quantity("belt_speed") } else { Some(0.0) };
     let law = FrictionLaw {
         force: force?,
         static_force: static_force?,
@@ -102,45 +75,32 @@ fn dry_friction(
     };
     if law.static_force < law.force {
         let key = "static_force";
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                table.span_of(key),
-                &table.path_of(key),
-                format!(
-                    "`{}` is below the force of sliding friction",
-                    table.path_of(key)
-                ),
-            )
-            .label(format!("at least {} N", law.force))
-            .remedy("raise static_force, or remove it: it is then equal to force"),
+        let message = format!(
+            "`{}` is below the force of sliding friction",
+            table.path_of(key)
         );
-        return None;
+        return table
+            .fault(DiagnosticKind::OutOfRange, key, message)
+            .label(format!("at least {} N", law.force))
+            .remedy("raise static_force, or remove it: it is then equal to force")
+            .fail(table.issues);
     }
     let parts = StructureContact::dry_friction(name?, &participation?, law);
     Some(parts)
 }
 
 /// A contact, with the coefficient of restitution if it is a rigid stop.
-fn contact(
-    table: &Section,
-    issues: &mut Issues,
-    modes: Option<usize>,
-) -> Option<(StructureContact, Option<f64>)> {
-    let name = table.text(issues, "name");
-    let participation = column(table, issues, "participation", modes);
-    let force = optional(table, issues, "force", modes);
-    let gap = table.quantity(issues, "gap");
+fn contact(table: &Section, modes: Option<usize>) -> Option<(StructureContact, Option<f64>)> {
+    let name = table.text("name");
+    let participation = column(table, "participation", modes);
+    let force = optional(table, "force", modes);
+    let gap = table.quantity("gap");
     let law = if table.has("restitution") {
-        contact_law::rigid(table, issues, gap).map(|(law, restitution)| (law, Some(restitution)))
+        contact_law::rigid(table, gap).map(|(law, restitution)| (law, Some(restitution)))
     } else {
-        contact_law::cyclic(table, issues, gap).map(|law| (law, None))
+        contact_law::cyclic(table, gap).map(|law| (law, None))
     };
-    let cycles = if table.has("cycles") {
-        table.integers::<2>(issues, "cycles")
-    } else {
-        Some([1, 1])
-    };
+    let cycles = if table.has("cycles") { table.integers::<2>("cycles") } else { Some([1, 1]) };
     let (participation, (law, restitution)) = (participation?, law?);
     let own = StructureContact {
         name: name?.to_owned(),

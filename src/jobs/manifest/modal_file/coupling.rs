@@ -1,6 +1,5 @@
 //! The matrices of a modal file that couple its modes: each is a list of rows, one row per mode.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::tree::entries;
@@ -15,17 +14,13 @@ const SKEW_BOUND: f64 = 1e-5;
 const NO_DAMPING: f64 = 1e-12;
 
 /// The coupling. The outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
-pub(super) fn read(
-    root: &Section,
-    issues: &mut Issues,
-    frequency: Option<&[f64]>,
-) -> Option<Option<Coupling>> {
+pub(super) fn read(root: &Section, frequency: Option<&[f64]>) -> Option<Option<Coupling>> {
     let modes = frequency.map(<[f64]>::len);
-    let damping = matrix(root, issues, "damping_matrix", modes)
+    let damping = matrix(root, "damping_matrix", modes)
         .and_then(|matrix| Some(without_round_off(matrix, frequency?)));
-    let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes)
-        .and_then(|matrix| skew(root, issues, matrix, modes?));
-    let stiffness = matrix(root, issues, "stiffness_matrix", modes);
+    let gyroscopic =
+        matrix(root, "gyroscopic_matrix", modes).and_then(|matrix| skew(root, matrix, modes?));
+    let stiffness = matrix(root, "stiffness_matrix", modes);
     let coupling = Coupling {
         damping: damping?,
         gyroscopic: gyroscopic?,
@@ -37,16 +32,11 @@ pub(super) fn read(
 }
 
 /// A square matrix with one row per mode, row by row; zeros if it is absent.
-fn matrix(
-    root: &Section,
-    issues: &mut Issues,
-    name: &str,
-    modes: Option<usize>,
-) -> Option<Vec<f64>> {
+fn matrix(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> {
     if !root.has(name) {
         return modes.map(|modes| vec![0.0; modes * modes]);
     }
-    let rows = root.rows(issues, name)?;
+    let rows = root.rows(name)?;
     let modes = modes?;
     let fault = if rows.len() != modes {
         let plural = if rows.len() == 1 { "" } else { "s" };
@@ -57,17 +47,13 @@ fn matrix(
     } else {
         return Some(rows.concat());
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            root.span_of(name),
-            name,
-            format!("{fault}, but `frequency` has {}", entries(modes)),
-        )
-        .label(format!("{modes} rows of {modes} are needed"))
-        .remedy("give one row per mode with one entry per mode, in the order of `frequency`"),
-    );
-    None
+    root.inconsistent(
+        name,
+        format!("{fault}, but `frequency` has {}", entries(modes)),
+    )
+    .label(format!("{modes} rows of {modes} are needed"))
+    .remedy("give one row per mode with one entry per mode, in the order of `frequency`")
+    .fail(root.issues)
 }
 
 /// A damping matrix, with entries of rigid motions below [`NO_DAMPING`] set to 0.
@@ -84,7 +70,7 @@ fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
 }
 
 /// The gyroscopic matrix, made exactly skew.
-fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
+fn skew(root: &Section, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
     let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let places = (0..modes).flat_map(|i| (0..=i).map(move |j| (i, j)));
     let pair = |(i, j): (usize, usize)| [matrix[i * modes + j], matrix[j * modes + i]];
@@ -94,27 +80,21 @@ fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> 
         .find(|&place| sum(place) > SKEW_BOUND * largest)
     {
         let [below, above] = pair((i, j));
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                root.span_of("gyroscopic_matrix"),
-                "gyroscopic_matrix",
-                format!(
-                    "row {}, column {} of `gyroscopic_matrix` is {}, but its mirror image is {}; gyroscopic moments \
+        let message = format!(
+            "row {}, column {} of `gyroscopic_matrix` is {}, but its mirror image is {}; gyroscopic moments \
                      do no work, so the matrix must be skew-symmetric",
-                    i + 1,
-                    j + 1,
-                    schema::number(below),
-                    schema::number(above)
-                ),
-            )
-            .label("not skew-symmetric")
-            .remedy(
-                "give every pair across the diagonal opposite signs, and the diagonal 0; damping belongs in \
-                 `damping_matrix`",
-            ),
+            i + 1,
+            j + 1,
+            schema::number(below),
+            schema::number(above)
         );
-        return None;
+        let remedy = "give every pair across the diagonal opposite signs, and the diagonal 0; damping belongs in \
+                 `damping_matrix`";
+        return root
+            .inconsistent("gyroscopic_matrix", message)
+            .label("not skew-symmetric")
+            .remedy(remedy)
+            .fail(root.issues);
     }
     let mut exact = vec![0.0; modes * modes];
     for (i, j) in places.filter(|(i, j)| i != j) {

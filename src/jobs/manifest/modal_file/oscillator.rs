@@ -1,7 +1,6 @@
 //! What does a modal file without a mesh have instead? The displacement that results show, with a default.
 
 use super::{acting, acts, column, optional};
-use crate::manifest::diagnostic::Issues;
 use crate::manifest::reader::Section;
 use crate::structure::StructureContact;
 
@@ -16,15 +15,14 @@ pub(super) fn is_one(root: &Section) -> bool {
 /// Participation of the displacement that results show, and modal force of the load.
 pub(super) fn lines(
     root: &Section,
-    issues: &mut Issues,
     modes: Option<usize>,
     contacts: Option<&[StructureContact]>,
 ) -> Option<[Vec<f64>; 2]> {
-    root.without_effect(issues, &OF_MESH, "without `mesh`", "remove it, or add mesh");
-    let load = optional(root, issues, "torque", modes);
+    root.without_effect(&OF_MESH, "without `mesh`", "remove it, or add mesh");
+    let load = optional(root, "torque", modes);
     let shown = if root.has("displacement") {
-        let own = column(root, issues, "displacement", modes);
-        own.filter(|own| acts(root, issues, "displacement", own))?
+        let own = column(root, "displacement", modes);
+        own.filter(|own| acts(root, "displacement", own))?
     } else {
         let felt = contacts?
             .iter()

@@ -1,7 +1,6 @@
 //! Keys that may be absent: reads them like others if they are given, otherwise uses the schema's default.
 
 use super::Section;
-use crate::manifest::diagnostic::Issues;
 use crate::manifest::schema::Key;
 
 impl Section<'_> {
@@ -10,70 +9,64 @@ impl Section<'_> {
         self.spec(&self.path_of(name))
     }
 
-    /// A whole number, or its default.
-    pub fn integer_or_default(&self, issues: &mut Issues, name: &str) -> Option<u64> {
+    /// A whole number that fits its type, or its default.
+    pub fn integer_or_default<T: TryFrom<u64>>(&self, name: &str) -> Option<T> {
         if self.has(name) {
-            self.integer(issues, name)
+            self.integer(name)
         } else {
-            Some(self.key(name).default_integer())
+            T::try_from(self.key(name).default_integer()).ok()
         }
     }
 
-    /// A whole number that counts things in memory, or its default.
-    pub fn count_or_default(&self, issues: &mut Issues, name: &str) -> Option<usize> {
-        let count = self.integer_or_default(issues, name)?;
-        usize::try_from(count).ok()
-    }
-
     /// `true` or `false`, or its default.
-    pub fn boolean_or_default(&self, issues: &mut Issues, name: &str) -> Option<bool> {
+    pub fn boolean_or_default(&self, name: &str) -> Option<bool> {
         if self.has(name) {
-            self.boolean(issues, name)
+            self.boolean(name)
         } else {
             Some(self.key(name).default_boolean())
         }
     }
 
     /// A quantity in SI, or its default.
-    pub fn quantity_or_default(&self, issues: &mut Issues, name: &str) -> Option<f64> {
+    pub fn quantity_or_default(&self, name: &str) -> Option<f64> {
         if self.has(name) {
-            self.quantity(issues, name)
+            self.quantity(name)
         } else {
             Some(self.key(name).default_quantity())
         }
     }
 
     /// One of the schema's words, or its default.
-    pub fn choice_or_default(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
+    pub fn choice_or_default(&self, name: &str) -> Option<&'static str> {
         if self.has(name) {
-            self.choice(issues, name)
+            self.choice(name)
         } else {
             Some(self.key(name).default_word())
         }
     }
 
     /// Two quantities in SI, or their default.
-    pub fn pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+    pub fn pair_or_default(&self, name: &str) -> Option<[f64; 2]> {
         if self.has(name) {
-            self.pair(issues, name)
+            self.pair(name)
         } else {
             self.default_list(name).try_into().ok()
         }
     }
 
     /// Two quantities in SI, one for both, or the default of both.
-    pub fn one_or_pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+    pub fn one_or_pair_or_default(&self, name: &str) -> Option<[f64; 2]> {
         if self.has(name) {
-            self.one_or_pair(issues, name)
+            self.one_or_pair(name)
         } else {
             Some([self.key(name).default_quantity(); 2])
         }
     }
 
     /// A list of whole numbers, or its default.
-    pub fn whole_numbers_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<u64>> {
+    pub fn whole_numbers_or_default(&self, name: &str) -> Option<Vec<u64>> {
         if self.has(name) {
-            self.whole_numbers(issues, name)
+            self.whole_numbers(name)
         } else {
             let numbers = self.default_list(name).into_iter();
             Some(numbers.map(|number| number as u64).collect())
@@ -81,9 +74,9 @@ impl Section<'_> {
     }
 
     /// A list of the schema's words, or its default.
-    pub fn choices_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
+    pub fn choices_or_default(&self, name: &str) -> Option<Vec<&'static str>> {
         if self.has(name) {
-            self.choices(issues, name)
+            self.choices(name)
         } else {
             let elements = self.key(&format!("{name}.*"));
             Some(self.key(name).default_words(elements))

@@ -4,13 +4,17 @@
 mod default;
 mod value;
 
-pub(super) use value::{
-    choice, in_range, integer, meant, quantity, quantity_unbounded, wrong_type, wrong_unit,
-};
+pub(super) use value::{Given, meant};
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::schema::{self, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value, entries};
+
+/// All values, or `None` if one is missing. Every one is read, so that all faults are found.
+pub(super) fn all_or_none<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
+    let values: Vec<Option<T>> = values.collect();
+    values.into_iter().collect()
+}
 
 /// A table of a file, with its dotted path.
 #[derive(Debug, Clone)]
@@ -21,6 +25,8 @@ pub(super) struct Section<'t> {
     pub span: Span,
     entries: &'t [Entry],
     schema: Schema,
+    /// Where faults are recorded.
+    pub issues: &'t Issues,
 }
 
 /// A subtable that may be absent.
@@ -34,7 +40,7 @@ pub(super) enum Child<'t> {
 
 impl<'t> Section<'t> {
     /// The top level of a file.
-    pub fn root(node: &'t Node, schema: Schema) -> Self {
+    pub fn root(node: &'t Node, issues: &'t Issues, schema: Schema) -> Self {
         let entries = match &node.value {
             Value::Table(entries) => entries.as_slice(),
             _ => &[],
@@ -48,6 +54,7 @@ impl<'t> Section<'t> {
             span,
             entries,
             schema,
+            issues,
         }
     }
 
@@ -95,7 +102,7 @@ impl<'t> Section<'t> {
     }
 
     /// Records that a key is missing.
-    pub fn missing(&self, issues: &mut Issues, name: &str) {
+    pub fn missing(&self, name: &str) {
         let path = self.path_of(name);
         let spec = self.spec(&path);
         let mut diagnostic = Diagnostic::new(
@@ -112,22 +119,21 @@ impl<'t> Section<'t> {
         if spec.kind != Kind::Table {
             diagnostic = diagnostic.remedy(format!("add {name} = {}", spec.example));
         }
-        issues.push(diagnostic);
+        self.issues.push(diagnostic);
     }
 
     /// A subtable.
-    pub fn child(&self, issues: &mut Issues, name: &str) -> Child<'t> {
+    pub fn child(&self, name: &str) -> Child<'t> {
         let Some(entry) = self.entry(name) else {
             return Child::Absent;
         };
-        let path = self.path_of(name);
-        match Self::of_node(&entry.node, path.clone(), self.schema) {
+        match self.of_node(&entry.node, self.path_of(name)) {
             Some(mut section) => {
                 section.span = entry.key_span;
                 Child::Present(section)
             }
             None => {
-                wrong_type(issues, &entry.node, &path, self.spec(&path));
+                _ = self.given(name, |given| given.wrong_type::<()>());
                 Child::Invalid
             }
         }
@@ -140,265 +146,219 @@ impl<'t> Section<'t> {
             span: self.span,
             entries: &[],
             schema: self.schema,
+            issues: self.issues,
         }
     }
 
     /// A required subtable.
-    pub fn required_child(&self, issues: &mut Issues, name: &str) -> Option<Section<'t>> {
-        match self.child(issues, name) {
+    pub fn required_child(&self, name: &str) -> Option<Section<'t>> {
+        match self.child(name) {
             Child::Present(section) => Some(section),
             Child::Invalid => None,
             Child::Absent => {
-                self.missing(issues, name);
+                self.missing(name);
                 None
             }
         }
     }
 
     /// A table as a value.
-    fn of_node(node: &'t Node, path: String, schema: Schema) -> Option<Self> {
+    fn of_node(&self, node: &'t Node, path: String) -> Option<Self> {
         match &node.value {
             Value::Table(entries) => Some(Self {
                 path,
                 span: node.span,
                 entries,
-                schema,
+                schema: self.schema,
+                issues: self.issues,
             }),
             _ => None,
         }
     }
 
-    pub fn required(&self, issues: &mut Issues, name: &str) -> Option<&'t Entry> {
+    pub fn required(&self, name: &str) -> Option<&'t Entry> {
         let entry = self.entry(name);
         if entry.is_none() {
-            self.missing(issues, name);
+            self.missing(name);
         }
         entry
     }
 
-    /// A required quantity in SI.
-    pub fn quantity(&self, issues: &mut Issues, name: &str) -> Option<f64> {
-        let entry = self.required(issues, name)?;
-        let path = self.path_of(name);
-        quantity(issues, &entry.node, &path, self.spec(&path))
+    /// Reads the value of a required key.
+    fn given<T>(&self, name: &str, read: impl FnOnce(Given) -> Option<T>) -> Option<T> {
+        let node = &self.required(name)?.node;
+        let path = &self.path_of(name);
+        read(Given {
+            issues: self.issues,
+            node,
+            path,
+            spec: self.spec(path),
+        })
     }
 
-    /// A required whole number.
-    pub fn integer(&self, issues: &mut Issues, name: &str) -> Option<u64> {
-        let entry = self.required(issues, name)?;
-        let path = self.path_of(name);
-        integer(issues, &entry.node, &path, self.spec(&path))
+    /// A required quantity in SI.
+    pub fn quantity(&self, name: &str) -> Option<f64> {
+        self.given(name, |given| given.quantity())
+    }
+
+    /// A required whole number that fits its type.
+    pub fn integer<T: TryFrom<u64>>(&self, name: &str) -> Option<T> {
+        T::try_from(self.given(name, |given| given.integer())?).ok()
     }
 
     /// A whole number, or `default`, which depends on other keys.
-    pub fn integer_or(&self, issues: &mut Issues, name: &str, default: u64) -> Option<u64> {
-        if self.has(name) { self.integer(issues, name) } else { Some(default) }
-    }
-
-    /// A required whole number that counts things in memory.
-    pub fn count(&self, issues: &mut Issues, name: &str) -> Option<usize> {
-        let count = self.integer(issues, name)?;
-        usize::try_from(count).ok()
-    }
-
-    /// A whole number that counts things in memory, or `default`, which depends on other keys.
-    pub fn count_or(&self, issues: &mut Issues, name: &str, default: usize) -> Option<usize> {
-        let count = self.integer_or(issues, name, default as u64)?;
-        usize::try_from(count).ok()
+    pub fn integer_or<T: TryFrom<u64>>(&self, name: &str, default: T) -> Option<T> {
+        if self.has(name) { self.integer(name) } else { Some(default) }
     }
 
     /// `true` or `false`.
-    pub fn boolean(&self, issues: &mut Issues, name: &str) -> Option<bool> {
-        let entry = self.required(issues, name)?;
-        if let Value::Boolean(value) = entry.node.value {
-            return Some(value);
-        }
-        let path = self.path_of(name);
-        wrong_type(issues, &entry.node, &path, self.spec(&path));
-        None
+    pub fn boolean(&self, name: &str) -> Option<bool> {
+        self.given(name, |given| match given.node.value {
+            Value::Boolean(value) => Some(value),
+            _ => given.wrong_type(),
+        })
     }
 
     /// A required text.
-    pub fn text(&self, issues: &mut Issues, name: &str) -> Option<&'t str> {
-        let entry = self.required(issues, name)?;
-        if let Value::Text(text) = &entry.node.value {
-            return Some(text);
+    pub fn text(&self, name: &str) -> Option<&'t str> {
+        match &self.required(name)?.node.value {
+            Value::Text(text) => Some(text),
+            _ => self.given(name, |given| given.wrong_type()),
         }
-        let path = self.path_of(name);
-        wrong_type(issues, &entry.node, &path, self.spec(&path));
-        None
-    }
-
-    /// A required list of texts, with this many elements if a length is given.
-    pub fn texts(
-        &self,
-        issues: &mut Issues,
-        name: &str,
-        length: Option<usize>,
-    ) -> Option<Vec<&'t str>> {
-        let items = self.list(issues, name, length)?;
-        let spec = self.spec(&self.path_of(&format!("{name}.*")));
-        let texts: Vec<_> = (items.iter().enumerate())
-            .map(|(i, item)| match &item.value {
-                Value::Text(text) => Some(text.as_str()),
-                _ => {
-                    wrong_type(issues, item, &self.path_of(&format!("{name}.{i}")), spec);
-                    None
-                }
-            })
-            .collect();
-        texts.into_iter().collect()
     }
 
     /// One of the schema's words for this key, which is required.
-    pub fn choice(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
-        let entry = self.required(issues, name)?;
-        let path = self.path_of(name);
-        choice(issues, &entry.node, &path, self.spec(&path))
-    }
-
-    /// A list with the schema's words as elements.
-    pub fn choices(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
-        let items = self.list(issues, name, None)?;
-        let spec = self.spec(&self.path_of(&format!("{name}.*")));
-        // Read every element before failing, so that all faults are found.
-        let words: Vec<_> = (items.iter().enumerate())
-            .map(|(i, item)| choice(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
-            .collect();
-        words.into_iter().collect()
+    pub fn choice(&self, name: &str) -> Option<&'static str> {
+        self.given(name, |given| given.choice())
     }
 
     /// The elements of a list; `None` if it is not a list or has another length than expected.
-    pub fn list(
-        &self,
-        issues: &mut Issues,
-        name: &str,
-        length: Option<usize>,
-    ) -> Option<&'t [Node]> {
-        let entry = self.required(issues, name)?;
+    pub fn list(&self, name: &str, length: Option<usize>) -> Option<&'t [Node]> {
+        let Value::Array(items) = &self.required(name)?.node.value else {
+            return self.given(name, |given| given.wrong_type());
+        };
+        let Some(length) = length.filter(|length| *length != items.len()) else {
+            return Some(items);
+        };
         let path = self.path_of(name);
         let spec = self.spec(&path);
-        let Value::Array(items) = &entry.node.value else {
-            wrong_type(issues, &entry.node, &path, spec);
-            return None;
-        };
-        match length {
-            Some(length) if length != items.len() => {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::WrongType,
-                        entry.node.span,
-                        &path,
-                        format!("`{path}` has {}, not {length}", entries(items.len())),
-                    )
-                    .label(format!("{length} entries are needed"))
-                    .accepted(match spec.kind {
-                        Kind::List(_) => spec.accepted(),
-                        _ => format!(
-                            "give one value for both, or a pair [first, second]: {}",
-                            spec.accepted()
-                        ),
-                    }),
-                );
-                None
-            }
-            _ => Some(items),
-        }
+        let message = format!("`{path}` has {}, not {length}", entries(items.len()));
+        self.fault(DiagnosticKind::WrongType, name, message)
+            .label(format!("{length} entries are needed"))
+            .accepted(match spec.kind {
+                Kind::List(_) => spec.accepted(),
+                _ => format!(
+                    "give one value for both, or a pair [first, second]: {}",
+                    spec.accepted()
+                ),
+            })
+            .fail(self.issues)
+    }
+
+    /// The elements of a list, each read by a function.
+    fn elements<T>(
+        &self,
+        name: &str,
+        length: Option<usize>,
+        read: impl Fn(Given, &'t Node) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let items = self.list(name, length)?;
+        let spec = self.spec(&self.path_of(&format!("{name}.*")));
+        all_or_none(items.iter().enumerate().map(|(i, node)| {
+            let given = Given {
+                issues: self.issues,
+                node,
+                path: &self.path_of(&format!("{name}.{i}")),
+                spec,
+            };
+            read(given, node)
+        }))
+    }
+
+    /// A required list of texts, with this many elements if a length is given.
+    pub fn texts(&self, name: &str, length: Option<usize>) -> Option<Vec<&'t str>> {
+        self.elements(name, length, |given, node| match &node.value {
+            Value::Text(text) => Some(text.as_str()),
+            _ => given.wrong_type(),
+        })
+    }
+
+    /// A list with the schema's words as elements.
+    pub fn choices(&self, name: &str) -> Option<Vec<&'static str>> {
+        self.elements(name, None, |given, _| given.choice())
     }
 
     /// A list of quantities in SI.
-    pub fn quantities(
-        &self,
-        issues: &mut Issues,
-        name: &str,
-        length: Option<usize>,
-    ) -> Option<Vec<f64>> {
-        let items = self.list(issues, name, length)?;
-        let element = self.path_of(name) + ".*";
-        let spec = self.spec(&element);
-        // Read every element before failing, so that all faults are found.
-        let values: Vec<_> = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| quantity(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
-            .collect();
-        values.into_iter().collect()
+    pub fn quantities(&self, name: &str, length: Option<usize>) -> Option<Vec<f64>> {
+        self.elements(name, length, |given, _| given.quantity())
     }
 
     /// A list of lists of quantities in SI.
-    pub fn rows(&self, issues: &mut Issues, name: &str) -> Option<Vec<Vec<f64>>> {
-        let items = self.list(issues, name, None)?;
+    pub fn rows(&self, name: &str) -> Option<Vec<Vec<f64>>> {
         let spec = self.spec(&self.path_of(&format!("{name}.*.*")));
-        // Read every element before failing, so that all faults are found.
-        let rows: Vec<Option<Vec<f64>>> = (items.iter().enumerate())
-            .map(|(i, item)| {
-                let path = self.path_of(&format!("{name}.{i}"));
-                let Value::Array(cells) = &item.value else {
-                    wrong_type(issues, item, &path, self.spec(&path));
-                    return None;
+        self.elements(name, None, |given, node| {
+            let Value::Array(cells) = &node.value else {
+                return given.wrong_type();
+            };
+            all_or_none(cells.iter().enumerate().map(|(j, node)| {
+                let path = &format!("{}.{j}", given.path);
+                let cell = Given {
+                    node,
+                    path,
+                    spec,
+                    ..given
                 };
-                let values: Vec<_> = (cells.iter().enumerate())
-                    .map(|(j, cell)| quantity(issues, cell, &format!("{path}.{j}"), spec))
-                    .collect();
-                values.into_iter().collect()
-            })
-            .collect();
-        rows.into_iter().collect()
+                cell.quantity()
+            }))
+        })
     }
 
     /// A list of whole numbers of fixed length.
-    pub fn integers<const N: usize>(&self, issues: &mut Issues, name: &str) -> Option<[u64; N]> {
-        self.list(issues, name, Some(N))?;
-        self.whole_numbers(issues, name)?.try_into().ok()
+    pub fn integers<const N: usize>(&self, name: &str) -> Option<[u64; N]> {
+        self.list(name, Some(N))?;
+        self.whole_numbers(name)?.try_into().ok()
     }
 
     /// A list of whole numbers.
-    pub fn whole_numbers(&self, issues: &mut Issues, name: &str) -> Option<Vec<u64>> {
-        let items = self.list(issues, name, None)?;
-        let element = self.path_of(name) + ".*";
-        let spec = self.spec(&element);
-        let values: Vec<_> = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| integer(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
-            .collect();
-        values.into_iter().collect()
+    pub fn whole_numbers(&self, name: &str) -> Option<Vec<u64>> {
+        self.elements(name, None, |given, _| given.integer())
     }
 
     /// Two quantities in SI, `[first, second]`.
-    pub fn pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
-        self.quantities(issues, name, Some(2))?.try_into().ok()
+    pub fn pair(&self, name: &str) -> Option<[f64; 2]> {
+        self.quantities(name, Some(2))?.try_into().ok()
     }
 
     /// Two quantities in SI, `[first, second]`, or one for both.
-    pub fn one_or_pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+    pub fn one_or_pair(&self, name: &str) -> Option<[f64; 2]> {
         // A key of both gears has one value in the table of one gear.
         let of_one = self.spec(&self.path_of(name)).is_of_one_gear(&self.path);
         match self.entry(name).map(|entry| &entry.node.value) {
-            Some(Value::Array(_)) if !of_one => self.pair(issues, name),
-            _ => self.quantity(issues, name).map(|value| [value; 2]),
+            Some(Value::Array(_)) if !of_one => self.pair(name),
+            _ => self.quantity(name).map(|value| [value; 2]),
         }
     }
 
     /// The tables of a list, empty if the key is absent.
-    pub fn tables(&self, issues: &mut Issues, name: &str) -> Option<Vec<Section<'t>>> {
+    pub fn tables(&self, name: &str) -> Option<Vec<Section<'t>>> {
         if !self.has(name) {
             return Some(Vec::new());
         }
-        let items = self.list(issues, name, None)?;
-        let sections: Vec<_> = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| {
-                let path = self.path_of(&format!("{name}.{i}"));
-                let section = Self::of_node(item, path.clone(), self.schema);
-                if section.is_none() {
-                    wrong_type(issues, item, &path, self.spec(&path));
-                }
-                section
-            })
-            .collect();
-        sections.into_iter().collect()
+        self.elements(name, None, |given, node| {
+            let section = self.of_node(node, given.path.to_owned());
+            section.or_else(|| given.wrong_type())
+        })
+    }
+
+    /// This table with another list of faults.
+    pub fn recording_in<'s>(&self, issues: &'s Issues) -> Section<'s>
+    where
+        't: 's,
+    {
+        Section {
+            issues,
+            ..self.clone()
+        }
     }
 
     /// This table without its entries, for keys that have no effect.
@@ -416,37 +376,78 @@ impl<'t> Section<'t> {
 
     /// Warns of keys without effect because of another choice, with the reason. The caller must not read them: they may
     /// hold anything.
-    pub fn without_effect(&self, issues: &mut Issues, names: &[&str], why: &str, remedy: &str) {
+    pub fn without_effect(&self, names: &[&str], why: &str, remedy: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::NoEffect,
-                    entry.key_span,
-                    &path,
-                    format!("`{path}` has no effect {why}"),
-                )
+            let message = format!("`{path}` has no effect {why}");
+            Diagnostic::new(DiagnosticKind::NoEffect, entry.key_span, &path, message)
                 .label("not used")
-                .remedy(remedy),
-            );
+                .remedy(remedy)
+                .report(self.issues);
         }
     }
 
     /// Records keys that repeat another key: which of the two is meant is unknown. `what` ends the sentence "both ...".
-    pub fn given_twice(&self, issues: &mut Issues, names: &[&str], other: &str, what: &str) {
+    pub fn given_twice(&self, names: &[&str], other: &str, what: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    entry.key_span,
-                    &path,
-                    format!("`{path}` and `{}` both {what}", self.path_of(other)),
-                )
+            let message = format!("`{path}` and `{}` both {what}", self.path_of(other));
+            Diagnostic::new(DiagnosticKind::Inconsistent, entry.key_span, &path, message)
                 .label("given twice")
-                .remedy("keep one of the two"),
-            );
+                .remedy("keep one of the two")
+                .report(self.issues);
         }
+    }
+
+    /// The tables of a list, read by a function; all are read before failing.
+    pub fn each<T>(
+        &self,
+        name: &str,
+        read: impl FnMut(&Section<'t>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        all_or_none(self.tables(name)?.iter().map(read))
+    }
+
+    /// A fault in the value of a key, or in its absence.
+    pub fn fault(
+        &self,
+        kind: DiagnosticKind,
+        name: &str,
+        message: impl Into<String>,
+    ) -> Diagnostic {
+        Diagnostic::new(kind, self.span_of(name), &self.path_of(name), message)
+    }
+
+    /// The fault of a value that contradicts others.
+    pub fn inconsistent(&self, name: &str, message: impl Into<String>) -> Diagnostic {
+        self.fault(DiagnosticKind::Inconsistent, name, message)
+    }
+
+    /// A fault of the whole table.
+    pub fn whole_fault(&self, kind: DiagnosticKind, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(kind, self.span, &self.path, message)
+    }
+
+    /// An optional table: `Some(None)` if absent, `None` if faulty.
+    pub fn optional<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&Section) -> Option<T>,
+    ) -> Option<Option<T>> {
+        match self.child(name) {
+            Child::Absent => Some(None),
+            Child::Invalid => None,
+            Child::Present(table) => read(&table).map(Some),
+        }
+    }
+
+    /// A key that may be absent: `Some(None)` if it is, `None` if it is faulty.
+    pub fn if_given<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&Self, &str) -> Option<T>,
+    ) -> Option<Option<T>> {
+        if self.has(name) { read(self, name).map(Some) } else { Some(None) }
     }
 
     /// Place of a key's value; the table's header if it is absent.

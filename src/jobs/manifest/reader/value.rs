@@ -5,106 +5,166 @@ use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
 
-/// Records a value of another type than in the schema.
-pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &str, spec: &Key) {
-    let wanted = match spec.kind {
-        Kind::Quantity(dimension) => dimension.name(),
-        Kind::Integer => "a whole number",
-        Kind::Boolean => "true or false",
-        Kind::Text | Kind::Choice(_) => "a text in quotes",
-        Kind::List(_) => "a list in [ ]",
-        Kind::ContactDamping => "a damping ratio or coefficient",
-        Kind::Initial => "\"static\", \"rest\" or a table",
-        Kind::Table => "a table",
-        Kind::Axis(_) => "a value or a table of values",
-        Kind::Points => "a list of points or the path of a file",
-    };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::WrongType,
-            node.span,
-            path,
-            format!("`{path}` must be {wanted}, not {}", node.value.type_name()),
-        )
-        .label(format!("this is {}", node.value.type_name()))
-        .accepted(spec.accepted()),
-    );
+/// A value with its path and the schema's entry of its key. Its readers record faults.
+#[derive(Clone, Copy)]
+pub(in crate::manifest) struct Given<'a> {
+    pub issues: &'a Issues,
+    pub node: &'a Node,
+    pub path: &'a str,
+    pub spec: &'a Key,
 }
 
-/// A quantity without its range, in SI.
-pub(in crate::manifest) fn quantity_unbounded(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    dimension: Dimension,
-    spec: &Key,
-) -> Option<f64> {
-    match &node.value {
-        Value::Float(value) | Value::Sample(value, _) => Some(*value + 0.0),
-        Value::Integer(value) => Some(*value as f64),
-        Value::Text(text) => match units::parse(text, dimension) {
-            Ok(value) => Some(value + 0.0),
-            Err(error) => {
-                wrong_unit(issues, node, path, dimension, &error, spec);
-                None
-            }
-        },
-        _ => {
-            wrong_type(issues, node, path, spec);
-            None
+impl<'a> Given<'a> {
+    fn fault(self, kind: DiagnosticKind, message: String) -> Diagnostic {
+        let fault = Diagnostic::new(kind, self.node.span, self.path, message);
+        fault.accepted(self.spec.accepted())
+    }
+
+    /// Records a value of another type than in the schema; there is no value.
+    pub fn wrong_type<T>(self) -> Option<T> {
+        let wanted = match self.spec.kind {
+            Kind::Quantity(dimension) => dimension.name(),
+            Kind::Integer => "a whole number",
+            Kind::Boolean => "true or false",
+            Kind::Text | Kind::Choice(_) => "a text in quotes",
+            Kind::List(_) => "a list in [ ]",
+            Kind::ContactDamping => "a damping ratio or coefficient",
+            Kind::Initial => "\"static\", \"rest\" or a table",
+            Kind::Table => "a table",
+            Kind::Axis(_) => "a value or a table of values",
+            Kind::Points => "a list of points or the path of a file",
+        };
+        let found = self.node.value.type_name();
+        let message = format!("`{}` must be {wanted}, not {found}", self.path);
+        self.fault(DiagnosticKind::WrongType, message)
+            .label(format!("this is {found}"))
+            .fail(self.issues)
+    }
+
+    /// A text.
+    pub fn text(self) -> Option<&'a str> {
+        match &self.node.value {
+            Value::Text(text) => Some(text),
+            _ => self.wrong_type(),
         }
     }
-}
 
-/// A quantity in its range, in SI.
-pub(in crate::manifest) fn quantity(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    spec: &Key,
-) -> Option<f64> {
-    let (Kind::Quantity(dimension) | Kind::Axis(dimension)) = spec.kind else {
-        unreachable!("`{path}` is read as a quantity but is none in the schema")
-    };
-    let value = quantity_unbounded(issues, node, path, dimension, spec)?;
-    in_range(issues, node, path, value, dimension, spec)
-}
+    /// A quantity without its range, in SI.
+    pub fn quantity_unbounded(self, dimension: Dimension) -> Option<f64> {
+        match &self.node.value {
+            Value::Float(value) | Value::Sample(value, _) => Some(*value + 0.0),
+            Value::Integer(value) => Some(*value as f64),
+            Value::Text(text) => match units::parse(text, dimension) {
+                Ok(value) => Some(value + 0.0),
+                Err(error) => self.wrong_unit(dimension, &error),
+            },
+            _ => self.wrong_type(),
+        }
+    }
 
-/// The value if it is in the key's range.
-pub(in crate::manifest) fn in_range(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    value: f64,
-    dimension: Dimension,
-    spec: &Key,
-) -> Option<f64> {
-    if spec.bounds.contain(value) {
-        return Some(value);
+    /// A quantity in its range, in SI.
+    pub fn quantity(self) -> Option<f64> {
+        let (Kind::Quantity(dimension) | Kind::Axis(dimension)) = self.spec.kind else {
+            let path = self.path;
+            unreachable!("`{path}` is read as a quantity but is none in the schema")
+        };
+        let value = self.quantity_unbounded(dimension)?;
+        self.in_range(value, dimension)
     }
-    let unit = match dimension {
-        Dimension::Ratio => String::new(),
-        _ => format!(" {}", dimension.unit()),
-    };
-    let (message, label) = if value.is_finite() {
-        (
-            format!("`{path}` = {}{unit} is out of range", schema::number(value)),
-            format!("must be {}{unit}", spec.bounds.words()),
-        )
-    } else {
-        (
-            format!("`{path}` is not a finite number"),
-            "not finite".to_owned(),
-        )
-    };
-    let mut diagnostic = Diagnostic::new(DiagnosticKind::OutOfRange, node.span, path, message)
-        .label(label)
-        .accepted(spec.accepted());
-    if let Some(remedy) = meant(&node.value, spec) {
-        diagnostic = diagnostic.remedy(remedy);
+
+    /// The value if it is in the key's range.
+    pub fn in_range(self, value: f64, dimension: Dimension) -> Option<f64> {
+        let Self { path, spec, .. } = self;
+        if spec.bounds.contain(value) {
+            return Some(value);
+        }
+        let unit = match dimension {
+            Dimension::Ratio => String::new(),
+            _ => format!(" {}", dimension.unit()),
+        };
+        let (message, label) = if value.is_finite() {
+            (
+                format!("`{path}` = {}{unit} is out of range", schema::number(value)),
+                format!("must be {}{unit}", spec.bounds.words()),
+            )
+        } else {
+            (
+                format!("`{path}` is not a finite number"),
+                "not finite".to_owned(),
+            )
+        };
+        let mut fault = self.fault(DiagnosticKind::OutOfRange, message).label(label);
+        if let Some(remedy) = meant(&self.node.value, spec) {
+            fault = fault.remedy(remedy);
+        }
+        fault.fail(self.issues)
     }
-    issues.push(diagnostic);
-    None
+
+    /// Records text that is not a quantity of the expected dimension; there is no value.
+    pub fn wrong_unit<T>(self, dimension: Dimension, error: &QuantityError) -> Option<T> {
+        let message = format!("`{}`: {error}", self.path);
+        let mut fault = self
+            .fault(DiagnosticKind::WrongUnit, message)
+            .label(format!("{} is needed here", dimension.name()));
+        if let QuantityError::MissingUnit { text } = error {
+            let (number, unit) = (text.trim(), dimension.unit());
+            fault = fault.remedy(if dimension.units().is_empty() {
+                format!("remove the quotes: {number}")
+            } else if dimension == Dimension::Ratio {
+                format!("remove the quotes ({number}), or write \"{number} %\"")
+            } else {
+                format!(
+                    "write the unit (\"{number} {unit}\"), or remove the quotes: a bare number is in {unit}"
+                )
+            });
+        }
+        fault.fail(self.issues)
+    }
+
+    /// A whole number in its range.
+    pub fn integer(self) -> Option<u64> {
+        let path = self.path;
+        let value = match self.node.value {
+            Value::Integer(value) => value,
+            Value::Sample(value, _) if value.fract() == 0.0 && value.abs() < 9e15 => value as i64,
+            Value::Sample(value, _) | Value::Float(value) => {
+                let value = schema::number(value);
+                let message = format!("`{path}` must be a whole number, not {value}");
+                return self
+                    .fault(DiagnosticKind::WrongType, message)
+                    .label("not a whole number")
+                    .fail(self.issues);
+            }
+            _ => return self.wrong_type(),
+        };
+        if self.spec.bounds.contain(value as f64) {
+            return u64::try_from(value).ok();
+        }
+        let message = format!("`{path}` = {value} is out of range");
+        self.fault(DiagnosticKind::OutOfRange, message)
+            .label("out of range")
+            .fail(self.issues)
+    }
+
+    /// One of the schema's words.
+    pub fn choice(self) -> Option<&'static str> {
+        let Kind::Choice(choices) = self.spec.kind else {
+            let path = self.path;
+            unreachable!("`{path}` is read as a choice but is none in the schema")
+        };
+        let text = self.text()?;
+        let choice = choices.iter().find(|choice| **choice == text);
+        choice.copied().or_else(|| self.not_a_choice(text, choices))
+    }
+
+    /// Records a text that is not one of some words; there is no value.
+    pub fn not_a_choice<T>(self, text: &str, choices: &[&str]) -> Option<T> {
+        let message = format!("`{}` cannot be \"{text}\"", self.path);
+        self.fault(DiagnosticKind::OutOfRange, message)
+            .label("not one of the choices")
+            .suggestion(schema::nearest(text, choices).map(|near| format!("\"{near}\"")))
+            .fail(self.issues)
+    }
 }
 
 /// Likely meaning of a bare number: the same number in the unit of the key's example, if that is in range.
@@ -128,116 +188,4 @@ pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
         let own = dimension.unit();
         format!("a bare number is in {own}: write the unit, such as \"{meant}\"")
     })
-}
-
-/// Records text that is not a quantity of the expected dimension.
-pub(in crate::manifest) fn wrong_unit(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    dimension: Dimension,
-    error: &QuantityError,
-    spec: &Key,
-) {
-    let mut diagnostic = Diagnostic::new(
-        DiagnosticKind::WrongUnit,
-        node.span,
-        path,
-        format!("`{path}`: {error}"),
-    )
-    .label(format!("{} is needed here", dimension.name()))
-    .accepted(spec.accepted());
-    if let QuantityError::MissingUnit { text } = error {
-        let number = text.trim();
-        diagnostic = diagnostic.remedy(if dimension.units().is_empty() {
-            format!("remove the quotes: {number}")
-        } else if dimension == Dimension::Ratio {
-            format!("remove the quotes ({number}), or write \"{number} %\"")
-        } else {
-            format!(
-                "write the unit (\"{number} {}\"), or remove the quotes: a bare number is in {}",
-                dimension.unit(),
-                dimension.unit()
-            )
-        });
-    }
-    issues.push(diagnostic);
-}
-
-/// A whole number in its range.
-pub(in crate::manifest) fn integer(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    spec: &Key,
-) -> Option<u64> {
-    let value = match node.value {
-        Value::Integer(value) => value,
-        Value::Sample(value, _) if value.fract() == 0.0 && value.abs() < 9e15 => value as i64,
-        Value::Sample(value, _) | Value::Float(value) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::WrongType,
-                    node.span,
-                    path,
-                    format!(
-                        "`{path}` must be a whole number, not {}",
-                        schema::number(value)
-                    ),
-                )
-                .label("not a whole number")
-                .accepted(spec.accepted()),
-            );
-            return None;
-        }
-        _ => {
-            wrong_type(issues, node, path, spec);
-            return None;
-        }
-    };
-    if spec.bounds.contain(value as f64) {
-        return u64::try_from(value).ok();
-    }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            node.span,
-            path,
-            format!("`{path}` = {value} is out of range"),
-        )
-        .label("out of range")
-        .accepted(spec.accepted()),
-    );
-    None
-}
-
-/// One of the schema's words.
-pub(in crate::manifest) fn choice(
-    issues: &mut Issues,
-    node: &Node,
-    path: &str,
-    spec: &Key,
-) -> Option<&'static str> {
-    let Kind::Choice(choices) = spec.kind else {
-        unreachable!("`{path}` is read as a choice but is none in the schema")
-    };
-    let Value::Text(text) = &node.value else {
-        wrong_type(issues, node, path, spec);
-        return None;
-    };
-    if let Some(choice) = choices.iter().find(|choice| *choice == text) {
-        return Some(choice);
-    }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            node.span,
-            path,
-            format!("`{path}` cannot be \"{text}\""),
-        )
-        .label("not one of the choices")
-        .accepted(spec.accepted())
-        .suggestion(schema::nearest(text, choices).map(|near| format!("\"{near}\""))),
-    );
-    None
 }

@@ -74,24 +74,31 @@ fn examples_are_accepted() {
         .chain(all(MODAL_FILE))
         .chain(all(HOUSING_FILE))
     {
-        let mut issues = Issues::default();
+        let issues = Issues::default();
         let source = issues.add_source("example".to_owned(), format!("x = {}", key.example));
         if key.example.is_empty() {
             assert!(matches!(key.kind, Kind::Table), "{}", key.path);
             continue;
         }
-        let tree = tree::parse(source, &mut issues);
+        let tree = tree::parse(source, &issues);
         let node = &tree.entry("x").unwrap().node;
+        let given = reader::Given {
+            issues: &issues,
+            node,
+            path: key.path,
+            spec: key,
+        };
         match key.kind {
             Kind::Quantity(_) => {
-                reader::quantity(&mut issues, node, key.path, key);
+                given.quantity();
             }
             Kind::Integer => {
-                reader::integer(&mut issues, node, key.path, key);
+                given.integer();
             }
             _ => {}
         }
-        assert!(issues.found.is_empty(), "{}: {:?}", key.path, issues.found);
+        let found = issues.found.borrow();
+        assert!(found.is_empty(), "{}: {found:?}", key.path);
         checked += 1;
     }
     assert!(checked > 80, "{checked}");

@@ -1,39 +1,34 @@
 //! `[analyses]`: one table per analysis; an absent table means that it is not computed.
 
-use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
     Analyses, Effort, GrowthNorm, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig,
     OrderConfig, Signals, SpectrumConfig,
 };
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::spec::{ModelSpec, RunSpec};
 
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
     carried: bool,
 ) -> Option<Analyses> {
     let retained = model.map(|model| model.retained);
     let cycles = run.map(|run| run.cycles);
-    let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
-        lyapunov(table, issues, model, run)
+    let lyapunov = section.optional("lyapunov", |table| lyapunov(table, model, run));
+    let poincare = section.optional("poincare", |table| {
+        poincare::read(table, cycles, carried, retained)
     });
-    let poincare = optional(section, issues, "poincare", |table, issues| {
-        poincare::read(table, issues, cycles, carried, retained)
-    });
-    let nvh = optional(section, issues, "nvh", |table, issues| {
-        let harmonics = table.count_or_default(issues, "harmonics");
-        let spectrum = optional(table, issues, "spectrum", spectrum);
-        let orders = optional(table, issues, "orders", orders);
-        let stop_at_stderr = stop_at_stderr(table, issues);
+    let nvh = section.optional("nvh", |table| {
+        let harmonics = table.integer_or_default("harmonics");
+        let spectrum = table.optional("spectrum", spectrum);
+        let orders = table.optional("orders", orders);
+        let stop_at_stderr = stop_at_stderr(table);
         let [bearings, torques, accelerations, meshes, power] =
             ["bearings", "torques", "accelerations", "meshes", "power"]
-                .map(|name| table.boolean_or_default(issues, name));
+                .map(|name| table.boolean_or_default(name));
         Some(NvhConfig {
             harmonics: harmonics?,
             outputs: Signals {
@@ -49,36 +44,28 @@ pub(super) fn read(
             stop_at_stderr: stop_at_stderr?,
         })
     });
-    let multistability = optional(section, issues, "multistability", |table, issues| {
-        multistability(table, issues, retained, run)
+    let multistability = section.optional("multistability", |table| {
+        multistability(table, retained, run)
     });
-    let orbits = optional(section, issues, "orbits", |table, issues| {
-        orbits::read(table, issues, retained)
-    });
-    let horizon = optional(section, issues, "horizon", horizon);
-    let covariant = optional(section, issues, "covariant", |table, issues| {
-        covariant::read(table, issues, model)
-    });
+    let orbits = section.optional("orbits", |table| orbits::read(table, retained));
+    let horizon = section.optional("horizon", horizon);
+    let covariant = section.optional("covariant", |table| covariant::read(table, model));
     let without = ["horizon", "covariant"]
         .into_iter()
         .filter(|name| section.has(name) && !section.has("lyapunov"));
-    let before = issues.count();
+    let before = section.issues.count();
     for name in without {
         let path = format!("analyses.{name}");
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(name),
-                &path,
-                format!(
-                    "`{path}` needs the kind of motion, and only a Lyapunov exponent determines it"
-                ),
-            )
-            .label("needs `analyses.lyapunov`")
-            .remedy("add `lyapunov = {}` to [analyses]"),
+        let message = format!(
+            "`{path}` needs the kind of motion, and only a Lyapunov exponent determines it"
         );
+        section
+            .inconsistent(name, message)
+            .label("needs `analyses.lyapunov`")
+            .remedy("add `lyapunov = {}` to [analyses]")
+            .report(section.issues);
     }
-    if issues.count() > before {
+    if section.issues.count() > before {
         return None;
     }
     Some(Analyses {
@@ -92,30 +79,30 @@ pub(super) fn read(
     })
 }
 
-fn spectrum(table: &Section, issues: &mut Issues) -> Option<SpectrumConfig> {
-    let signals = signals(table, issues);
-    let highest_order = table.integer_or_default(issues, "highest_order");
-    let resolution = table.integer_or_default(issues, "resolution");
+fn spectrum(table: &Section) -> Option<SpectrumConfig> {
+    let signals = signals(table);
+    let highest_order = table.integer_or_default("highest_order");
+    let resolution = table.integer_or_default("resolution");
     Some(SpectrumConfig {
         signals: signals?,
-        highest_order: u32::try_from(highest_order?).ok()?,
-        resolution: u32::try_from(resolution?).ok()?,
+        highest_order: highest_order?,
+        resolution: resolution?,
     })
 }
 
-fn orders(table: &Section, issues: &mut Issues) -> Option<OrderConfig> {
-    let signals = signals(table, issues);
-    let mesh = table.integer_or_default(issues, "mesh");
-    let shafts = table.integer_or_default(issues, "shafts");
+fn orders(table: &Section) -> Option<OrderConfig> {
+    let signals = signals(table);
+    let mesh = table.integer_or_default("mesh");
+    let shafts = table.integer_or_default("shafts");
     Some(OrderConfig {
         signals: signals?,
-        mesh: u32::try_from(mesh?).ok()?,
-        shafts: u32::try_from(shafts?).ok()?,
+        mesh: mesh?,
+        shafts: shafts?,
     })
 }
 
-pub(super) fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
-    let words = table.choices_or_default(issues, "signals")?;
+pub(super) fn signals(table: &Section) -> Option<Signals> {
+    let words = table.choices_or_default("signals")?;
     Some(Signals {
         deflection: words.contains(&"deflection"),
         force: words.contains(&"force"),
@@ -129,31 +116,28 @@ pub(super) fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
 
 fn lyapunov(
     table: &Section,
-    issues: &mut Issues,
     model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
 ) -> Option<LyapunovConfig> {
-    let exponents = table.count_or_default(issues, "exponents");
-    let stop_at_stderr = stop_at_stderr(table, issues);
-    let align = table.integer_or_default(issues, "align");
-    let twin = table.boolean_or_default(issues, "twin");
-    let separation =
-        (table.if_effective(twin != Some(false))).quantity_or_default(issues, "separation");
-    let course = table.count_or_default(issues, "course");
-    let norm = table.choice_or_default(issues, "norm");
-    let effort = table.choice_or_default(issues, "effort");
-    let lifetime = lifetime(table, issues, run);
-    let chains = table.boolean_or_default(issues, "chains");
+    let exponents = table.integer_or_default("exponents");
+    let stop_at_stderr = stop_at_stderr(table);
+    let align = table.integer_or_default("align");
+    let twin = table.boolean_or_default("twin");
+    let separation = (table.if_effective(twin != Some(false))).quantity_or_default("separation");
+    let course = table.integer_or_default("course");
+    let norm = table.choice_or_default("norm");
+    let effort = table.choice_or_default("effort");
+    let lifetime = lifetime(table, run);
+    let chains = table.boolean_or_default("chains");
     if twin == Some(false) {
         table.without_effect(
-            issues,
             &["separation"],
             "with twin = false",
             "remove separation, or remove twin",
         );
     }
     let exponents = exponents?;
-    covariant::has_exponents(table, issues, "exponents", exponents, model)?;
+    covariant::has_exponents(table, "exponents", exponents, model)?;
     Some(LyapunovConfig {
         exponents,
         stop_at_stderr: stop_at_stderr?,
@@ -175,48 +159,38 @@ fn lyapunov(
 }
 
 /// The life of chaos that must be detectable, if any: the budget must have at least three times as many cycles.
-fn lifetime(table: &Section, issues: &mut Issues, run: Option<&RunSpec>) -> Option<Option<u64>> {
+fn lifetime(table: &Section, run: Option<&RunSpec>) -> Option<Option<u64>> {
     if !table.has("lifetime") {
         return Some(None);
     }
-    let lifetime = table.integer(issues, "lifetime")?;
+    let lifetime: u64 = table.integer("lifetime")?;
     let needed = lifetime.saturating_mul(3);
     if let Some(run) = run.filter(|run| run.cycles < needed) {
-        let path = table.path_of("lifetime");
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("lifetime"),
-                &path,
-                format!(
-                    "evidence for a mean life of {lifetime} cycles needs {needed} chaotic cycles, but `run.cycles` is {}",
-                    run.cycles
-                ),
-            )
-            .label(format!("at most {}", run.cycles / 3))
-            .remedy(format!("raise run.cycles to {needed}, or lower lifetime")),
+        let message = format!(
+            "evidence for a mean life of {lifetime} cycles needs {needed} chaotic cycles, but `run.cycles` is {}",
+            run.cycles
         );
-        return None;
+        return table
+            .inconsistent("lifetime", message)
+            .label(format!("at most {}", run.cycles / 3))
+            .remedy(format!("raise run.cycles to {needed}, or lower lifetime"))
+            .fail(table.issues);
     }
     Some(Some(lifetime))
 }
 
 /// An optional stop rule.
-fn stop_at_stderr(table: &Section, issues: &mut Issues) -> Option<Option<f64>> {
-    if table.has("stop_at_stderr") {
-        table.quantity(issues, "stop_at_stderr").map(Some)
-    } else {
-        Some(None)
-    }
+fn stop_at_stderr(table: &Section) -> Option<Option<f64>> {
+    table.if_given("stop_at_stderr", Section::quantity)
 }
 
-fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonConfig> {
-    let twins = table.integer_or_default(issues, "twins");
-    let separation = table.quantity_or_default(issues, "separation");
-    let cycles = table.integer_or_default(issues, "cycles");
-    let averages = table.integer_or_default(issues, "averages");
+fn horizon(table: &Section) -> Option<HorizonConfig> {
+    let twins = table.integer_or_default("twins");
+    let separation = table.quantity_or_default("separation");
+    let cycles = table.integer_or_default("cycles");
+    let averages = table.integer_or_default("averages");
     Some(HorizonConfig {
-        twins: u32::try_from(twins?).ok()?,
+        twins: twins?,
         separation: separation?,
         cycles: cycles?,
         averages: averages?,
@@ -229,24 +203,20 @@ const PROBE_CYCLES: u64 = 4_000;
 /// By default, probes are integrated as long as the point itself, up to [`PROBE_CYCLES`].
 fn multistability(
     table: &Section,
-    issues: &mut Issues,
     retained: Option<usize>,
     run: Option<&RunSpec>,
 ) -> Option<MultistabilityConfig> {
-    let initial_conditions = table.integer_or_default(issues, "initial_conditions");
-    let decades = table.quantity_or_default(issues, "decades");
+    let initial_conditions = table.integer_or_default("initial_conditions");
+    let decades = table.quantity_or_default("decades");
     let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
-    let transient = table.integer_or(issues, "transient", as_long_as_run.0);
+    let transient = table.integer_or("transient", as_long_as_run.0);
     let cycles = table.integer_or(
-        issues,
         "cycles",
         as_long_as_run.1.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES),
     );
-    let slice = optional(table, issues, "slice", |table, issues| {
-        slice::read(table, issues, retained)
-    });
+    let slice = table.optional("slice", |table| slice::read(table, retained));
     Some(MultistabilityConfig {
-        initial_conditions: u32::try_from(initial_conditions?).ok()?,
+        initial_conditions: initial_conditions?,
         decades: decades?,
         transient: transient?,
         cycles: cycles?,

@@ -1,7 +1,7 @@
 //! The half gap of `[mesh]`: given, or computed from the drawing of the gears.
 
 use crate::gear::GearPair;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{StiffnessSpec, StructureSource};
 
@@ -30,37 +30,33 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// The half gap \[m\] from the only key for it, or from the drawing.
-pub(super) fn read(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<f64> {
+pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<f64> {
     let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
     let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();
     let Some((&key, others)) = given.split_first() else {
         if drawn.is_none() && !drive.faulty_drawing {
-            section.missing(issues, KEYS[0]);
+            section.missing(KEYS[0]);
         }
         return drawn;
     };
     for other in others {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(other),
-                &section.path_of(other),
-                format!("`mesh.{key}` and `mesh.{other}` both give the backlash"),
-            )
+        let message = format!("`mesh.{key}` and `mesh.{other}` both give the backlash");
+        section
+            .inconsistent(other, message)
             .label("given twice")
-            .remedy("keep one of them"),
-        );
+            .remedy("keep one of them")
+            .report(section.issues);
     }
-    let value = section.quantity(issues, key)?;
+    let value = section.quantity(key)?;
     let half_gap = match key {
         "half_gap" => value,
         "normal_backlash" => 0.5 * value / normal(drive.gears),
-        _ => 0.5 * value * along_line_of_action(section, issues, key, drive)?,
+        _ => 0.5 * value * along_line_of_action(section, key, drive)?,
     };
     match drawn {
         Some(drawn) if (half_gap - drawn).abs() > ROUNDED * drawn => {
             let normal = 2.0 * drawn * normal(drive.gears);
-            contradiction(section, issues, key, half_gap, [drawn, normal]);
+            contradiction(section, key, half_gap, [drawn, normal]);
             None
         }
         _ => others.is_empty().then_some(half_gap),
@@ -73,62 +69,44 @@ fn normal(gears: Option<&GearPair>) -> f64 {
 }
 
 /// Ratio of the backlash along the line of action to the circumferential one, `cos α_w`.
-fn along_line_of_action(
-    section: &Section,
-    issues: &mut Issues,
-    key: &str,
-    drive: Surroundings<'_>,
-) -> Option<f64> {
+fn along_line_of_action(section: &Section, key: &str, drive: Surroundings<'_>) -> Option<f64> {
     if let Some(gears) = drive.gears {
         return gears.operating_pressure_angle().ok().map(f64::cos);
     }
     if !drive.faulty_drawing {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(key),
-                &section.path_of(key),
-                format!("`mesh.{key}` needs the operating pressure angle, but there is no [gear]"),
-            )
+        let message =
+            format!("`mesh.{key}` needs the operating pressure angle, but there is no [gear]");
+        section
+            .inconsistent(key, message)
             .label("unknown pitch circle")
-            .remedy("give mesh.normal_backlash, which is normal to the flanks"),
-        );
+            .remedy("give mesh.normal_backlash, which is normal to the flanks")
+            .report(section.issues);
     }
     None
 }
 
-fn contradiction(
-    section: &Section,
-    issues: &mut Issues,
-    key: &str,
-    half_gap: f64,
-    [drawn, normal]: [f64; 2],
-) {
+fn contradiction(section: &Section, key: &str, half_gap: f64, [drawn, normal]: [f64; 2]) {
     let microns = |metres: f64| format!("{:.4} um", 1e6 * metres);
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of(key),
-            &section.path_of(key),
-            format!(
-                "`mesh.{key}` gives a half gap of {}, but thinning and centre distance of [gear] give a \
+    let message = format!(
+        "`mesh.{key}` gives a half gap of {}, but thinning and centre distance of [gear] give a \
                  normal backlash of {}, a half gap of {}",
-                microns(half_gap),
-                microns(normal),
-                microns(drawn)
-            ),
-        )
-        .label("contradicts the drawing")
-        .remedy(format!(
-            "remove mesh.{key} to use the half gap of the drawing, or correct gear.thinning and gear.centre_distance"
-        )),
+        microns(half_gap),
+        microns(normal),
+        microns(drawn)
     );
+    let remedy = format!(
+        "remove mesh.{key} to use the half gap of the drawing, or correct gear.thinning and gear.centre_distance"
+    );
+    section
+        .inconsistent(key, message)
+        .label("contradicts the drawing")
+        .remedy(remedy)
+        .report(section.issues);
 }
 
 /// Checks that teeth can have the half gap; usually a wrong one is in metres instead of microns.
 pub(super) fn check_scale(
     section: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     half_gap: f64,
     stiffness: &StiffnessSpec,
@@ -152,15 +130,11 @@ pub(super) fn check_scale(
     }
     let key = KEYS.into_iter().find(|key| section.has(key));
     let key = key.unwrap_or(KEYS[0]);
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            section.span_of(key),
-            &section.path_of(key),
-            format!("a half gap of {half_gap} m is out of range, because {what} is {most:.3e} m"),
-        )
+    let message =
+        format!("a half gap of {half_gap} m is out of range, because {what} is {most:.3e} m");
+    section
+        .fault(DiagnosticKind::OutOfRange, key, message)
         .label(format!("the half gap must be less than {most:.3e} m"))
-        .remedy("a bare number is in metres; write the unit, such as \"15 um\""),
-    );
-    None
+        .remedy("a bare number is in metres; write the unit, such as \"15 um\"")
+        .fail(section.issues)
 }

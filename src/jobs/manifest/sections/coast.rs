@@ -2,7 +2,7 @@
 
 use super::backlash::Surroundings;
 use crate::gear::standard_symmetry;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSource};
 
@@ -10,12 +10,11 @@ use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSou
 /// reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
     let given = if section.has("coast_flank") {
-        Some(section.choice(issues, "coast_flank")?)
+        Some(section.choice("coast_flank")?)
     } else {
         None
     };
@@ -26,7 +25,6 @@ pub(super) fn read(
     let same_line = given == Some("same_line") || (given.is_none() && unknown);
     if same_line {
         section.without_effect(
-            issues,
             &["coast_symmetry"],
             "because the coast flanks have the line of action of the drive flanks",
             "remove it, or set coast_flank = \"mirrored\"",
@@ -34,33 +32,26 @@ pub(super) fn read(
         return Some(CoastSpec::SameLine);
     }
     if unknown {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("coast_flank"),
-                "mesh.coast_flank",
-                "the modal file does not give the deflection of mirrored coast flanks".to_owned(),
-            )
+        let message = "the modal file does not give the deflection of mirrored coast flanks";
+        return section
+            .inconsistent("coast_flank", message)
             .label("unknown participation")
-            .remedy("add mesh_coast to the modal file, or set coast_flank = \"same_line\""),
-        );
-        return None;
+            .remedy("add mesh_coast to the modal file, or set coast_flank = \"same_line\"")
+            .fail(section.issues);
     }
-    let symmetry = symmetry(section, issues, drive, laws)?;
+    let symmetry = symmetry(section, drive, laws)?;
     Some(CoastSpec::Mirrored { symmetry })
 }
 
 /// The mesh phase of symmetry, in cycles; 0 if nothing depends on it.
 fn symmetry(
     section: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<f64> {
     let (stiffness, friction) = laws?;
     if !stiffness.varies() && !friction.acts() {
         section.without_effect(
-            issues,
             &["coast_symmetry"],
             "because the stiffness does not vary and there is no friction",
             "remove it",
@@ -68,7 +59,7 @@ fn symmetry(
         return Some(0.0);
     }
     if section.has("coast_symmetry") {
-        return section.quantity(issues, "coast_symmetry");
+        return section.quantity("coast_symmetry");
     }
     if let Some(gears) = drive.gears {
         let fault = match gears.symmetry() {
@@ -77,7 +68,6 @@ fn symmetry(
         };
         unknown_symmetry(
             section,
-            issues,
             format!(
                 "the drawing does not determine when a tooth is on the line of centres: {fault}"
             ),
@@ -90,27 +80,21 @@ fn symmetry(
     // Harmonics have given phases, independent of the contact ratio.
     let of_levels = !matches!(stiffness, StiffnessSpec::Fourier(..));
     if of_levels && section.has("contact_ratio") {
-        let contact_ratio = section.quantity(issues, "contact_ratio")?;
+        let contact_ratio = section.quantity("contact_ratio")?;
         return Some(standard_symmetry(contact_ratio));
     }
     unknown_symmetry(
         section,
-        issues,
         "`mesh.coast_symmetry` is missing: neither [gear] nor a contact ratio determines when a tooth is on the line of centres".to_owned(),
     );
     None
 }
 
-fn unknown_symmetry(section: &Section, issues: &mut Issues, message: String) {
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::MissingKey,
-            section.span,
-            "mesh.coast_symmetry",
-            message,
-        )
+fn unknown_symmetry(section: &Section, message: String) {
+    section
+        .whole_fault(DiagnosticKind::MissingKey, message)
         .label("mirrored coast flanks need `coast_symmetry`")
         .accepted(section.spec("mesh.coast_symmetry").accepted())
-        .remedy("add coast_symmetry, or set coast_flank = \"same_line\""),
-    );
+        .remedy("add coast_symmetry, or set coast_flank = \"same_line\"")
+        .report(section.issues);
 }

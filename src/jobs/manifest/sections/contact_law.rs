@@ -1,16 +1,16 @@
 //! The force law of a one-sided contact in a modal file or in `[train]`.
 
 use super::excitation::{harmonics, stiffness_harmonics};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::model::{Division, StiffnessHarmonic};
 use crate::structure::ContactLaw;
 
 /// A contact with constant stiffness and damping, and with a gap.
-pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLaw> {
-    let gap = table.quantity(issues, "gap");
-    let stiffness = table.quantity(issues, "stiffness");
-    let damping = table.quantity_or_default(issues, "damping");
+pub(super) fn constant(table: &Section) -> Option<ContactLaw> {
+    let gap = table.quantity("gap");
+    let stiffness = table.quantity("stiffness");
+    let damping = table.quantity_or_default("damping");
     Some(ContactLaw {
         gap: gap?,
         damping: damping?,
@@ -19,13 +19,9 @@ pub(super) fn constant(table: &Section, issues: &mut Issues) -> Option<ContactLa
 }
 
 /// A contact with a separate cycle.
-pub(in crate::manifest) fn cyclic(
-    table: &Section,
-    issues: &mut Issues,
-    gap: Option<f64>,
-) -> Option<ContactLaw> {
-    let divisions = stiffness(table, issues);
-    let beside = beside_stiffness(table, issues, gap);
+pub(in crate::manifest) fn cyclic(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
+    let divisions = stiffness(table);
+    let beside = beside_stiffness(table, gap);
     let stiffness = Division::law(&divisions?, 0.0).stiffness;
     Some(ContactLaw {
         stiffness,
@@ -34,28 +30,20 @@ pub(in crate::manifest) fn cyclic(
 }
 
 /// A rigid stop with a separate cycle: its law without a stiffness, and its coefficient of restitution.
-pub(in crate::manifest) fn rigid(
-    table: &Section,
-    issues: &mut Issues,
-    gap: Option<f64>,
-) -> Option<(ContactLaw, f64)> {
+pub(in crate::manifest) fn rigid(table: &Section, gap: Option<f64>) -> Option<(ContactLaw, f64)> {
     let others = ["stiffness", "levels", "stiffness_harmonics", "damping"];
     let what = "say how the contact returns a motion";
-    table.given_twice(issues, &others, "restitution", what);
-    let beside = beside_stiffness(table, issues, gap);
-    let restitution = table.quantity(issues, "restitution");
+    table.given_twice(&others, "restitution", what);
+    let beside = beside_stiffness(table, gap);
+    let restitution = table.quantity("restitution");
     Some((beside?, restitution?))
 }
 
 /// The other properties of a contact with a separate cycle, except stiffness and gap.
-pub(super) fn beside_stiffness(
-    table: &Section,
-    issues: &mut Issues,
-    gap: Option<f64>,
-) -> Option<ContactLaw> {
-    let damping = table.quantity_or_default(issues, "damping");
-    let phase = if table.has("phase") { table.quantity(issues, "phase") } else { Some(0.0) };
-    let error = harmonics(table, issues, "transmission_error");
+pub(super) fn beside_stiffness(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
+    let damping = table.quantity_or_default("damping");
+    let phase = if table.has("phase") { table.quantity("phase") } else { Some(0.0) };
+    let error = harmonics(table, "transmission_error");
     Some(ContactLaw {
         gap: gap?,
         damping: damping?,
@@ -67,34 +55,24 @@ pub(super) fn beside_stiffness(
 }
 
 /// A single stiffness, one per part of the contact's cycle, or a mean with harmonics whose sum stays positive.
-pub(super) fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
+pub(super) fn stiffness(table: &Section) -> Option<Vec<Division>> {
     if table.has("levels") {
         let others = ["stiffness", "stiffness_harmonics"];
-        table.given_twice(
-            issues,
-            &others,
-            "levels",
-            "give the stiffness over the cycle",
-        );
-        let levels = table.quantities(issues, "levels", None)?;
+        table.given_twice(&others, "levels", "give the stiffness over the cycle");
+        let levels = table.quantities("levels", None)?;
         return if levels.is_empty() {
             let path = table.path_of("levels");
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Empty,
-                    table.span_of("levels"),
-                    &path,
-                    format!("`{path}` is empty, so the contact has no stiffness"),
-                )
+            let message = format!("`{path}` is empty, so the contact has no stiffness");
+            table
+                .fault(DiagnosticKind::Empty, "levels", message)
                 .label("empty")
-                .accepted(table.spec(&path).accepted()),
-            );
-            None
+                .accepted(table.spec(&path).accepted())
+                .fail(table.issues)
         } else {
             Some(Division::levels(&levels, &[]))
         };
     }
-    let (_, _, divisions) = fourier(table, issues, "stiffness")?;
+    let (_, _, divisions) = fourier(table, "stiffness")?;
     Some(divisions)
 }
 
@@ -102,11 +80,10 @@ pub(super) fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Divi
 /// negative.
 pub(super) fn fourier(
     table: &Section,
-    issues: &mut Issues,
     mean: &str,
 ) -> Option<(f64, Vec<StiffnessHarmonic>, Vec<Division>)> {
-    let mean = table.quantity(issues, mean);
-    let harmonics = stiffness_harmonics(table, issues);
+    let mean = table.quantity(mean);
+    let harmonics = stiffness_harmonics(table);
     let (mean, harmonics) = (mean?, harmonics?);
     let divisions = Division::fourier(mean, &harmonics);
     let smallest = (divisions.iter())
@@ -115,18 +92,12 @@ pub(super) fn fourier(
     if smallest > 0.0 || (smallest < 0.0 && harmonics.is_empty()) {
         return Some((mean, harmonics, divisions));
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("stiffness_harmonics"),
-            &table.path_of("stiffness_harmonics"),
-            format!("the stiffness falls to {smallest:.3e} N/m"),
-        )
+    let message = format!("the stiffness falls to {smallest:.3e} N/m");
+    let remedy = "reduce the amplitudes: the stiffness must stay above 0; without harmonics it may be below 0, and softens \
+             other contacts";
+    table
+        .inconsistent("stiffness_harmonics", message)
         .label(format!("about a mean of {mean:.3e} N/m"))
-        .remedy(
-            "reduce the amplitudes: the stiffness must stay above 0; without harmonics it may be below 0, and softens \
-             other contacts",
-        ),
-    );
-    None
+        .remedy(remedy)
+        .fail(table.issues)
 }

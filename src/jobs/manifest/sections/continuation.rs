@@ -2,7 +2,7 @@
 
 use super::modal_state;
 use crate::analysis::continuation::explore::GivenState;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::expression::Expression;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
@@ -13,28 +13,20 @@ use crate::manifest::spec::{Axis, ContinuationSpec};
 /// The section; `Some(None)` if there is none, `None` if it is faulty.
 pub(in crate::manifest) fn read(
     root: &Section,
-    issues: &mut Issues,
     axes: &[&Axis],
     dimensions: &[GridDimension],
     (faulty, expressions): (&[String], &[(String, Expression)]),
     retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
-    let section = match root.child(issues, "continuation") {
+    let section = match root.child("continuation") {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let over = axis(
-        &section,
-        issues,
-        "over",
-        (axes, dimensions),
-        (faulty, expressions),
-    );
+    let over = axis(&section, "over", (axes, dimensions), (faulty, expressions));
     let second = if section.has("second") {
         axis(
             &section,
-            issues,
             "second",
             (axes, dimensions),
             (faulty, expressions),
@@ -47,48 +39,30 @@ pub(in crate::manifest) fn read(
         && over == second
     {
         let message = "`continuation.second` is already the axis along which orbits are followed";
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("second"),
-                "continuation.second",
-                message.to_owned(),
-            )
+        section
+            .inconsistent("second", message)
             .label("the same axis")
-            .remedy("name another axis, or remove it"),
-        );
+            .remedy("name another axis, or remove it")
+            .report(section.issues);
     }
     let two = section.has("second");
     if !two {
         section.without_effect(
-            issues,
             &["curves"],
             "without `second`: bifurcations are only followed with a second axis",
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = section
-        .if_effective(two)
-        .choice_or_default(issues, "curves");
-    let starts = section.count_or_default(issues, "starts");
-    let transient = section.integer_or_default(issues, "transient");
-    let cycles = section.integer_or_default(issues, "cycles");
-    let longest_period = section.integer_or_default(issues, "longest_period");
-    let guesses = section.count_or_default(issues, "guesses");
-    let orbits = section.count_or_default(issues, "orbits");
-    let branches = section.count_or_default(issues, "branches");
-    let step = section.quantity_or_default(issues, "step");
-    let states = if section.has("states") {
-        section.tables(issues, "states").and_then(|tables| {
-            let read: Vec<_> = tables
-                .iter()
-                .map(|table| state(table, issues, retained))
-                .collect();
-            read.into_iter().collect::<Option<Vec<_>>>()
-        })
-    } else {
-        Some(Vec::new())
-    };
+    let curves = section.if_effective(two).choice_or_default("curves");
+    let starts = section.integer_or_default("starts");
+    let transient = section.integer_or_default("transient");
+    let cycles = section.integer_or_default("cycles");
+    let longest_period = section.integer_or_default("longest_period");
+    let guesses = section.integer_or_default("guesses");
+    let orbits = section.integer_or_default("orbits");
+    let branches = section.integer_or_default("branches");
+    let step = section.quantity_or_default("step");
+    let states = section.each("states", |table| state(table, retained));
     Some(Some(ContinuationSpec {
         over: over?,
         second: second?,
@@ -96,7 +70,7 @@ pub(in crate::manifest) fn read(
         starts: starts?,
         transient: transient?,
         cycles: cycles?,
-        longest_period: u32::try_from(longest_period?).ok()?,
+        longest_period: longest_period?,
         guesses: guesses?,
         orbits: orbits?,
         branches: branches?,
@@ -105,13 +79,13 @@ pub(in crate::manifest) fn read(
     }))
 }
 
-fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<GivenState> {
-    let at = table.quantity(issues, "at");
-    let period = table.integer_or_default(issues, "period");
-    let state = modal_state::read(table, issues, retained);
+fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
+    let at = table.quantity("at");
+    let period = table.integer_or_default("period");
+    let state = modal_state::read(table, retained);
     Some(GivenState {
         value: at?,
-        period: u32::try_from(period?).ok()?,
+        period: period?,
         state: state?,
     })
 }
@@ -120,7 +94,6 @@ fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Optio
 /// values.
 fn axis(
     section: &Section,
-    issues: &mut Issues,
     key: &str,
     (axes, dimensions): (&[&Axis], &[GridDimension]),
     (faulty, expressions): (&[String], &[(String, Expression)]),
@@ -134,7 +107,7 @@ fn axis(
         own.sampled || derived(place) || given > 1
     };
     let name = match section.has(key) {
-        true => section.text(issues, key)?,
+        true => section.text(key)?,
         false if !faulty.is_empty() => return None,
         false => (axes.iter().enumerate())
             .rfind(|(place, axis)| varied(axis) && !is_tied(*place))
@@ -189,7 +162,7 @@ fn axis(
         "name load, torque, speed, or a continuous key that the grid varies between two different values",
     )
     .suggestion(near);
-    issues.push(if fitting.is_empty() {
+    section.issues.push(if fitting.is_empty() {
         diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
     } else {
         diagnostic.remedy(format!(

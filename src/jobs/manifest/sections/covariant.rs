@@ -1,46 +1,37 @@
 //! `[analyses.covariant]`, and the number of exponents of a model.
 
 use crate::analysis::{CovariantConfig, MOST_MEMORY};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::ModelSpec;
 
-pub(super) fn read(
-    table: &Section,
-    issues: &mut Issues,
-    model: Option<&ModelSpec>,
-) -> Option<CovariantConfig> {
-    let vectors = table.count_or_default(issues, "vectors");
-    let cycles = table.integer_or_default(issues, "cycles");
-    let align = table.integer_or_default(issues, "align");
+pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<CovariantConfig> {
+    let vectors = table.integer_or_default("vectors");
+    let cycles = table.integer_or_default("cycles");
+    let align = table.integer_or_default("align");
     let config = CovariantConfig {
         vectors: vectors?,
         cycles: cycles?,
         align: align?,
     };
-    has_exponents(table, issues, "vectors", config.vectors, model)?;
+    has_exponents(table, "vectors", config.vectors, model)?;
     let memory = config.memory();
     if memory > MOST_MEMORY {
         let most = MOST_MEMORY / (memory / (config.cycles + config.align));
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span,
-                "analyses.covariant",
-                format!(
-                    "the factors of {} vectors over {} + {} cycles need {} MiB of memory for every point being computed",
-                    config.vectors,
-                    config.cycles,
-                    config.align,
-                    memory >> 20
-                ),
-            )
+        let message = format!(
+            "the factors of {} vectors over {} + {} cycles need {} MiB of memory for every point being computed",
+            config.vectors,
+            config.cycles,
+            config.align,
+            memory >> 20
+        );
+        return table
+            .whole_fault(DiagnosticKind::Inconsistent, message)
             .label(format!("at most {} MiB", MOST_MEMORY >> 20))
             .remedy(format!(
                 "reduce the number of vectors, or keep cycles and align together at {most} or less"
-            )),
-        );
-        return None;
+            ))
+            .fail(table.issues);
     }
     Some(config)
 }
@@ -48,7 +39,6 @@ pub(super) fn read(
 /// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
 pub(super) fn has_exponents(
     table: &Section,
-    issues: &mut Issues,
     key: &str,
     requested: usize,
     model: Option<&ModelSpec>,
@@ -69,22 +59,16 @@ pub(super) fn has_exponents(
         1 => format!(" (the neutral rotation has {of})"),
         _ => format!(" (neutral rotations have {of})"),
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of(key),
-            &table.path_of(key),
-            format!(
-                "{requested} {key} are too many: {retained} retained modes have {most}{neutral}"
-            ),
-        )
+    let message =
+        format!("{requested} {key} are too many: {retained} retained modes have {most}{neutral}");
+    table
+        .inconsistent(key, message)
         .label(format!("at most {most}"))
         .accepted(format!(
             "a whole number from 1 to {most}, twice the retained modes{}{beside}",
             if neutral.is_empty() { "" } else { " that are not neutral" }
-        )),
-    );
-    None
+        ))
+        .fail(table.issues)
 }
 
 #[cfg(test)]

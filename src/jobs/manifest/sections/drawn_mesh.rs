@@ -3,7 +3,7 @@
 
 use super::backlash::Surroundings;
 use crate::gear::{Contact, CycleDivision, FaceLaw, Flanks, GearPair, MeshTableSpec, StiffnessLaw};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{StiffnessSpec, StructureSource};
 use crate::manifest::tree::Value;
@@ -13,13 +13,11 @@ use std::sync::Arc;
 /// Stiffness from the drawing of the gears, which must mesh.
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
     let gears = drive.gears;
     section.without_effect(
-        issues,
         &[
             "mean_stiffness",
             "contact_ratio",
@@ -33,68 +31,58 @@ pub(super) fn read(
         && matches!(section.entry("stiffness")?.node.value, Value::Text(ref text) if text == "continuous");
     if continuous {
         section.without_effect(
-            issues,
             &["segments"],
             "with stiffness = \"continuous\"",
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let resolution = section.choice_or_default(issues, "resolution")?;
-    let pairs = pairs(section, issues, resolution, gears, misalignment);
-    let spec = of_drawing(section, issues, gears, continuous, pairs);
+    let resolution = section.choice_or_default("resolution")?;
+    let pairs = pairs(section, resolution, gears, misalignment);
+    let spec = of_drawing(section, gears, continuous, pairs);
     let (pairs, spec) = (pairs?, spec?);
     if let Some(StructureSource::Train(train)) = drive.source
         && !train.planetary.is_empty()
         && pairs.is_some()
     {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                section.span_of("resolution"),
-                &section.path_of("resolution"),
-                "all planets share the law of the first mesh, but springs of pairs cannot be shared"
-                    .to_owned(),
-            )
+        let message =
+            "all planets share the law of the first mesh, but springs of pairs cannot be shared";
+        return section
+            .fault(DiagnosticKind::Unavailable, "resolution", message)
             .label("not available with planets")
-            .accepted("resolution = \"secant\" or \"mean_load\""),
-        );
-        return None;
+            .accepted("resolution = \"secant\" or \"mean_load\"")
+            .fail(section.issues);
     }
     let Some(spec) = spec else {
         // For other sources, a missing or faulty drawing has been reported.
         if let Some(StructureSource::Train(_)) = drive.source {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unavailable,
-                    section.span_of("stiffness"),
-                    &section.path_of("stiffness"),
-                    "a mesh table needs parallel axes, but the gears of the first mesh are bevel gears"
-                        .to_owned(),
-                )
+            let message =
+                "a mesh table needs parallel axes, but the gears of the first mesh are bevel gears";
+            section
+                .fault(DiagnosticKind::Unavailable, "stiffness", message)
                 .label("bevel gears have no mesh table")
-                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\""),
-            );
+                .accepted("stiffness = \"constant\", \"piecewise\" or \"fourier\"")
+                .report(section.issues);
         }
         return None;
     };
     let flanks = match Flanks::new(&spec.gears) {
         Ok(flanks) => flanks,
         Err(error) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    section.span_of("stiffness"),
-                    "gear",
-                    format!("the mesh table of the gears in [gear] cannot be computed: {error}"),
-                )
-                .label("computed from [gear]")
-                .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\""),
-            );
-            return None;
+            let message =
+                format!("the mesh table of the gears in [gear] cannot be computed: {error}");
+            return Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                section.span_of("stiffness"),
+                "gear",
+                message,
+            )
+            .label("computed from [gear]")
+            .accepted("give a pair of gears that can mesh, or stiffness = \"piecewise\"")
+            .fail(section.issues);
         }
     };
     if let Some(slices) = pairs {
-        check_springs(section, issues, &flanks, slices as usize)?;
+        check_springs(section, &flanks, slices as usize)?;
     }
     Some(StiffnessSpec::Table(Arc::new(spec)))
 }
@@ -103,17 +91,16 @@ pub(super) fn read(
 /// number of slices if every pair is a separate spring.
 pub(super) fn of_drawing(
     section: &Section,
-    issues: &mut Issues,
     gears: Option<&GearPair>,
     continuous: bool,
     pairs: Option<Option<u32>>,
 ) -> Option<Option<MeshTableSpec>> {
     let own = &section.if_effective(!matches!(pairs, Some(Some(_))));
-    let segments = if continuous { None } else { own.integer_or_default(issues, "segments") };
-    let shaft_tilt = own.boolean_or_default(issues, "shaft_tilt");
-    let face = face(own, issues, gears);
-    let contact = section.choice_or_default(issues, "contact");
-    let resolution = section.choice_or_default(issues, "resolution");
+    let segments = if continuous { None } else { own.integer_or_default("segments") };
+    let shaft_tilt = own.boolean_or_default("shaft_tilt");
+    let face = face(own, gears);
+    let contact = section.choice_or_default("contact");
+    let resolution = section.choice_or_default("resolution");
     let (pairs, face, shaft_tilt) = (pairs?, face?, shaft_tilt?);
     let (contact, resolution) = (contact?, resolution?);
     let Some(gears) = gears else {
@@ -125,7 +112,7 @@ pub(super) fn of_drawing(
             (Some(slices), _) => CycleDivision::Pairs { slices },
             (None, true) => CycleDivision::Continuous,
             // The schema bounds the segments far below the range of u32.
-            (None, false) => CycleDivision::Segments(u32::try_from(segments?).ok()?),
+            (None, false) => CycleDivision::Segments(segments?),
         },
         stiffness: match resolution {
             "secant" => StiffnessLaw::Secant,
@@ -142,17 +129,16 @@ pub(super) fn of_drawing(
 }
 
 /// Whether slices of the face support each other.
-fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<FaceLaw> {
+fn face(section: &Section, gears: Option<&GearPair>) -> Option<FaceLaw> {
     if gears.is_some_and(|pair| pair.helix_angle != 0.0 || pair.form.ring.is_some()) {
         section.without_effect(
-            issues,
             &["face"],
             "on helical gears and in rings, because their slices bear load independently",
             "remove it",
         );
         return Some(FaceLaw::Independent);
     }
-    Some(match section.choice_or_default(issues, "face")? {
+    Some(match section.choice_or_default("face")? {
         "independent" => FaceLaw::Independent,
         _ => FaceLaw::Coupled,
     })
@@ -162,15 +148,13 @@ fn face(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Opt
 /// has faults.
 fn pairs(
     section: &Section,
-    issues: &mut Issues,
     resolution: &str,
     gears: Option<&GearPair>,
     misalignment: Option<f64>,
 ) -> Option<Option<u32>> {
-    let slices = section.integer_or_default(issues, "slices");
+    let slices = section.integer_or_default("slices");
     if resolution != "pairs" {
         section.without_effect(
-            issues,
             &["slices"],
             "without resolution = \"pairs\"",
             "remove it, or set resolution = \"pairs\"",
@@ -178,70 +162,49 @@ fn pairs(
         return Some(None);
     }
     section.without_effect(
-        issues,
         &["face", "segments", "shaft_tilt"],
         "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts at every instant",
         "with resolution = \"pairs\": its springs follow the mesh phase and the tilt of the shafts at every instant",
     );
     if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                section.span_of("resolution"),
-                &section.path_of("resolution"),
-                "resolution = \"pairs\" makes pairs of teeth separate springs, which requires spur gears".to_owned(),
-            )
+        let message = "resolution = \"pairs\" makes pairs of teeth separate springs, which requires spur gears";
+        return section
+            .fault(DiagnosticKind::Unavailable, "resolution", message)
             .label("not with gear.helix_angle")
-            .accepted("resolution = \"secant\" or \"mean_load\""),
-        );
-        return None;
+            .accepted("resolution = \"secant\" or \"mean_load\"")
+            .fail(section.issues);
     }
-    let slices = u32::try_from(slices?).ok()?;
+    let slices = slices?;
     let across = gears.is_some_and(|pair| pair.form.has_modified_lead());
     let askew = misalignment.is_some_and(|angle| angle != 0.0);
     if slices == 1 && (across || askew) {
         let key = if across { "resolution" } else { "misalignment" };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(key),
-                &section.path_of(key),
-                "one slice of the face cannot represent misalignment or a modified lead".to_owned(),
-            )
+        let message = "one slice of the face cannot represent misalignment or a modified lead";
+        return section
+            .inconsistent(key, message)
             .label("misalignment and modified leads need slices")
-            .accepted("set mesh.slices to 2 or more, or resolution = \"secant\" or \"mean_load\""),
-        );
-        return None;
+            .accepted("set mesh.slices to 2 or more, or resolution = \"secant\" or \"mean_load\"")
+            .fail(section.issues);
     }
     Some(Some(slices))
 }
 
 /// Checks that the springs of all slices, pairs and flanks are not too many.
-fn check_springs(
-    section: &Section,
-    issues: &mut Issues,
-    flanks: &Flanks,
-    slices: usize,
-) -> Option<()> {
+fn check_springs(section: &Section, flanks: &Flanks, slices: usize) -> Option<()> {
     let [first, last] = flanks.reach();
     let pairs = ((last - first) / flanks.path().base_pitch) as usize + 1;
     let room = SEVERAL_CONTACTS / (2 * pairs);
     if slices <= room {
         return Some(());
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            section.span_of("slices"),
-            &section.path_of("slices"),
-            format!(
-                "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, need {} \
+    let message = format!(
+        "{slices} slices of both flanks of {pairs} pairs in contact, tip edges included, need {} \
                  springs, more than {SEVERAL_CONTACTS}",
-                2 * pairs * slices
-            ),
-        )
-        .label(format!("at most {room} with these gears"))
-        .accepted(format!("a whole number from 1 to {room}")),
+        2 * pairs * slices
     );
-    None
+    section
+        .fault(DiagnosticKind::OutOfRange, "slices", message)
+        .label(format!("at most {room} with these gears"))
+        .accepted(format!("a whole number from 1 to {room}"))
+        .fail(section.issues)
 }

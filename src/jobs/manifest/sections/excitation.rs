@@ -1,7 +1,6 @@
 //! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
 
 use super::{Context, torque_curve};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
 use crate::model::{DriveShaft, ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
@@ -9,39 +8,31 @@ use std::f64::consts::TAU;
 
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     source: Option<&StructureSource>,
     mesh: Option<&MeshSpec>,
     context: &mut Context,
 ) -> Option<ExcitationSpec> {
-    let errors = harmonics(section, issues, "transmission_error");
+    let errors = harmonics(section, "transmission_error");
     const OF_COAST: &str = "coast_transmission_error";
     let same_line = mesh.is_some_and(|mesh| mesh.coast == CoastSpec::SameLine);
     if same_line {
         section.without_effect(
-            issues,
             &[OF_COAST],
             "with mesh.coast_flank = \"same_line\"",
             "remove it, or set mesh.coast_flank = \"mirrored\"",
         );
     }
     let of_coast = if section.has(OF_COAST) && !same_line {
-        harmonics(section, issues, OF_COAST).map(Some)
+        harmonics(section, OF_COAST).map(Some)
     } else {
         Some(None)
     };
     let teeth = source.map(|source| [false, true].map(|wheel| teeth(source, wheel)));
-    let of_gears = errors_of_gears(section, issues, ("shaft", ["pinion", "wheel"]), teeth);
-    let mut on_shafts = |name: &str| {
-        let tables = section.tables(issues, name)?;
-        let read: Vec<_> = (tables.iter())
-            .map(|table| ripple(table, issues, source))
-            .collect();
-        read.into_iter().collect::<Option<Vec<_>>>()
-    };
+    let of_gears = errors_of_gears(section, ("shaft", ["pinion", "wheel"]), teeth);
+    let on_shafts = |name: &str| section.each(name, |table| ripple(table, source));
     let ripples = on_shafts("torque_ripple");
     let motions = on_shafts("imposed_motion");
-    let curve = torque_curve::read(section, issues, source, context);
+    let curve = torque_curve::read(section, source, context);
     let idle = mesh.and_then(|mesh| match &mesh.stiffness {
         stiffness if stiffness.is_of_pairs() => Some((
             "with mesh.resolution = \"pairs\": the gaps of the pairs contain the error of the flanks",
@@ -54,13 +45,10 @@ pub(super) fn read(
         )),
     });
     if let Some((why, remedy)) = idle {
-        section.without_effect(issues, &["table_harmonics"], why, remedy);
+        section.without_effect(&["table_harmonics"], why, remedy);
     }
     let table_harmonics = if section.has("table_harmonics") && idle.is_none() {
-        // The schema bounds it far below the range of u32.
-        u32::try_from(section.integer(issues, "table_harmonics")?)
-            .ok()
-            .map(Some)
+        section.integer("table_harmonics").map(Some)
     } else {
         Some(None)
     };
@@ -82,44 +70,31 @@ pub(super) fn read(
 }
 
 /// The harmonics of a stiffness, a list of tables; empty if it is absent.
-pub(super) fn stiffness_harmonics(
-    section: &Section,
-    issues: &mut Issues,
-) -> Option<Vec<StiffnessHarmonic>> {
-    let tables = section.tables(issues, "stiffness_harmonics")?;
-    let read: Vec<_> = (tables.iter())
-        .map(|table| {
-            let harmonic = table.integer(issues, "harmonic");
-            let amplitude = table.quantity(issues, "amplitude");
-            let phase = table.quantity_or_default(issues, "phase");
-            Some(StiffnessHarmonic {
-                harmonic: u32::try_from(harmonic?).ok()?,
-                amplitude: amplitude?,
-                phase: phase?,
-            })
+pub(super) fn stiffness_harmonics(section: &Section) -> Option<Vec<StiffnessHarmonic>> {
+    section.each("stiffness_harmonics", |table| {
+        let (harmonic, amplitude, phase) = harmonic(table)?;
+        Some(StiffnessHarmonic {
+            harmonic,
+            amplitude,
+            phase,
         })
-        .collect();
-    read.into_iter().collect()
+    })
 }
 
 /// The harmonics of a transmission error, a list of tables; empty if it is absent.
-pub(super) fn harmonics(
-    section: &Section,
-    issues: &mut Issues,
-    name: &str,
-) -> Option<Vec<MeshHarmonic>> {
-    let tables = section.tables(issues, name)?;
-    // Read every table before failing, so that all faults are found.
-    let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
-    read.into_iter().collect()
+pub(super) fn harmonics(section: &Section, name: &str) -> Option<Vec<MeshHarmonic>> {
+    section.each(name, |table| {
+        let (harmonic, amplitude, phase) = harmonic(table)?;
+        Some(MeshHarmonic::new(harmonic, amplitude, phase))
+    })
 }
 
-fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
-    let harmonic = table.integer(issues, "harmonic");
-    let amplitude = table.quantity(issues, "amplitude");
-    let phase = table.quantity_or_default(issues, "phase");
-    let harmonic = u32::try_from(harmonic?).ok()?;
-    Some(MeshHarmonic::new(harmonic, amplitude?, phase?))
+/// Number, amplitude and phase of a harmonic.
+fn harmonic(table: &Section) -> Option<(u32, f64, f64)> {
+    let harmonic = table.integer("harmonic");
+    let amplitude = table.quantity("amplitude");
+    let phase = table.quantity_or_default("phase");
+    Some((harmonic?, amplitude?, phase?))
 }
 
 /// Number of teeth of a gear of the first mesh, if known.
@@ -137,23 +112,21 @@ fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
 /// `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears have already been reported.
 pub(super) fn errors_of_gears(
     section: &Section,
-    issues: &mut Issues,
     (key, names): (&str, [&str; 2]),
     teeth: Option<[Option<u32>; 2]>,
 ) -> Option<Vec<MeshHarmonic>> {
-    let orders = section.tables(issues, "gear_error")?;
-    let orders: Vec<_> = (orders.iter())
-        .map(|table| order(table, issues, (key, names), teeth))
-        .collect();
+    let orders = section.each("gear_error", |table| {
+        Some(order(table, (key, names), teeth))
+    })?;
     let mut whole = teeth.is_some();
     let mut all = Vec::new();
-    if let Child::Present(deviation) = section.child(issues, "pitch_deviation") {
+    if let Child::Present(deviation) = section.child("pitch_deviation") {
         for (gear, name) in names.into_iter().enumerate() {
             if !deviation.has(name) {
                 continue;
             }
             let teeth = teeth.map(|teeth| teeth[gear]);
-            match deviations(&deviation, issues, name, teeth) {
+            match deviations(&deviation, name, teeth) {
                 Some(values) => all.extend(orders_of_teeth(&values)),
                 None => whole = false,
             }
@@ -167,61 +140,44 @@ pub(super) fn errors_of_gears(
 /// An order of a gear.
 fn order(
     table: &Section,
-    issues: &mut Issues,
     (key, names): (&str, [&str; 2]),
     teeth: Option<[Option<u32>; 2]>,
 ) -> Option<MeshHarmonic> {
-    let gear = table.choice(issues, key);
-    let order = table.integer(issues, "order");
-    let amplitude = table.quantity(issues, "amplitude");
-    let phase = table.quantity_or_default(issues, "phase");
-    let harmonic = MeshHarmonic::new(u32::try_from(order?).ok()?, amplitude?, phase?);
+    let gear = table.choice(key);
+    let order = table.integer("order");
+    let amplitude = table.quantity("amplitude");
+    let phase = table.quantity_or_default("phase");
+    let harmonic = MeshHarmonic::new(order?, amplitude?, phase?);
     let Some(cycles) = teeth?[usize::from(gear? == names[1])] else {
-        unknown_teeth(table, issues, key);
+        unknown_teeth(table, key);
         return None;
     };
     Some(MeshHarmonic { cycles, ..harmonic })
 }
 
 /// Deviations of the teeth of a gear, one per tooth.
-fn deviations(
-    table: &Section,
-    issues: &mut Issues,
-    name: &str,
-    teeth: Option<Option<u32>>,
-) -> Option<Vec<f64>> {
-    let values = table.quantities(issues, name, None)?;
+fn deviations(table: &Section, name: &str, teeth: Option<Option<u32>>) -> Option<Vec<f64>> {
+    let values = table.quantities(name, None)?;
     let Some(teeth) = teeth? else {
-        unknown_teeth(table, issues, name);
+        unknown_teeth(table, name);
         return None;
     };
     if values.len() == teeth as usize {
         return Some(values);
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of(name),
-            &table.path_of(name),
-            format!("{} values for {teeth} teeth", values.len()),
-        )
+    table
+        .inconsistent(name, format!("{} values for {teeth} teeth", values.len()))
         .label("one value per tooth")
-        .accepted(format!("give {teeth} lengths")),
-    );
-    None
+        .accepted(format!("give {teeth} lengths"))
+        .fail(table.issues)
 }
 
-fn unknown_teeth(table: &Section, issues: &mut Issues, key: &str) {
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of(key),
-            &table.path_of(key),
-            "the number of teeth of this gear is unknown".to_owned(),
-        )
+fn unknown_teeth(table: &Section, key: &str) {
+    table
+        .inconsistent(key, "the number of teeth of this gear is unknown")
         .label("unknown number of teeth")
-        .remedy("add teeth_wheel to the modal file, or remove the error".to_owned()),
-    );
+        .remedy("add teeth_wheel to the modal file, or remove the error".to_owned())
+        .report(table.issues);
 }
 
 /// The orders of a shaft whose sum has the values of the teeth, minus their mean, in sequence: tooth n at the start of
@@ -250,26 +206,22 @@ fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
         .collect()
 }
 
-fn ripple(
-    table: &Section,
-    issues: &mut Issues,
-    source: Option<&StructureSource>,
-) -> Option<TorqueRipple> {
-    let shaft = match table.choice(issues, "shaft") {
+fn ripple(table: &Section, source: Option<&StructureSource>) -> Option<TorqueRipple> {
+    let shaft = match table.choice("shaft") {
         Some("wheel") => Some(DriveShaft::Wheel),
         Some(_) => Some(DriveShaft::Pinion),
         None => None,
     };
-    let order = table.quantity(issues, "order");
-    let amplitude = table.quantity(issues, "amplitude");
-    let phase = table.quantity_or_default(issues, "phase");
+    let order = table.quantity("order");
+    let amplitude = table.quantity("amplitude");
+    let phase = table.quantity_or_default("phase");
     let ripple = TorqueRipple {
         shaft: shaft?,
         order: order?,
         amplitude: amplitude?,
         phase: phase?,
     };
-    torque_curve::turns(table, issues, source, ripple.shaft)?;
+    torque_curve::turns(table, source, ripple.shaft)?;
     Some(ripple)
 }
 

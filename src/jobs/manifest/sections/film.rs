@@ -1,19 +1,15 @@
 //! `[mesh.film]`: the film of oil between the flanks.
 
 use super::backlash::Surroundings;
-use super::sliders::{Excluded, exclude};
+use super::sliders::{Excluded, exclude, excluded_kernel};
 use crate::gear::OilFilm;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::MeshSpec;
 use crate::model::Film;
 
 /// Keys that cannot be combined with a film.
-const EXCLUDED: [Excluded; 2] = [
-    (
-        "run",
-        "kernel",
-        &["closed_modes", "stepping"],
+const EXCLUDED: [Excluded<'_>; 2] = [
+    excluded_kernel(
         "is a kernel that cannot follow a film of oil",
         "set kernel = \"volterra\" or \"auto\", or remove mesh.film",
     ),
@@ -27,9 +23,9 @@ const EXCLUDED: [Excluded; 2] = [
 ];
 
 /// Reports keys that cannot be combined with the film of a mesh.
-pub(super) fn check(root: &Section, issues: &mut Issues, mesh: Option<&MeshSpec>) {
+pub(super) fn check(root: &Section, mesh: Option<&MeshSpec>) {
     if mesh.is_some_and(|mesh| mesh.film.is_some()) {
-        exclude(root, issues, &EXCLUDED, "not with a film of oil");
+        exclude(root, &EXCLUDED, "not with a film of oil");
     }
 }
 
@@ -39,33 +35,23 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// The film; an inner `None` without a film, an outer one if there are faults, which have been reported.
-pub(super) fn read(
-    mesh: &Section,
-    issues: &mut Issues,
-    drive: Surroundings<'_>,
-) -> Option<Option<Film>> {
-    let section = match mesh.child(issues, "film") {
+pub(super) fn read(mesh: &Section, drive: Surroundings<'_>) -> Option<Option<Film>> {
+    let section = match mesh.child("film") {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let viscosity = section.quantity(issues, "viscosity");
-    let widest = section.quantity_or_default(issues, "thickness");
-    let least = section.quantity_or_default(issues, "least_thickness");
-    let layers = section.count_or_default(issues, "layers");
+    let viscosity = section.quantity("viscosity");
+    let widest = section.quantity_or_default("thickness");
+    let least = section.quantity_or_default("least_thickness");
+    let layers = section.integer_or_default("layers");
     let (widest, least) = (widest?, least?);
-    let mut refuse = |key: &str, message: String, label: &str, remedy: &'static str| {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of(key),
-                &section.path_of(key),
-                message,
-            )
+    let refuse = |key: &str, message: String, label: &str, remedy: &'static str| {
+        section
+            .inconsistent(key, message)
             .label(label)
-            .remedy(remedy),
-        );
-        None
+            .remedy(remedy)
+            .fail(section.issues)
     };
     if widest <= least {
         let message = "the film must be thicker where it begins than where the flanks touch";

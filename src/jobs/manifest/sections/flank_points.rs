@@ -2,78 +2,65 @@
 //! train they have no key `gear`, and both entries belong to that gear.
 
 use crate::gear::GearPair;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::schema::draws_one_gear;
 use crate::numerics::point_course::{BetweenPoints, PointCourse};
 
 /// The profiles of both gears over their roll lengths, which the drawing computes from diameters.
-pub(super) fn profiles(
-    section: &Section,
-    issues: &mut Issues,
-    pair: Option<&GearPair>,
-) -> Option<[PointCourse; 2]> {
-    courses(
-        section,
-        issues,
-        "profile_points",
-        |table, issues, gear| match [table.has("roll_length"), table.has("diameter")] {
+pub(super) fn profiles(section: &Section, pair: Option<&GearPair>) -> Option<[PointCourse; 2]> {
+    courses(section, "profile_points", |table, gear| {
+        match [table.has("roll_length"), table.has("diameter")] {
             [true, true] => {
                 let what = "give the positions of the points";
-                table.given_twice(issues, &["diameter"], "roll_length", what);
+                table.given_twice(&["diameter"], "roll_length", what);
                 None
             }
-            [_, false] => table.quantities(issues, "roll_length", None),
+            [_, false] => table.quantities("roll_length", None),
             [false, true] => {
-                let diameters = table.quantities(issues, "diameter", None)?;
+                let diameters = table.quantities("diameter", None)?;
                 let base = pair?.base_radii()[gear];
                 let below = diameters.iter().find(|&&diameter| 0.5 * diameter < base);
                 if let Some(diameter) = below {
-                    issues.push(
-                        Diagnostic::new(
-                            DiagnosticKind::OutOfRange,
-                            table.span_of("diameter"),
-                            &table.path_of("diameter"),
-                            format!(
-                                "a diameter of {:.4} mm is inside the base circle of {:.4} mm",
-                                1e3 * diameter,
-                                2e3 * base
-                            ),
-                        )
-                        .label("no involute there")
-                        .accepted("give diameters on the involute, above the base circle"),
+                    let message = format!(
+                        "a diameter of {:.4} mm is inside the base circle of {:.4} mm",
+                        1e3 * diameter,
+                        2e3 * base
                     );
-                    return None;
+                    return table
+                        .fault(DiagnosticKind::OutOfRange, "diameter", message)
+                        .label("no involute there")
+                        .accepted("give diameters on the involute, above the base circle")
+                        .fail(table.issues);
                 }
                 let length = |diameter: f64| (0.25 * diameter * diameter - base * base).sqrt();
                 Some(diameters.into_iter().map(length).collect())
             }
-        },
-    )
+        }
+    })
 }
 
 /// The leads of both gears over the distance from mid-face.
-pub(super) fn leads(section: &Section, issues: &mut Issues) -> Option<[PointCourse; 2]> {
-    courses(section, issues, "lead_points", |table, issues, _| {
-        table.quantities(issues, "place", None)
+pub(super) fn leads(section: &Section) -> Option<[PointCourse; 2]> {
+    courses(section, "lead_points", |table, _| {
+        table.quantities("place", None)
     })
 }
 
 /// The courses of a list of tables. `places` reads the positions of a table for gear 0 or 1.
 fn courses(
     section: &Section,
-    issues: &mut Issues,
     name: &str,
-    places: impl Fn(&Section, &mut Issues, usize) -> Option<Vec<f64>>,
+    places: impl Fn(&Section, usize) -> Option<Vec<f64>>,
 ) -> Option<[PointCourse; 2]> {
     let mut found = [PointCourse::default(), PointCourse::default()];
     let mut whole = true;
     let of_one = draws_one_gear(&section.path);
-    for table in section.tables(issues, name)? {
-        let gear = if of_one { Some("gear") } else { table.choice(issues, "gear") };
-        let at = places(&table, issues, usize::from(gear == Some("wheel")));
-        let missing = table.quantities(issues, "missing", None);
-        let between = table.choice_or_default(issues, "between");
+    for table in section.tables(name)? {
+        let gear = if of_one { Some("gear") } else { table.choice("gear") };
+        let at = places(&table, usize::from(gear == Some("wheel")));
+        let missing = table.quantities("missing", None);
+        let between = table.choice_or_default("between");
         let (Some(gear), Some(at), Some(missing), Some(between)) = (gear, at, missing, between)
         else {
             whole = false;
@@ -112,16 +99,11 @@ fn courses(
             None
         };
         if let Some((key, message, accepted)) = fault {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    table.span_of(key),
-                    &table.path_of(key),
-                    message,
-                )
+            table
+                .inconsistent(key, message)
                 .label("no curve")
-                .accepted(accepted),
-            );
+                .accepted(accepted)
+                .report(table.issues);
             whole = false;
             continue;
         }

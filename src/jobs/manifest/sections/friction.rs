@@ -2,7 +2,6 @@
 
 use super::backlash::Surroundings;
 use crate::gear::{EvenSharing, MeanFriction};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{FrictionSpec, StiffnessSpec, StructureSource};
 use crate::manifest::tree::Value;
@@ -21,7 +20,6 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 /// an outer one if the drawing has faults or does not determine it, which has been reported.
 pub(super) fn sliding(
     section: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     friction: &FrictionSpec,
     stiffness: &StiffnessSpec,
@@ -39,7 +37,7 @@ pub(super) fn sliding(
             };
             let message = "friction reverses at the pitch point, which only the drawing of a pair on parallel axes \
                            determines";
-            unknown(section, issues, message.to_owned(), remedy);
+            unknown(section, message.to_owned(), remedy);
         }
         return None;
     };
@@ -48,23 +46,17 @@ pub(super) fn sliding(
         Err(fault) => {
             let message =
                 format!("the drawing does not determine the direction of sliding: {fault}");
-            unknown(
-                section,
-                issues,
-                message,
-                "correct [gear], or set mesh.friction = 0",
-            );
+            unknown(section, message, "correct [gear], or set mesh.friction = 0");
             return None;
         }
     };
     let by_law = gears.helix_angle == 0.0;
-    shared_as_long(section, issues, drawn, by_law.then_some(stiffness)).map(Some)
+    shared_as_long(section, drawn, by_law.then_some(stiffness)).map(Some)
 }
 
 /// Load sharing by two pairs during the part of the cycle that a two-level law gives.
 pub(super) fn shared_as_long(
     section: &Section,
-    issues: &mut Issues,
     drawn: EvenSharing,
     stiffness: Option<&StiffnessSpec>,
 ) -> Option<EvenSharing> {
@@ -73,7 +65,7 @@ pub(super) fn shared_as_long(
         Some(StiffnessSpec::Piecewise(_) | StiffnessSpec::Continuous(_))
     );
     let contact_ratio = if levels && !section.has("values") {
-        section.quantity(issues, "contact_ratio")?
+        section.quantity("contact_ratio")?
     } else {
         drawn.contact_ratio
     };
@@ -84,62 +76,46 @@ pub(super) fn shared_as_long(
 }
 
 /// Reports friction of unknown direction.
-fn unknown(section: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
+fn unknown(section: &Section, message: String, remedy: &'static str) {
     let key = if section.has("friction") { "friction" } else { "friction_law" };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of(key),
-            &section.path_of(key),
-            message,
-        )
+    section
+        .inconsistent(key, message)
         .label("unknown direction")
-        .remedy(remedy),
-    );
+        .remedy(remedy)
+        .report(section.issues);
 }
 
 /// The friction; `None` if it or the drawing has faults, which have been reported.
-pub(super) fn read(
-    section: &Section,
-    issues: &mut Issues,
-    drive: Surroundings<'_>,
-) -> Option<FrictionSpec> {
-    if section.choice_or_default(issues, "friction_law")? == "constant" {
+pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<FrictionSpec> {
+    if section.choice_or_default("friction_law")? == "constant" {
         section.without_effect(
-            issues,
             &OF_LAW,
             "with a constant coefficient of friction",
             "remove it, or set friction_law = \"schlenk\"",
         );
-        let value = section.quantity_or_default(issues, "friction");
+        let value = section.quantity_or_default("friction");
         return value.map(FrictionSpec::Constant);
     }
     section.given_twice(
-        issues,
         &["friction"],
         "friction_law",
         "give the coefficient of friction",
     );
-    let roughness = section.quantity(issues, "roughness");
-    let viscosity = section.quantity(issues, "oil_viscosity");
-    let oil_factor = section.quantity_or_default(issues, "oil_factor");
+    let roughness = section.quantity("roughness");
+    let viscosity = section.quantity("oil_viscosity");
+    let oil_factor = section.quantity_or_default("oil_factor");
     let Some(gears) = drive.gears else {
         if !drive.faulty_drawing {
             let remedy = match drive.source {
                 Some(StructureSource::Train(_)) => "give mesh.friction",
                 _ => "describe the gears in [gear], or give mesh.friction",
             };
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of("friction_law"),
-                    "mesh.friction_law",
-                    "the law of friction needs the drawing of a gear pair on parallel axes"
-                        .to_owned(),
-                )
+            let message = "the law of friction needs the drawing of a gear pair on parallel axes";
+            section
+                .inconsistent("friction_law", message)
                 .label("no drawing")
-                .remedy(remedy),
-            );
+                .remedy(remedy)
+                .report(section.issues);
         }
         return None;
     };

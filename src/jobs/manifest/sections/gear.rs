@@ -5,7 +5,7 @@ use crate::gear::{
     BasicRack, BodyShape, FaceOverhang, FlankCourse, Flanks, GearError, GearPair, Hub, Material,
     Modification, Plane, Relief, ReliefCourse, Tooth, ToothForm, Undercut, Web,
 };
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Child, Section};
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,17 +13,17 @@ use std::f64::consts::FRAC_PI_2;
 /// cantilever plates.
 const WIDE: f64 = 5.0;
 
-pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
-    let teeth = section.integers::<2>(issues, "teeth");
-    let module = section.quantity(issues, "module");
-    let pressure_angle = section.quantity_or_default(issues, "pressure_angle");
-    let helix_angle = section.quantity_or_default(issues, "helix_angle");
-    let face = face(section, issues);
+pub(super) fn read(section: &Section) -> Option<GearPair> {
+    let teeth = section.integers::<2>("teeth");
+    let module = section.quantity("module");
+    let pressure_angle = section.quantity_or_default("pressure_angle");
+    let helix_angle = section.quantity_or_default("helix_angle");
+    let face = face(section);
     let face_width = face.map(|face| face.width);
-    let body_length = section.pair(issues, "body_length");
-    let rated_torque = section.quantity(issues, "rated_torque");
-    let form = form(section, issues, body_length);
-    let plane = plane(section, issues, module.zip(face_width));
+    let body_length = section.pair("body_length");
+    let rated_torque = section.quantity("rated_torque");
+    let form = form(section, body_length);
+    let plane = plane(section, module.zip(face_width));
     let drawn = || {
         // The schema bounds the teeth far below the range of u32.
         let [pinion, wheel] = teeth?.map(u32::try_from);
@@ -44,37 +44,27 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         })
     };
     let pair = drawn();
-    let profile_points = flank_points::profiles(section, issues, pair.as_ref());
-    let lead_points = flank_points::leads(section, issues);
+    let profile_points = flank_points::profiles(section, pair.as_ref());
+    let lead_points = flank_points::leads(section);
     let mut pair = pair?;
     pair.form.profile_points = profile_points?;
     pair.form.lead_points = lead_points?;
-    check(section, issues, &pair)?;
+    check(section, &pair)?;
     Some(pair)
 }
 
 /// The optional keys; a drawing without any is the default form.
-fn form(
-    section: &Section,
-    issues: &mut Issues,
-    body_length: Option<[f64; 2]>,
-) -> Option<ToothForm> {
-    let profile_shift = section.pair_or_default(issues, "profile_shift");
-    let thinning = section.one_or_pair_or_default(issues, "thinning");
-    let centre_distance = if section.has("centre_distance") {
-        section.quantity(issues, "centre_distance").map(Some)
-    } else {
-        Some(None)
-    };
+fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
+    let profile_shift = section.pair_or_default("profile_shift");
+    let thinning = section.one_or_pair_or_default("thinning");
+    let centre_distance = section.if_given("centre_distance", Section::quantity);
     let tip_diameter = if section.has("tip_diameter") {
-        section
-            .pair(issues, "tip_diameter")
-            .map(|pair| pair.map(Some))
+        section.pair("tip_diameter").map(|pair| pair.map(Some))
     } else {
         Some([None; 2])
     };
-    hub_is_whole(section, issues);
-    let shape = shape(section, issues, body_length);
+    hub_is_whole(section);
+    let shape = shape(section, body_length);
     Some(ToothForm {
         profile_shift: profile_shift?,
         thinning: thinning?,
@@ -87,20 +77,15 @@ fn form(
 /// The teeth in the drawing of one gear of a train, for both gears of a pair alike. `pair` has two such gears.
 pub(super) fn of_one(
     section: &Section,
-    issues: &mut Issues,
     width: Option<f64>,
     pair: Option<&GearPair>,
 ) -> Option<ToothForm> {
-    let profile_shift = section.quantity_or_default(issues, "profile_shift");
-    let thinning = section.quantity_or_default(issues, "thinning");
-    let tip_diameter = if section.has("tip_diameter") {
-        section.quantity(issues, "tip_diameter").map(Some)
-    } else {
-        Some(None)
-    };
-    let shape = shape(section, issues, width.map(|width| [width; 2]));
-    let profile_points = flank_points::profiles(section, issues, pair);
-    let lead_points = flank_points::leads(section, issues);
+    let profile_shift = section.quantity_or_default("profile_shift");
+    let thinning = section.quantity_or_default("thinning");
+    let tip_diameter = section.if_given("tip_diameter", Section::quantity);
+    let shape = shape(section, width.map(|width| [width; 2]));
+    let profile_points = flank_points::profiles(section, pair);
+    let lead_points = flank_points::leads(section);
     Some(ToothForm {
         profile_shift: [profile_shift?; 2],
         thinning: [thinning?; 2],
@@ -112,26 +97,21 @@ pub(super) fn of_one(
 }
 
 /// The keys that `[gear]` shares with the gears of a train.
-fn shape(
-    section: &Section,
-    issues: &mut Issues,
-    body_length: Option<[f64; 2]>,
-) -> Option<ToothForm> {
-    let rack = rack(section, issues);
-    let reliefs =
-        ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, issues, name));
-    let profile = modification(section, issues, ["profile_crowning", "profile_slope"]);
-    let lead = modification(section, issues, ["lead_crowning", "lead_slope"]);
+fn shape(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
+    let rack = rack(section);
+    let reliefs = ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, name));
+    let profile = modification(section, ["profile_crowning", "profile_slope"]);
+    let lead = modification(section, ["lead_crowning", "lead_slope"]);
     let bore = if section.has("bore") {
         section
-            .one_or_pair(issues, "bore")
+            .one_or_pair("bore")
             .map(|pair| pair.map(|bore| Some(bore).filter(|bore| *bore > 0.0)))
     } else {
         Some([None; 2])
     };
-    let body = bodies(section, issues, body_length);
-    let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
-    let poisson_ratio = section.one_or_pair_or_default(issues, "poisson_ratio");
+    let body = bodies(section, body_length);
+    let young_modulus = section.one_or_pair_or_default("young_modulus");
+    let poisson_ratio = section.one_or_pair_or_default("poisson_ratio");
     let [tip_relief, root_relief, end_relief] = reliefs;
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
@@ -161,30 +141,26 @@ struct CommonFace {
 }
 
 /// The common part of both faces.
-fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
-    let widths = section.one_or_pair(issues, "face_width");
-    let offsets = section.one_or_pair_or_default(issues, "face_offset");
+fn face(section: &Section) -> Option<CommonFace> {
+    let widths = section.one_or_pair("face_width");
+    let offsets = section.one_or_pair_or_default("face_offset");
     let (widths, offsets) = (widths?, offsets?);
     let ends: [[f64; 2]; 2] =
         [0, 1].map(|gear| [-0.5, 0.5].map(|side| offsets[gear] + side * widths[gear]));
     let (from, to) = (ends[0][0].max(ends[1][0]), ends[0][1].min(ends[1][1]));
     if to <= from {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("face_offset"),
-                &section.path_of("face_offset"),
-                format!(
-                    "the faces do not overlap: the pinion's is from {} to {} mm, the wheel's from {} to {} mm",
-                    1e3 * ends[0][0],
-                    1e3 * ends[0][1],
-                    1e3 * ends[1][0],
-                    1e3 * ends[1][1]
-                ),
-            )
-            .remedy("give offsets from the middle of the bodies that differ by less than half the sum of the widths"),
+        let message = format!(
+            "the faces do not overlap: the pinion's is from {} to {} mm, the wheel's from {} to {} mm",
+            1e3 * ends[0][0],
+            1e3 * ends[0][1],
+            1e3 * ends[1][0],
+            1e3 * ends[1][1]
         );
-        return None;
+        let remedy = "give offsets from the middle of the bodies that differ by less than half the sum of the widths";
+        return section
+            .inconsistent("face_offset", message)
+            .remedy(remedy)
+            .fail(section.issues);
     }
     Some(CommonFace {
         width: to - from,
@@ -197,9 +173,9 @@ fn face(section: &Section, issues: &mut Issues) -> Option<CommonFace> {
 }
 
 /// The plane state. By default it depends on the face width: narrow teeth are free to widen.
-fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Option<Plane> {
+fn plane(section: &Section, size: Option<(f64, f64)>) -> Option<Plane> {
     if section.has("plane") {
-        return Some(match section.choice(issues, "plane")? {
+        return Some(match section.choice("plane")? {
             "strain" => Plane::Strain,
             _ => Plane::Stress,
         });
@@ -214,10 +190,9 @@ pub(super) fn plane_of(module: f64, width: f64) -> Plane {
 }
 
 /// Reports a length without a hub, in tables that may have a hub.
-pub(super) fn hub_is_whole(section: &Section, issues: &mut Issues) {
+pub(super) fn hub_is_whole(section: &Section) {
     if !section.has("hub_diameter") {
         section.without_effect(
-            issues,
             &["hub_length"],
             "without hub_diameter",
             "remove it, or add hub_diameter",
@@ -226,32 +201,22 @@ pub(super) fn hub_is_whole(section: &Section, issues: &mut Issues) {
 }
 
 /// Hubs and webs; `None` if a key has faults.
-fn bodies(
-    section: &Section,
-    issues: &mut Issues,
-    body_length: Option<[f64; 2]>,
-) -> Option<[BodyShape; 2]> {
-    let optional = |section: &Section, issues: &mut Issues, key: &str| {
-        if section.has(key) {
-            section.one_or_pair(issues, key).map(Some)
-        } else {
-            Some(None)
-        }
-    };
-    let diameter = optional(section, issues, "hub_diameter");
+fn bodies(section: &Section, body_length: Option<[f64; 2]>) -> Option<[BodyShape; 2]> {
+    let optional = |section: &Section, key: &str| section.if_given(key, Section::one_or_pair);
+    let diameter = optional(section, "hub_diameter");
     let length = if section.has("hub_diameter") {
-        optional(section, issues, "hub_length")
+        optional(section, "hub_length")
     } else {
         Some(None)
     };
-    let thickness = optional(section, issues, "web_thickness");
-    let rim = optional(section, issues, "rim_diameter");
+    let thickness = optional(section, "web_thickness");
+    let rim = optional(section, "rim_diameter");
     for (one, other) in [
         ("web_thickness", "rim_diameter"),
         ("rim_diameter", "web_thickness"),
     ] {
         if section.has(one) && !section.has(other) {
-            section.missing(issues, other);
+            section.missing(other);
         }
     }
     let (diameter, length, thickness, rim) = (diameter?, length?, thickness?, rim?);
@@ -263,18 +228,12 @@ fn bodies(
     });
     if let Some(lengths) = too_thick {
         let [web, body] = lengths.map(|length| 1e3 * length);
-        let (span, path) = (
-            section.span_of("web_thickness"),
-            section.path_of("web_thickness"),
-        );
         let what = format!("a web of {web:.3} mm is thicker than its gear body of {body:.3} mm");
-        let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-        issues.push(
-            fault
-                .label("too thick")
-                .remedy("make the web thinner, or remove it"),
-        );
-        return None;
+        return section
+            .inconsistent("web_thickness", what)
+            .label("too thick")
+            .remedy("make the web thinner, or remove it")
+            .fail(section.issues);
     }
     let length = length.or(body_length)?;
     Some([0, 1].map(|gear| BodyShape {
@@ -289,15 +248,15 @@ fn bodies(
     }))
 }
 
-fn rack(section: &Section, issues: &mut Issues) -> Option<BasicRack> {
-    let rack = match section.child(issues, "rack") {
+fn rack(section: &Section) -> Option<BasicRack> {
+    let rack = match section.child("rack") {
         Child::Absent => section.empty_child("rack"),
         Child::Invalid => return None,
         Child::Present(rack) => rack,
     };
-    let addendum = rack.quantity_or_default(issues, "addendum");
-    let dedendum = rack.quantity_or_default(issues, "dedendum");
-    let tip_radius = rack.quantity_or_default(issues, "tip_radius");
+    let addendum = rack.quantity_or_default("addendum");
+    let dedendum = rack.quantity_or_default("dedendum");
+    let tip_radius = rack.quantity_or_default("tip_radius");
     Some(BasicRack {
         addendum: addendum?,
         dedendum: dedendum?,
@@ -305,15 +264,15 @@ fn rack(section: &Section, issues: &mut Issues) -> Option<BasicRack> {
     })
 }
 
-fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief; 2]> {
-    let relief = match section.child(issues, name) {
+fn relief(section: &Section, name: &str) -> Option<[Relief; 2]> {
+    let relief = match section.child(name) {
         Child::Absent => return Some([Relief::default(); 2]),
         Child::Invalid => return None,
         Child::Present(relief) => relief,
     };
-    let amount = relief.one_or_pair(issues, "amount");
-    let length = relief.one_or_pair(issues, "length");
-    let course = match relief.choice_or_default(issues, "course")? {
+    let amount = relief.one_or_pair("amount");
+    let length = relief.one_or_pair("length");
+    let course = match relief.choice_or_default("course")? {
         "parabolic" => ReliefCourse::Parabolic,
         _ => ReliefCourse::Linear,
     };
@@ -326,12 +285,8 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
 }
 
 /// Crowning and slope, under these keys.
-fn modification(
-    section: &Section,
-    issues: &mut Issues,
-    keys: [&str; 2],
-) -> Option<[Modification; 2]> {
-    let [crowning, slope] = keys.map(|key| section.one_or_pair_or_default(issues, key));
+fn modification(section: &Section, keys: [&str; 2]) -> Option<[Modification; 2]> {
+    let [crowning, slope] = keys.map(|key| section.one_or_pair_or_default(key));
     let (crowning, slope) = (crowning?, slope?);
     Some([0, 1].map(|gear| Modification {
         crowning: crowning[gear],
@@ -341,7 +296,7 @@ fn modification(
 
 /// Checks a drawing: it must be a pair that runs if it has optional keys. Warns of undercut teeth in a pair that runs.
 /// Bodies are checked where their compliance is needed.
-fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
+fn check(section: &Section, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
         plane: pair.form.plane,
@@ -362,7 +317,7 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
     let error = match Flanks::new(pair) {
         Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => {
             (undercut.iter()).for_each(|(gear, tooth, own)| {
-                warn_of_undercut(section, issues, *gear, tooth, *own);
+                warn_of_undercut(section, *gear, tooth, *own);
             });
             return Some(());
         }
@@ -389,22 +344,15 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
     let key = (suspects.iter().copied())
         .find(|key| section.has(key))
         .unwrap_or("teeth");
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of(key),
-            &section.path_of(key),
-            error.to_string(),
-        )
-        .label("contradicts the rest of the drawing"),
-    );
-    None
+    section
+        .inconsistent(key, error.to_string())
+        .label("contradicts the rest of the drawing")
+        .fail(section.issues)
 }
 
 /// Undercut below the contact does not change the load, but weakens the root.
 fn warn_of_undercut(
     section: &Section,
-    issues: &mut Issues,
     gear: usize,
     tooth: &Tooth,
     Undercut { shift, limit }: Undercut,
@@ -413,20 +361,18 @@ fn warn_of_undercut(
         .into_iter()
         .find(|key| section.has(key))
         .unwrap_or("teeth");
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Unusual,
-            section.span_of(key),
-            &section.path_of(key),
-            format!(
-                "gear {} is undercut by {:.4} modules, up to a diameter of {:.4} mm, below the contact: its \
+    let message = format!(
+        "gear {} is undercut by {:.4} modules, up to a diameter of {:.4} mm, below the contact: its \
                  profile shift, thinning included, is {shift:.4}; at least {limit:.4} avoids undercut",
-                gear + 1,
-                limit - shift,
-                2e3 * tooth.form_radius,
-            ),
-        )
-        .label("the root of the involute is cut off")
-        .remedy("keep it if the drawing shows it; otherwise raise the profile shift or the number of teeth"),
+        gear + 1,
+        limit - shift,
+        2e3 * tooth.form_radius,
     );
+    let remedy =
+        "keep it if the drawing shows it; otherwise raise the profile shift or the number of teeth";
+    section
+        .fault(DiagnosticKind::Unusual, key, message)
+        .label("the root of the involute is cut off")
+        .remedy(remedy)
+        .report(section.issues);
 }

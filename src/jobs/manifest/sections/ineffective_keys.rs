@@ -2,7 +2,7 @@
 //! would repeat the same point.
 
 use super::drive_kind::DriveKind;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::manifest::tree::Value;
 use crate::shaft::Tier;
@@ -47,7 +47,7 @@ pub(super) fn has_effect(kind: DriveKind, key: &str) -> bool {
 }
 
 /// Records axes without effect.
-pub(super) fn check_axes(root: &Section, issues: &mut Issues, kind: DriveKind) {
+pub(super) fn check_axes(root: &Section, kind: DriveKind) {
     let axes = root.entry("grid").map(|grid| &grid.node.value);
     let (Some(Value::Table(axes)), Some(name)) = (axes, kind.name()) else {
         return;
@@ -66,10 +66,9 @@ pub(super) fn check_axes(root: &Section, issues: &mut Issues, kind: DriveKind) {
             "the axis `{}` has no effect with kind = \"{name}\"",
             axis.key
         );
-        issues.push(
-            Diagnostic::new(DiagnosticKind::NoEffect, axis.key_span, &path, message)
-                .label("no effect with this kind")
-                .remedy("remove the axis, or choose a kind with more free motions"),
-        );
+        Diagnostic::new(DiagnosticKind::NoEffect, axis.key_span, &path, message)
+            .label("no effect with this kind")
+            .remedy("remove the axis, or choose a kind with more free motions")
+            .report(root.issues);
     }
 }

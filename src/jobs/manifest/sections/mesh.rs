@@ -7,8 +7,8 @@ use super::drawn_mesh;
 use super::film;
 use super::friction;
 use super::tooth_fault;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{self, Section};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
+use crate::manifest::reader::{Given, Section};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
 use crate::manifest::tree::Value;
 use crate::model::Release;
@@ -43,53 +43,46 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// Reads the table.
-pub(super) fn read(
-    section: &Section,
-    issues: &mut Issues,
-    drive: Surroundings<'_>,
-) -> Option<MeshSpec> {
-    let half_gap = backlash::read(section, issues, drive);
-    let choice = section.choice(issues, "stiffness");
+pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<MeshSpec> {
+    let half_gap = backlash::read(section, drive);
+    let choice = section.choice("stiffness");
     if choice.is_some_and(|choice| choice != "fourier") {
         section.without_effect(
-            issues,
             &["stiffness_harmonics"],
             "without stiffness = \"fourier\"",
             "remove it, or set stiffness = \"fourier\"",
         );
     }
     let of_gears = wants_gears(section);
-    let misalignment = (section.if_effective(of_gears)).quantity_or_default(issues, "misalignment");
+    let misalignment = (section.if_effective(of_gears)).quantity_or_default("misalignment");
     let stiffness = if of_gears {
-        drawn_mesh::read(section, issues, drive, misalignment)
+        drawn_mesh::read(section, drive, misalignment)
     } else {
         section.without_effect(
-            issues,
             &OF_TABLES,
             "because the mesh is not computed from [gear]",
             "remove it, or set stiffness = \"table\"",
         );
         match choice {
-            Some("constant") => constant(section, issues),
-            Some("continuous") => continuous(section, issues),
-            Some("fourier") => fourier(section, issues),
-            Some(_) => piecewise(section, issues),
+            Some("constant") => constant(section),
+            Some("continuous") => continuous(section),
+            Some("fourier") => fourier(section),
+            Some(_) => piecewise(section),
             None => None,
         }
     };
-    let friction = friction::read(section, issues, drive);
-    let damping = contact_damping(section, issues);
+    let friction = friction::read(section, drive);
+    let damping = contact_damping(section);
     let laws = stiffness.as_ref().zip(friction.as_ref());
-    let sliding = laws.and_then(|(stiffness, friction)| {
-        friction::sliding(section, issues, drive, friction, stiffness)
-    });
-    let coast = coast::read(section, issues, drive, laws);
-    let release = section.choice_or_default(issues, "release");
-    let film = film::read(section, issues, drive);
+    let sliding = laws
+        .and_then(|(stiffness, friction)| friction::sliding(section, drive, friction, stiffness));
+    let coast = coast::read(section, drive, laws);
+    let release = section.choice_or_default("release");
+    let film = film::read(section, drive);
     let teeth = (stiffness.as_ref().zip(coast.as_ref()))
-        .and_then(|laws| tooth_fault::read(section, issues, drive, laws));
+        .and_then(|laws| tooth_fault::read(section, drive, laws));
     let (half_gap, stiffness) = (half_gap?, stiffness?);
-    backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
+    backlash::check_scale(section, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
         half_gap,
         length: None,
@@ -108,70 +101,57 @@ pub(super) fn read(
     })
 }
 
-fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+fn constant(section: &Section) -> Option<StiffnessSpec> {
     let others = [LAW.as_slice(), &["values"]].concat();
     section.without_effect(
-        issues,
         &others,
         "with stiffness = \"constant\"",
         "remove it, or set stiffness = \"piecewise\"",
     );
     section
-        .quantity(issues, "mean_stiffness")
+        .quantity("mean_stiffness")
         .map(StiffnessSpec::Constant)
 }
 
 /// A mean and harmonics whose sum stays positive.
-fn fourier(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+fn fourier(section: &Section) -> Option<StiffnessSpec> {
     let others = [LAW.as_slice(), &["values"]].concat();
     section.without_effect(
-        issues,
         &others,
         "with stiffness = \"fourier\"",
         "remove it, or set stiffness = \"piecewise\"",
     );
-    let (mean, harmonics, _) = contact_law::fourier(section, issues, "mean_stiffness")?;
+    let (mean, harmonics, _) = contact_law::fourier(section, "mean_stiffness")?;
     Some(StiffnessSpec::Fourier(mean, harmonics.into()))
 }
 
-fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+fn piecewise(section: &Section) -> Option<StiffnessSpec> {
     if section.has("values") {
         let others = [LAW.as_slice(), &["mean_stiffness"]].concat();
-        section.given_twice(
-            issues,
-            &others,
-            "values",
-            "give the stiffness over the mesh cycle",
-        );
-        let values = section.quantities(issues, "values", None)?;
+        section.given_twice(&others, "values", "give the stiffness over the mesh cycle");
+        let values = section.quantities("values", None)?;
         if values.is_empty() {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Empty,
-                    section.span_of("values"),
-                    "mesh.values",
-                    "`mesh.values` has no entries".to_owned(),
-                )
+            let message = "`mesh.values` has no entries";
+            return section
+                .fault(DiagnosticKind::Empty, "values", message)
                 .label("empty")
-                .accepted("give one stiffness per equal segment of the mesh cycle, at least 1"),
-            );
-            return None;
+                .accepted("give one stiffness per equal segment of the mesh cycle, at least 1")
+                .fail(section.issues);
         }
         return Some(StiffnessSpec::Piecewise(values.into()));
     }
-    let law = two_levels(section, issues);
-    let segments = section.integer_or_default(issues, "segments");
+    let law = two_levels(section);
+    let segments = section.integer_or_default("segments");
     Some(StiffnessSpec::Piecewise(on_segments(law?, segments?)))
 }
 
-fn continuous(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+fn continuous(section: &Section) -> Option<StiffnessSpec> {
     section.without_effect(
-        issues,
         &["segments", "values"],
         "with stiffness = \"continuous\"",
         "remove it, or set stiffness = \"piecewise\"",
     );
-    let mut law = two_levels(section, issues)?;
+    let mut law = two_levels(section)?;
     if let Some(end) = on_border(law.transition) {
         law.transition = end;
     }
@@ -180,10 +160,10 @@ fn continuous(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
 
 /// The two-level law: `k_d` over the first `ε − 1` of the cycle and `(1 − drop) k_d` over the
 /// rest, with the given mean.
-fn two_levels(section: &Section, issues: &mut Issues) -> Option<TwoLevels> {
-    let mean = section.quantity(issues, "mean_stiffness");
-    let contact_ratio = section.quantity(issues, "contact_ratio");
-    let drop = section.quantity(issues, "single_pair_drop");
+fn two_levels(section: &Section) -> Option<TwoLevels> {
+    let mean = section.quantity("mean_stiffness");
+    let contact_ratio = section.quantity("contact_ratio");
+    let drop = section.quantity("single_pair_drop");
     Some(levels(mean?, contact_ratio?, drop?))
 }
 
@@ -216,46 +196,44 @@ fn on_segments(law: TwoLevels, segments: u64) -> Arc<[f64]> {
 }
 
 /// A bare number or a percentage is a ratio, a text in `N*s/m` the coefficient.
-fn contact_damping(section: &Section, issues: &mut Issues) -> Option<DampingSpec> {
+fn contact_damping(section: &Section) -> Option<DampingSpec> {
     const PATH: &str = "mesh.contact_damping";
     let Some(entry) = section.entry("contact_damping") else {
-        section.missing(issues, "contact_damping");
+        section.missing("contact_damping");
         return None;
     };
     let (node, spec) = (&entry.node, section.spec(PATH));
+    let given = Given {
+        issues: section.issues,
+        node,
+        path: PATH,
+        spec,
+    };
     let (value, dimension) = match &node.value {
         Value::Text(text) => match units::parse_any(text) {
             Ok((value, dimension @ (Dimension::Damping | Dimension::Ratio))) => (value, dimension),
             Ok(_) | Err(_) => {
                 let error = units::parse(text, Dimension::Damping).err()?;
-                reader::wrong_unit(issues, node, PATH, Dimension::Damping, &error, spec);
-                return None;
+                return given.wrong_unit(Dimension::Damping, &error);
             }
         },
         Value::Sample(value, dimension) => (*value, *dimension),
-        _ => {
-            let value = reader::quantity_unbounded(issues, node, PATH, Dimension::Ratio, spec)?;
-            (value, Dimension::Ratio)
-        }
+        _ => (
+            given.quantity_unbounded(Dimension::Ratio)?,
+            Dimension::Ratio,
+        ),
     };
     if dimension == Dimension::Ratio {
-        let value = reader::in_range(issues, node, PATH, value, dimension, spec)?;
-        return Some(DampingSpec::Ratio(value));
+        return given.in_range(value, dimension).map(DampingSpec::Ratio);
     }
     if value >= 0.0 {
         return Some(DampingSpec::Coefficient(value));
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::OutOfRange,
-            node.span,
-            PATH,
-            format!("`{PATH}` = {value} N*s/m is out of range"),
-        )
+    let message = format!("`{PATH}` = {value} N*s/m is out of range");
+    Diagnostic::new(DiagnosticKind::OutOfRange, node.span, PATH, message)
         .label("must be at least 0")
-        .accepted(spec.accepted()),
-    );
-    None
+        .accepted(spec.accepted())
+        .fail(section.issues)
 }
 
 #[cfg(test)]

@@ -19,7 +19,6 @@ mod job;
 mod mesh;
 mod modal_state;
 mod model;
-mod optional;
 mod orbits;
 mod oscillator;
 mod poincare;
@@ -33,7 +32,6 @@ mod tooth_fault;
 mod torque_curve;
 mod train;
 
-use super::diagnostic::Issues;
 use super::grid::is_carried;
 use super::modal_tree::ModalFile;
 use super::reader::{Child, Section};
@@ -111,35 +109,29 @@ impl<'a> Context<'a> {
 }
 
 /// Reads every table except `[job]` and `[grid]`; `None` if there was a fault.
-pub(super) fn resolve(
-    root: &Section,
-    issues: &mut Issues,
-    context: &mut Context,
-) -> Option<Variant> {
-    let model = model::read(root, issues, context);
+pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> {
+    let model = model::read(root, context);
     let mesh = if oscillator::is_one(root, context) {
-        oscillator::mesh(root, issues, model.as_ref())
+        oscillator::mesh(root, model.as_ref())
     } else {
-        flanks(root, issues, model.as_ref())
+        flanks(root, model.as_ref())
     };
 
     let source = model.as_ref().map(|model| &model.source);
-    let excitation = match root.child(issues, "excitation") {
-        Child::Present(section) => {
-            excitation::read(&section, issues, source, mesh.as_ref(), context)
-        }
+    let excitation = match root.child("excitation") {
+        Child::Present(section) => excitation::read(&section, source, mesh.as_ref(), context),
         Child::Absent => Some(ExcitationSpec::default()),
         Child::Invalid => None,
     };
-    sliders::check(root, issues, model.as_ref());
-    film::check(root, issues, mesh.as_ref());
-    slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
+    sliders::check(root, model.as_ref());
+    film::check(root, mesh.as_ref());
+    slices::check_reduction(root, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
-    let run = run::read(root, issues, retained);
-    let analyses = match root.child(issues, "analyses") {
+    let run = run::read(root, retained);
+    let analyses = match root.child("analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);
-            analyses::read(&section, issues, model.as_ref(), run.as_ref(), carried)
+            analyses::read(&section, model.as_ref(), run.as_ref(), carried)
         }
         Child::Absent => Some(Analyses::default()),
         Child::Invalid => None,
@@ -154,16 +146,16 @@ pub(super) fn resolve(
 }
 
 /// The required table `[mesh]`.
-fn flanks(root: &Section, issues: &mut Issues, model: Option<&ModelSpec>) -> Option<MeshSpec> {
+fn flanks(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
     let drawn = model.and_then(|model| model.source.gears());
-    root.required_child(issues, "mesh").and_then(|section| {
+    root.required_child("mesh").and_then(|section| {
         // A modal file has no drawing; `[gear]` is read if a part of the mesh needs it.
-        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
+        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section));
         let drive = Surroundings {
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.map(|model| &model.source),
         };
-        mesh::read(&section, issues, drive)
+        mesh::read(&section, drive)
     })
 }

@@ -6,7 +6,6 @@ use super::{
     Context, film, friction, gear, ineffective_keys, mesh, oscillator, shafts, tooth_fault, train,
 };
 use crate::gear::GearPair;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
 use crate::manifest::{modal_file, modal_keys};
@@ -21,20 +20,16 @@ const RIGID_MODES: usize = 2;
 /// Degrees of freedom of a node, times two shafts.
 const FREEDOMS_PER_STATION: usize = 12;
 
-pub(super) fn read(
-    root: &Section,
-    issues: &mut Issues,
-    context: &mut Context,
-) -> Option<ModelSpec> {
-    let section = root.required_child(issues, "model")?;
-    let kind = section.choice(issues, "kind");
-    let mta = section.boolean_or_default(issues, "mta");
+pub(super) fn read(root: &Section, context: &mut Context) -> Option<ModelSpec> {
+    let section = root.required_child("model")?;
+    let kind = section.choice("kind");
+    let mta = section.boolean_or_default("mta");
     match kind {
-        Some("modal") => modal(root, &section, issues, context, mta),
-        Some("train") => of_train(root, &section, issues, context, mta),
-        Some(name) => drive(root, &section, issues, context, DriveKind::of(name), mta),
+        Some("modal") => modal(root, &section, context, mta),
+        Some("train") => of_train(root, &section, context, mta),
+        Some(name) => drive(root, &section, context, DriveKind::of(name), mta),
         None if root.has("gear") || root.has("shafts") => {
-            drive(root, &section, issues, context, DriveKind::Faulty, mta)
+            drive(root, &section, context, DriveKind::Faulty, mta)
         }
         None => None,
     }
@@ -43,43 +38,40 @@ pub(super) fn read(
 fn drive(
     root: &Section,
     section: &Section,
-    issues: &mut Issues,
     context: &mut Context,
     kind: DriveKind,
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
     if let Some(name) = kind.name() {
         section.without_effect(
-            issues,
             &["file", "length"],
             &format!("with kind = \"{name}\""),
             "remove it, or set kind = \"modal\"",
         );
         root.without_effect(
-            issues,
             &["train"],
             &format!("with kind = \"{name}\""),
             "remove it, or set kind = \"train\"",
         );
     }
-    ineffective_keys::check_axes(root, issues, kind);
+    ineffective_keys::check_axes(root, kind);
     let default_modes = match kind {
         DriveKind::Rigid(tier) => tier.freedoms(),
         DriveKind::Flexible | DriveKind::Faulty => DEFAULT_MODES,
     };
-    let modes = section.count_or(issues, "modes", default_modes);
-    let retained = retained(section, issues, modes, RIGID_MODES);
-    let damping = damping_of(section, issues, kind, modes);
-    let gyroscopic = gyroscopic(section, issues, kind);
+    let modes = section.integer_or("modes", default_modes);
+    let retained = retained(section, modes, RIGID_MODES);
+    let damping = damping_of(section, kind, modes);
+    let gyroscopic = gyroscopic(section, kind);
     let gears = root
-        .required_child(issues, "gear")
-        .and_then(|section| gear::read(&section, issues));
+        .required_child("gear")
+        .and_then(|section| gear::read(&section));
     let set = root
-        .required_child(issues, "shafts")
-        .and_then(|section| shafts::read(&section, issues, gears.as_ref(), kind));
+        .required_child("shafts")
+        .and_then(|section| shafts::read(&section, gears.as_ref(), kind));
     if let Some(modes) = modes {
         let elastic = set.as_ref().and_then(|set| set.elastic.as_ref());
-        check_freedoms(section, issues, modes, kind, elastic)?;
+        check_freedoms(section, modes, kind, elastic)?;
     }
     let modes = modes?;
     let source = source(kind, gears?, set?, damping?, gyroscopic?)?;
@@ -95,29 +87,28 @@ fn drive(
 fn of_train(
     root: &Section,
     section: &Section,
-    issues: &mut Issues,
     context: &mut Context,
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
     let why = "with kind = \"train\": [train] describes the drive";
     let own = ["file", "length"];
-    section.without_effect(issues, &own, why, "remove it, or set kind = \"modal\"");
+    section.without_effect(&own, why, "remove it, or set kind = \"modal\"");
     let remedy = "remove it, or set kind = \"flexible\"";
-    root.without_effect(issues, &["gear", "shafts"], why, remedy);
-    let gyroscopic = section.boolean_or_default(issues, "gyroscopic");
+    root.without_effect(&["gear", "shafts"], why, remedy);
+    let gyroscopic = section.boolean_or_default("gyroscopic");
     let train = root
-        .required_child(issues, "train")
-        .and_then(|section| train::read(&section, issues, context));
+        .required_child("train")
+        .and_then(|section| train::read(&section, context));
     let freedoms = train.as_ref().and_then(|train| train.freedoms().ok());
     let rigid = train.as_ref().map_or(1, TrainDrive::rotations);
     let default_modes = freedoms.unwrap_or(DEFAULT_MODES).min(DEFAULT_MODES);
-    let modes = section.count_or(issues, "modes", default_modes);
-    let retained = retained(section, issues, modes, rigid);
-    let damping = damping(section, issues, modes, rigid);
+    let modes = section.integer_or("modes", default_modes);
+    let retained = retained(section, modes, rigid);
+    let damping = damping(section, modes, rigid);
     let (train, modes, damping) = (train?, modes?, damping?);
     if let Some(freedoms) = freedoms.filter(|&freedoms| modes > freedoms) {
         let remedy = "reduce the number of modes, or shorten train.shaft.*.element";
-        too_many_modes(section, issues, (modes, freedoms), "train", remedy);
+        too_many_modes(section, (modes, freedoms), "train", remedy);
         return None;
     }
     let source = StructureSource::Train(Arc::new(TrainDrive {
@@ -175,34 +166,32 @@ fn source(
 fn modal(
     root: &Section,
     section: &Section,
-    issues: &mut Issues,
     context: &mut Context,
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
     let why = "with kind = \"modal\": the modal file describes the structure";
     let remedy = "remove it, or set kind = \"flexible\"";
     section.without_effect(
-        issues,
         &["modes", "damping", "damping_overrides", "gyroscopic"],
         why,
         remedy,
     );
-    root.without_effect(issues, &["shafts", "train"], why, remedy);
-    if !mesh_wants_gears(root, issues) {
-        root.without_effect(issues, &["gear"], why, remedy);
+    root.without_effect(&["shafts", "train"], why, remedy);
+    if !mesh_wants_gears(root) {
+        root.without_effect(&["gear"], why, remedy);
     }
     let structure = match modal_keys::tree(root.entries()) {
-        Some(changed) => changed.and_then(|tree| modal_file::of_tree(tree, issues)),
-        None => (section.text(issues, "file"))
-            .and_then(|file| modal_file::load(issues, context, file, section.span_of("file")))
+        Some(changed) => changed.and_then(|tree| modal_file::of_tree(tree, root.issues)),
+        None => (section.text("file"))
+            .and_then(|file| modal_file::load(root.issues, context, file, section.span_of("file")))
             .map(|file| file.structure.clone()),
     };
     if structure.is_some() && !oscillator::is_one(root, context) {
         let why = "with a mesh: tolerances are in half gaps";
-        section.without_effect(issues, &["length"], why, "remove it");
+        section.without_effect(&["length"], why, "remove it");
     }
     let modes = structure.as_ref().map(|structure| structure.modes());
-    let retained = retained(section, issues, modes, 1);
+    let retained = retained(section, modes, 1);
     Some(ModelSpec {
         source: context.shared(StructureSource::Modal(structure?)),
         modes: modes?,
@@ -212,8 +201,8 @@ fn modal(
 }
 
 /// Whether `[mesh]` takes its stiffness, friction or film of oil from the drawing of the gears.
-fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
-    match root.child(issues, "mesh") {
+fn mesh_wants_gears(root: &Section) -> bool {
+    match root.child("mesh") {
         Child::Present(section) => mesh::wants_gears(&section) || beside_mesh(&section),
         _ => false,
     }
@@ -225,18 +214,14 @@ fn beside_mesh(mesh: &Section) -> bool {
 }
 
 /// The drawing for a mesh table, the law of friction or a film of oil if the structure comes from a modal file.
-pub(super) fn gears_beside_modes(
-    root: &Section,
-    mesh: &Section,
-    issues: &mut Issues,
-) -> Option<GearPair> {
+pub(super) fn gears_beside_modes(root: &Section, mesh: &Section) -> Option<GearPair> {
     // The readers of friction and film report a missing drawing.
     let needed = mesh::wants_gears(mesh) || beside_mesh(mesh) && root.has("gear");
     if !(is_kind(root, "modal") && needed) {
         return None;
     }
-    root.required_child(issues, "gear")
-        .and_then(|section| gear::read(&section, issues))
+    root.required_child("gear")
+        .and_then(|section| gear::read(&section))
 }
 
 /// Whether there is a drawing that is used. If it gives no gears, it has faults, which have been reported. A `sound`
@@ -251,13 +236,8 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
 }
 
 /// Number of retained modes: all by default, never more.
-fn retained(
-    section: &Section,
-    issues: &mut Issues,
-    modes: Option<usize>,
-    least: usize,
-) -> Option<usize> {
-    let retained = section.count_or(issues, "retained", modes.unwrap_or(usize::MAX))?;
+fn retained(section: &Section, modes: Option<usize>, least: usize) -> Option<usize> {
+    let retained = section.integer_or("retained", modes.unwrap_or(usize::MAX))?;
     let modes = modes?;
     let (message, label) = if retained > modes {
         (
@@ -272,77 +252,66 @@ fn retained(
     } else {
         return Some(retained);
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of("retained"),
-            "model.retained",
-            message,
-        )
+    section
+        .inconsistent("retained", message)
         .label(label)
-        .accepted(format!("a whole number from {least} to {modes}")),
-    );
-    None
+        .accepted(format!("a whole number from {least} to {modes}"))
+        .fail(section.issues)
 }
 
 /// Damping of the modes of a drive of two shafts.
 fn damping_of(
     section: &Section,
-    issues: &mut Issues,
     kind: DriveKind,
     modes: Option<usize>,
 ) -> Option<(f64, Vec<(usize, f64)>)> {
     if kind == DriveKind::Rigid(Tier::Torsional) {
         section.without_effect(
-            issues,
             &["damping", "damping_overrides"],
             "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
             "remove it, or set a kind with more free motions",
         );
-        let damping = section.bare().quantity_or_default(issues, "damping");
+        let damping = section.bare().quantity_or_default("damping");
         return Some((damping?, Vec::new()));
     }
-    damping(section, issues, modes, RIGID_MODES)
+    damping(section, modes, RIGID_MODES)
 }
 
 /// Damping ratio of the elastic modes, and overrides by mode.
 fn damping(
     section: &Section,
-    issues: &mut Issues,
     modes: Option<usize>,
     rigid: usize,
 ) -> Option<(f64, Vec<(usize, f64)>)> {
-    let damping = section.quantity_or_default(issues, "damping");
-    let overrides = damping_overrides(section, issues, modes, rigid);
+    let damping = section.quantity_or_default("damping");
+    let overrides = damping_overrides(section, modes, rigid);
     Some((damping?, overrides?))
 }
 
 /// Whether gyroscopic moments act, on shafts that tilt.
-fn gyroscopic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<bool> {
+fn gyroscopic(section: &Section, kind: DriveKind) -> Option<bool> {
     if let DriveKind::Rigid(tier @ (Tier::Torsional | Tier::Translational)) = kind {
         section.without_effect(
-            issues,
             &["gyroscopic"],
             &format!("with kind = \"{}\": its shafts do not tilt", tier.name()),
             "remove it, or set a kind with more free motions",
         );
-        return section.bare().boolean_or_default(issues, "gyroscopic");
+        return section.bare().boolean_or_default("gyroscopic");
     }
-    section.boolean_or_default(issues, "gyroscopic")
+    section.boolean_or_default("gyroscopic")
 }
 
 fn damping_overrides(
     section: &Section,
-    issues: &mut Issues,
     modes: Option<usize>,
     rigid: usize,
 ) -> Option<Vec<(usize, f64)>> {
-    let tables = section.tables(issues, "damping_overrides")?;
+    let tables = section.tables("damping_overrides")?;
     let mut overrides: Vec<(usize, f64)> = Vec::new();
     let mut complete = true;
     for table in &tables {
-        let mode = table.count(issues, "mode");
-        let ratio = table.quantity(issues, "ratio");
+        let mode = table.integer("mode");
+        let ratio = table.quantity("ratio");
         let (Some(mode), Some(ratio), Some(modes)) = (mode, ratio, modes) else {
             complete = false;
             continue;
@@ -362,13 +331,8 @@ fn damping_overrides(
         };
         match fault {
             Some(message) => {
-                issues.push(
-                    Diagnostic::new(
-                        DiagnosticKind::Inconsistent,
-                        table.span_of("mode"),
-                        &table.path_of("mode"),
-                        message,
-                    )
+                table
+                    .inconsistent("mode", message)
                     .label("no mode to override")
                     .accepted(if modes > rigid {
                         format!(
@@ -377,8 +341,8 @@ fn damping_overrides(
                         )
                     } else {
                         "none: all modes are rigid rotations".to_owned()
-                    }),
-                );
+                    })
+                    .report(table.issues);
                 complete = false;
             }
             None => overrides.push((mode, ratio)),
@@ -391,7 +355,6 @@ fn damping_overrides(
 /// Checks that a model has at least as many freedoms as requested modes.
 fn check_freedoms(
     section: &Section,
-    issues: &mut Issues,
     modes: usize,
     kind: DriveKind,
     elastic: Option<&Elastic>,
@@ -412,27 +375,17 @@ fn check_freedoms(
     if modes <= freedoms {
         return Some(());
     }
-    too_many_modes(section, issues, (modes, freedoms), model, remedy);
+    too_many_modes(section, (modes, freedoms), model, remedy);
     None
 }
 
-fn too_many_modes(
-    section: &Section,
-    issues: &mut Issues,
-    (modes, freedoms): (usize, usize),
-    model: &str,
-    remedy: &str,
-) {
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of("modes"),
-            "model.modes",
-            format!(
-                "`model.modes` = {modes} is more than the {freedoms} degrees of freedom of the {model} model"
-            ),
-        )
-        .label(format!("at most {freedoms}"))
-        .remedy(remedy),
+fn too_many_modes(section: &Section, (modes, freedoms): (usize, usize), model: &str, remedy: &str) {
+    let message = format!(
+        "`model.modes` = {modes} is more than the {freedoms} degrees of freedom of the {model} model"
     );
+    section
+        .inconsistent("modes", message)
+        .label(format!("at most {freedoms}"))
+        .remedy(remedy)
+        .report(section.issues);
 }

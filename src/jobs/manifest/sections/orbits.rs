@@ -2,53 +2,40 @@
 
 use super::modal_state;
 use crate::analysis::OrbitConfig;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 
-pub(super) fn read(
-    table: &Section,
-    issues: &mut Issues,
-    retained: Option<usize>,
-) -> Option<OrbitConfig> {
-    let periods = periods(table, issues);
-    let guesses = table.integer_or_default(issues, "guesses");
-    let cycles = table.integer_or_default(issues, "cycles");
-    let floquet = table.boolean_or_default(issues, "floquet");
-    let returns = table.integer_or_default(issues, "returns");
-    let states = table.tables(issues, "states").map(|tables| {
-        // Read every state before failing, so that all faults are found.
-        let read: Vec<_> = tables
-            .iter()
-            .map(|state| modal_state::read(state, issues, retained))
-            .collect();
-        read.into_iter().collect::<Option<Vec<_>>>()
-    });
+pub(super) fn read(table: &Section, retained: Option<usize>) -> Option<OrbitConfig> {
+    let periods = periods(table);
+    let guesses = table.integer_or_default("guesses");
+    let cycles = table.integer_or_default("cycles");
+    let floquet = table.boolean_or_default("floquet");
+    let returns = table.integer_or_default("returns");
+    let states = table.each("states", |state| modal_state::read(state, retained));
     Some(OrbitConfig {
         periods: periods?,
-        guesses: u32::try_from(guesses?).ok()?,
-        cycles: u32::try_from(cycles?).ok()?,
+        guesses: guesses?,
+        cycles: cycles?,
         floquet: floquet?,
-        returns: u32::try_from(returns?).ok()?,
-        states: states??,
+        returns: returns?,
+        states: states?,
     })
 }
 
-fn periods(table: &Section, issues: &mut Issues) -> Option<Vec<u32>> {
-    let values = table.whole_numbers_or_default(issues, "periods")?;
+fn periods(table: &Section) -> Option<Vec<u32>> {
+    let values = table.whole_numbers_or_default("periods")?;
     if values.is_empty() {
         let path = table.path_of("periods");
-        issues.push(
-            Diagnostic::new(
+        return table
+            .fault(
                 DiagnosticKind::OutOfRange,
-                table.span_of("periods"),
-                &path,
+                "periods",
                 format!("`{path}` is empty"),
             )
             .label("no period")
             .accepted(table.spec(&path).accepted())
-            .remedy("name at least one period, or remove the analysis"),
-        );
-        return None;
+            .remedy("name at least one period, or remove the analysis")
+            .fail(table.issues);
     }
     values
         .into_iter()

@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::drive_kind::is_kind;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::modal_keys;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{
@@ -32,44 +32,38 @@ pub(super) fn is_one(root: &Section, context: &Context) -> bool {
 
 /// The substitute for an oscillator's mesh; `None` if `[mesh]` is given or nothing determines a length, which is
 /// reported.
-pub(super) fn mesh(
-    root: &Section,
-    issues: &mut Issues,
-    model: Option<&ModelSpec>,
-) -> Option<MeshSpec> {
+pub(super) fn mesh(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
     if let Some(entry) = root.entry("mesh") {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                entry.key_span,
-                "mesh",
-                "[mesh] describes flanks, but the modal file has no mesh".to_owned(),
-            )
-            .label("no mesh in the modal file")
-            .remedy("remove [mesh], or give `mesh` and `torque` in the modal file"),
-        );
-        return None;
+        let message = "[mesh] describes flanks, but the modal file has no mesh";
+        return Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            entry.key_span,
+            "mesh",
+            message,
+        )
+        .label("no mesh in the modal file")
+        .remedy("remove [mesh], or give `mesh` and `torque` in the modal file")
+        .fail(root.issues);
     }
     let StructureSource::Modal(structure) = &model?.source else {
         return None;
     };
-    let length = match root.child(issues, "model") {
-        Child::Present(section) if section.has("length") => section.quantity(issues, "length")?,
+    let length = match root.child("model") {
+        Child::Present(section) if section.has("length") => section.quantity("length")?,
         _ => own_length(structure),
     };
     if length == 0.0 {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::MissingKey,
-                root.entry("model").map_or(root.span, |entry| entry.key_span),
-                "model.length",
-                "nothing tells how large the motion is: no contact has a gap, and no [[harmonic_load]] acts"
-                    .to_owned(),
-            )
-            .label("no scale of lengths")
-            .remedy("add length, the order of magnitude of the motion, such as length = \"1 mm\""),
-        );
-        return None;
+        let message = "nothing tells how large the motion is: no contact has a gap, and no [[harmonic_load]] acts";
+        return Diagnostic::new(
+            DiagnosticKind::MissingKey,
+            root.entry("model")
+                .map_or(root.span, |entry| entry.key_span),
+            "model.length",
+            message,
+        )
+        .label("no scale of lengths")
+        .remedy("add length, the order of magnitude of the motion, such as length = \"1 mm\"")
+        .fail(root.issues);
     }
     let mesh = MeshSpec {
         half_gap: length,

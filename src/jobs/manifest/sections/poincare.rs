@@ -1,9 +1,8 @@
 //! `[analyses.poincare]`: the section for samples.
 
 use super::modal_state::modal_vector;
-use super::optional::optional;
 use crate::analysis::{PoincareConfig, Section as PoincareSection, Surface};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 
 /// Default number of kept samples of a strobe, if it has as many.
@@ -11,17 +10,15 @@ const MOST_SAMPLES: usize = 200;
 
 pub(super) fn read(
     table: &Section,
-    issues: &mut Issues,
     cycles: Option<u64>,
     carried: bool,
     retained: Option<usize>,
 ) -> Option<PoincareConfig> {
-    let section = section(table, issues, retained);
-    let samples = samples(table, issues, cycles, section.as_ref());
-    let refine = table.integer_or_default(issues, "refine");
+    let section = section(table, retained);
+    let samples = samples(table, cycles, section.as_ref());
+    let refine = table.integer_or_default("refine");
     if !carried && refine.is_some_and(|halvings| halvings > 0) {
         table.without_effect(
-            issues,
             &["refine"],
             "because points are independent and have no neighbours in a sweep",
             "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or remove refine",
@@ -30,31 +27,26 @@ pub(super) fn read(
     Some(PoincareConfig {
         samples: samples?,
         section: section?,
-        refine: if carried { u32::try_from(refine?).ok()? } else { 0 },
+        refine: if carried { refine? } else { 0 },
     })
 }
 
-fn section(
-    table: &Section,
-    issues: &mut Issues,
-    retained: Option<usize>,
-) -> Option<PoincareSection> {
-    let name = table.choice_or_default(issues, "section");
+fn section(table: &Section, retained: Option<usize>) -> Option<PoincareSection> {
+    let name = table.choice_or_default("section");
     // For an unknown section, phase and surface are still read, so that all faults are found.
     let phase = match name {
-        None | Some("strobe") => table.quantity_or_default(issues, "phase"),
+        None | Some("strobe") => table.quantity_or_default("phase"),
         Some(_) => None,
     };
     let surface = match name {
-        None | Some("surface") => optional(table, issues, "surface", |surface, issues| {
-            self::surface(surface, issues, retained)
-        }),
+        None | Some("surface") => {
+            table.optional("surface", |surface| self::surface(surface, retained))
+        }
         Some(_) => None,
     };
     for (key, owner) in [("phase", "strobe"), ("surface", "surface")] {
         if let Some(name) = name.filter(|name| *name != owner) {
             table.without_effect(
-                issues,
                 &[key],
                 &format!("with section = \"{name}\""),
                 &format!("remove {key}, or set section = \"{owner}\""),
@@ -71,7 +63,7 @@ fn section(
         "surface" => {
             let surface = surface?;
             if surface.is_none() {
-                table.missing(issues, "surface");
+                table.missing("surface");
             }
             PoincareSection::Surface(surface?)
         }
@@ -80,31 +72,26 @@ fn section(
 }
 
 /// Absent coefficients are 0, but at least one must not be.
-fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Surface> {
-    let mut coefficients = |name: &str| {
+fn surface(table: &Section, retained: Option<usize>) -> Option<Surface> {
+    let coefficients = |name: &str| {
         if table.has(name) {
-            modal_vector(table, issues, name, retained)
+            modal_vector(table, name, retained)
         } else {
             retained.map(|retained| vec![0.0; retained])
         }
     };
     let [displacement, velocity] = [coefficients("displacement"), coefficients("velocity")];
-    let level = table.quantity_or_default(issues, "level");
-    let direction = table.choice_or_default(issues, "direction");
+    let level = table.quantity_or_default("level");
+    let direction = table.choice_or_default("direction");
     let (displacement, velocity) = (displacement?, velocity?);
     if displacement.iter().chain(&velocity).all(|a| *a == 0.0) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span,
-                "analyses.poincare.surface",
-                "all coefficients of `analyses.poincare.surface` are 0, so it is not a surface"
-                    .to_owned(),
-            )
+        let message =
+            "all coefficients of `analyses.poincare.surface` are 0, so it is not a surface";
+        return table
+            .whole_fault(DiagnosticKind::Inconsistent, message)
             .label("all 0")
-            .remedy("give displacement or velocity one coefficient per retained mode, not all 0"),
-        );
-        return None;
+            .remedy("give displacement or velocity one coefficient per retained mode, not all 0")
+            .fail(table.issues);
     }
     Some(Surface {
         displacement,
@@ -121,7 +108,6 @@ fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Opt
 /// A strobe has one sample per mesh cycle; the other sections have none or several.
 fn samples(
     table: &Section,
-    issues: &mut Issues,
     cycles: Option<u64>,
     section: Option<&PoincareSection>,
 ) -> Option<usize> {
@@ -130,21 +116,15 @@ fn samples(
         Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
         _ => usize::MAX,
     };
-    let samples = table.count_or(issues, "samples", MOST_SAMPLES.min(most))?;
+    let samples = table.integer_or("samples", MOST_SAMPLES.min(most))?;
     if samples <= most {
         return Some(samples);
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("samples"),
-            "analyses.poincare.samples",
-            format!(
-                "`analyses.poincare.samples` = {samples} is more than the {most} measured cycles"
-            ),
-        )
+    let message =
+        format!("`analyses.poincare.samples` = {samples} is more than the {most} measured cycles");
+    table
+        .inconsistent("samples", message)
         .label(format!("at most {most}"))
-        .remedy("a strobe takes one sample per mesh cycle: lower samples or raise run.cycles"),
-    );
-    None
+        .remedy("a strobe takes one sample per mesh cycle: lower samples or raise run.cycles")
+        .fail(table.issues)
 }

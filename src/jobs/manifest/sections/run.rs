@@ -2,9 +2,8 @@
 
 use super::modal_state;
 use crate::analysis::Effort;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section, wrong_type};
-use crate::manifest::schema;
+use crate::manifest::diagnostic::DiagnosticKind;
+use crate::manifest::reader::{Child, Given, Section};
 use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
 use crate::model::InitialState;
@@ -14,40 +13,31 @@ use std::collections::BTreeSet;
 /// Number of mesh cycles of the audit, if as many are measured.
 const AUDIT_CYCLES: u64 = 20;
 
-pub(super) fn read(
-    root: &Section,
-    issues: &mut Issues,
-    retained: Option<usize>,
-) -> Option<RunSpec> {
-    let section = match root.child(issues, "run") {
+pub(super) fn read(root: &Section, retained: Option<usize>) -> Option<RunSpec> {
+    let section = match root.child("run") {
         Child::Present(section) => section,
         Child::Absent => root.empty_child("run"),
         Child::Invalid => return None,
     };
-    let transient = section.integer_or_default(issues, "transient");
-    let cycles = section.integer_or(issues, "cycles", default_cycles(root));
-    let kernel = kernel(&section, issues);
-    let portable = portable(&section, issues, kernel.as_ref());
-    let initial = initial(&section, issues, retained);
-    let settle = section.boolean_or_default(issues, "settle");
-    let event_limit = section.integer_or_default(issues, "event_limit");
+    let transient = section.integer_or_default("transient");
+    let cycles = section.integer_or("cycles", default_cycles(root));
+    let kernel = kernel(&section);
+    let portable = portable(&section, kernel.as_ref());
+    let initial = initial(&section, retained);
+    let settle = section.boolean_or_default("settle");
+    let event_limit = section.integer_or_default("event_limit");
     let default_audit = cycles.map_or(AUDIT_CYCLES, |cycles| AUDIT_CYCLES.min(cycles));
-    let audit_cycles = section.integer_or(issues, "audit_cycles", default_audit);
+    let audit_cycles = section.integer_or("audit_cycles", default_audit);
     let (cycles, audit_cycles) = (cycles?, audit_cycles?);
     if audit_cycles > cycles {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("audit_cycles"),
-                "run.audit_cycles",
-                format!(
-                    "`run.audit_cycles` = {audit_cycles} is more than the {cycles} measured cycles"
-                ),
-            )
-            .label(format!("at most {cycles}"))
-            .remedy("lower audit_cycles or raise run.cycles"),
+        let message = format!(
+            "`run.audit_cycles` = {audit_cycles} is more than the {cycles} measured cycles"
         );
-        return None;
+        return section
+            .inconsistent("audit_cycles", message)
+            .label(format!("at most {cycles}"))
+            .remedy("lower audit_cycles or raise run.cycles")
+            .fail(section.issues);
     }
     Some(RunSpec {
         transient: transient?,
@@ -56,7 +46,7 @@ pub(super) fn read(
         initial: initial?,
         settle: settle?,
         audit_cycles,
-        event_limit: u32::try_from(event_limit?).ok()?,
+        event_limit: event_limit?,
         portable: portable?,
     })
 }
@@ -75,36 +65,27 @@ fn default_cycles(root: &Section) -> u64 {
 }
 
 /// `instructions`: those of this processor, or those of every processor.
-fn portable(
-    section: &Section,
-    issues: &mut Issues,
-    kernel: Option<&KernelSetting>,
-) -> Option<bool> {
-    let portable = section.choice_or_default(issues, "instructions")? == "portable";
+fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
+    let portable = section.choice_or_default("instructions")? == "portable";
     if let Some(KernelSetting::Named(kernel)) = kernel
         && portable
         && kernel.keeps_tables()
     {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                section.span_of("instructions"),
-                "run.instructions",
-                format!(
-                    "the tables of kernel = \"{}\" are not the same on every processor",
-                    kernel.name()
-                ),
-            )
-            .label("not with this kernel")
-            .remedy("set kernel = \"volterra\" or \"stepping\", or instructions = \"auto\""),
+        let message = format!(
+            "the tables of kernel = \"{}\" are not the same on every processor",
+            kernel.name()
         );
-        return None;
+        return section
+            .fault(DiagnosticKind::Unavailable, "instructions", message)
+            .label("not with this kernel")
+            .remedy("set kernel = \"volterra\" or \"stepping\", or instructions = \"auto\"")
+            .fail(section.issues);
     }
     Some(portable)
 }
 
-fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
-    let chosen = section.choice_or_default(issues, "kernel");
+fn kernel(section: &Section) -> Option<KernelSetting> {
+    let chosen = section.choice_or_default("kernel");
     let settings = KernelSetting::SETTINGS;
     if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
@@ -112,66 +93,44 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSetting> {
         let why = format!("with kernel = \"{name}\"");
         let remedy = "remove it, or set the kernel that uses it";
         let idle: Vec<&str> = idle.into_iter().collect();
-        section.without_effect(issues, &idle, &why, remedy);
+        section.without_effect(&idle, &why, remedy);
     }
     Some(KernelSetting::Named(match chosen {
-        Some("auto") => {
-            return Some(KernelSetting::Auto);
-        }
+        Some("auto") => return Some(KernelSetting::Auto),
         Some("volterra") => KernelChoice::Volterra,
         Some("closed_modes") => KernelChoice::ClosedModes,
-        Some(_) => {
-            let steps = section.integer_or_default(issues, "steps")?;
-            KernelChoice::Stepping {
-                steps: u32::try_from(steps).ok()?,
-            }
-        }
+        Some(_) => KernelChoice::Stepping {
+            steps: section.integer_or_default("steps")?,
+        },
         None => {
             // The key may have no effect; its faults are still reported.
-            section.integer_or_default(issues, "steps");
+            section.integer_or_default::<u32>("steps");
             return None;
         }
     }))
 }
 
-fn initial(
-    section: &Section,
-    issues: &mut Issues,
-    retained: Option<usize>,
-) -> Option<InitialState> {
+fn initial(section: &Section, retained: Option<usize>) -> Option<InitialState> {
     const PATH: &str = "run.initial";
     let Some(entry) = section.entry("initial") else {
         return Some(InitialState::Static);
     };
-    let (node, spec) = (&entry.node, section.spec(PATH));
-    match &node.value {
+    let given = Given {
+        issues: section.issues,
+        node: &entry.node,
+        path: PATH,
+        spec: section.spec(PATH),
+    };
+    match &entry.node.value {
         Value::Text(text) if text == "static" => Some(InitialState::Static),
         Value::Text(text) if text == "rest" => Some(InitialState::Rest),
-        Value::Text(text) => {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    node.span,
-                    PATH,
-                    format!("`{PATH}` cannot be \"{text}\""),
-                )
-                .label("not one of the choices")
-                .accepted(spec.accepted())
-                .suggestion(
-                    schema::nearest(text, &["static", "rest"]).map(|near| format!("\"{near}\"")),
-                ),
-            );
-            None
-        }
+        Value::Text(text) => given.not_a_choice(text, &["static", "rest"]),
         Value::Table(_) => {
-            let Child::Present(state) = section.child(issues, "initial") else {
+            let Child::Present(state) = section.child("initial") else {
                 return None;
             };
-            modal_state::read(&state, issues, retained)
+            modal_state::read(&state, retained)
         }
-        _ => {
-            wrong_type(issues, node, PATH, spec);
-            None
-        }
+        _ => given.wrong_type(),
     }
 }

@@ -4,7 +4,7 @@ use super::analyses::signals;
 use crate::analysis::run_up::LoadLaw;
 use crate::manifest::columns::{self, Quantities};
 use crate::manifest::csv::ListOf;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema::{self, ANY, Key, POSITIVE};
 use crate::manifest::spec::{RunUpLoad, RunUpSpec};
@@ -32,39 +32,31 @@ const LOAD_POINTS: ListOf = ListOf {
 };
 
 /// The section; `Some(None)` if there is none, `None` if it is faulty. Relative paths start at `base_dir`.
-pub(in crate::manifest) fn read(
-    root: &Section,
-    issues: &mut Issues,
-    base_dir: &Path,
-) -> Option<Option<RunUpSpec>> {
-    let section = match root.child(issues, "runup") {
+pub(in crate::manifest) fn read(root: &Section, base_dir: &Path) -> Option<Option<RunUpSpec>> {
+    let section = match root.child("runup") {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let course = course(&section, issues, base_dir);
-    let settle = section.quantity_or_default(issues, "settle");
-    let sample_rate = section.integer_or_default(issues, "sample_rate");
-    let revolutions = section.integer_or_default(issues, "revolutions");
-    let orders = if section.has("orders") {
-        section.quantities(issues, "orders", None).map(Some)
-    } else {
-        Some(None)
-    };
-    let frequency_step = section.integer_or_default(issues, "frequency_step");
-    let signals = signals(&section, issues);
+    let course = course(&section, base_dir);
+    let settle = section.quantity_or_default("settle");
+    let sample_rate = section.integer_or_default("sample_rate");
+    let revolutions = section.integer_or_default("revolutions");
+    let orders = section.if_given("orders", |section, name| section.quantities(name, None));
+    let frequency_step = section.integer_or_default("frequency_step");
+    let signals = signals(&section);
     if let (Some(rate), Some(course)) = (sample_rate, &course) {
-        fits_in_memory(&section, issues, rate, &course.speed);
+        fits_in_memory(&section, rate, &course.speed);
     }
     let course = course?;
     Some(Some(RunUpSpec {
         speed: course.speed,
         load: course.load,
         settle: settle?,
-        sample_rate: u32::try_from(sample_rate?).ok()?,
-        revolutions: u32::try_from(revolutions?).ok()?,
+        sample_rate: sample_rate?,
+        revolutions: revolutions?,
         orders: orders?,
-        frequency_step: u32::try_from(frequency_step?).ok()?,
+        frequency_step: frequency_step?,
         signals: signals?,
     }))
 }
@@ -76,58 +68,52 @@ struct Course {
 }
 
 /// Speed and load, each as a line or through points.
-fn course(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<Course> {
+fn course(section: &Section, base_dir: &Path) -> Option<Course> {
     let exclusive = [["points", "speed"], ["load_points", "load"]];
     for [list, line] in exclusive {
         if section.has(list) && section.has(line) {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of(list),
-                    &section.path_of(list),
-                    format!("`{line}` and `{list}` both give the same course"),
-                )
+            let message = format!("`{line}` and `{list}` both give the same course");
+            return section
+                .inconsistent(list, message)
                 .label("second course")
-                .remedy("keep one of the two"),
-            );
-            return None;
+                .remedy("keep one of the two")
+                .fail(section.issues);
         }
     }
     let Some(entry) = section.entry("points") else {
-        let speed = line(section, issues)?;
-        let load = load(section, issues, base_dir, &speed, 0.0)?;
+        let speed = line(section)?;
+        let load = load(section, base_dir, &speed, 0.0)?;
         return Some(Course { speed, load });
     };
-    let found = columns::read(issues, entry, &POINTS, base_dir)?;
+    let found = columns::read(section.issues, entry, &POINTS, base_dir)?;
     let known = [&TIME, &SPEED, &LOAD, &TORQUE];
-    let mut columns = columns::quantities(issues, found, &POINTS, &known)?;
+    let mut columns = columns::quantities(section.issues, found, &POINTS, &known)?;
     let place = (&POINTS, entry.node.span);
-    let time = columns::one_of(issues, &mut columns, &["time"], place)?;
-    let speed = columns::one_of(issues, &mut columns, &["speed"], place)?;
-    columns::increases(issues, &time, &POINTS).then_some(())?;
+    let time = columns::one_of(section.issues, &mut columns, &["time"], place)?;
+    let speed = columns::one_of(section.issues, &mut columns, &["speed"], place)?;
+    columns::increases(section.issues, &time, &POINTS).then_some(())?;
     let first = time.values[0];
     let speed = through(&time, &speed, first);
     let Some(column) = columns.first() else {
-        let load = load(section, issues, base_dir, &speed, first)?;
+        let load = load(section, base_dir, &speed, first)?;
         return Some(Course { speed, load });
     };
     if let Some(entry) = section.entry("load").or(section.entry("load_points")) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                column.spans.0,
-                POINTS.path,
-                format!(
-                    "`{}` and a column of `points` both give the load",
-                    entry.key
-                ),
-            )
-            .label("second load")
-            .remedy("keep one of the two"),
+        let message = format!(
+            "`{}` and a column of `points` both give the load",
+            entry.key
         );
-        return None;
+        return Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            column.spans.0,
+            POINTS.path,
+            message,
+        )
+        .label("second load")
+        .remedy("keep one of the two")
+        .fail(section.issues);
     }
-    let load = columns::one_of(issues, &mut columns, &["load", "torque"], place)?;
+    let load = columns::one_of(section.issues, &mut columns, &["load", "torque"], place)?;
     let load = RunUpLoad {
         law: LoadLaw::OverTime(through(&time, &load, first)),
         is_torque: load.name == "torque",
@@ -139,22 +125,16 @@ fn course(section: &Section, issues: &mut Issues, base_dir: &Path) -> Option<Cou
 }
 
 /// A line from one speed to another.
-fn line(section: &Section, issues: &mut Issues) -> Option<PointCourse> {
-    let speed = section.required_child(issues, "speed")?;
-    let [from, to, duration] = ["from", "to", "in"].map(|name| speed.quantity(issues, name));
+fn line(section: &Section) -> Option<PointCourse> {
+    let speed = section.required_child("speed")?;
+    let [from, to, duration] = ["from", "to", "in"].map(|name| speed.quantity(name));
     let (from, to) = (from?, to?);
     if from == to {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("speed"),
-                "runup.speed",
-                "both speeds of the run-up are the same".to_owned(),
-            )
+        return section
+            .inconsistent("speed", "both speeds of the run-up are the same")
             .label("no run-up")
-            .remedy("give two different speeds; `atlas trace` records a motion at one speed"),
-        );
-        return None;
+            .remedy("give two different speeds; `atlas trace` records a motion at one speed")
+            .fail(section.issues);
     }
     Some(PointCourse::line([0.0, from], [duration?, to]))
 }
@@ -162,19 +142,18 @@ fn line(section: &Section, issues: &mut Issues) -> Option<PointCourse> {
 /// The load from its own keys; `Some(None)` for the load of the operating point.
 fn load(
     section: &Section,
-    issues: &mut Issues,
     base_dir: &Path,
     speed: &PointCourse,
     first_time: f64,
 ) -> Option<Option<RunUpLoad>> {
     if let Some(entry) = section.entry("load_points") {
-        let found = columns::read(issues, entry, &LOAD_POINTS, base_dir)?;
+        let found = columns::read(section.issues, entry, &LOAD_POINTS, base_dir)?;
         let known = [&TIME, &SPEED, &LOAD, &TORQUE];
-        let mut columns = columns::quantities(issues, found, &LOAD_POINTS, &known)?;
+        let mut columns = columns::quantities(section.issues, found, &LOAD_POINTS, &known)?;
         let place = (&LOAD_POINTS, entry.node.span);
-        let over = columns::one_of(issues, &mut columns, &["time", "speed"], place)?;
-        let load = columns::one_of(issues, &mut columns, &["load", "torque"], place)?;
-        columns::increases(issues, &over, &LOAD_POINTS).then_some(())?;
+        let over = columns::one_of(section.issues, &mut columns, &["time", "speed"], place)?;
+        let load = columns::one_of(section.issues, &mut columns, &["load", "torque"], place)?;
+        columns::increases(section.issues, &over, &LOAD_POINTS).then_some(())?;
         let law = match over.name {
             "time" => LoadLaw::OverTime(through(&over, &load, first_time)),
             _ => LoadLaw::OverSpeed(through(&over, &load, 0.0)),
@@ -185,7 +164,7 @@ fn load(
     if !section.has("load") {
         return Some(None);
     }
-    let [from, to] = section.one_or_pair(issues, "load")?;
+    let [from, to] = section.one_or_pair("load")?;
     let duration = speed.points.last().map_or(0.0, |point| point[0]);
     let law = LoadLaw::OverTime(PointCourse::line([0.0, from], [duration, to]));
     Some(Some(RunUpLoad {
@@ -204,24 +183,20 @@ fn through(over: &Quantities, values: &Quantities, zero: f64) -> PointCourse {
 }
 
 /// Reports a record that is too long.
-fn fits_in_memory(section: &Section, issues: &mut Issues, rate: u64, speed: &PointCourse) {
+fn fits_in_memory(section: &Section, rate: u32, speed: &PointCourse) {
     /// Most samples of one signal: a quarter of a gigabyte.
     const MOST: f64 = 32e6;
-    let longest = MOST / rate as f64;
+    let longest = MOST / f64::from(rate);
     let duration = speed.points.last().map_or(0.0, |point| point[0]);
     if duration > longest {
         let name = if section.has("points") { "points" } else { "speed" };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                section.span_of(name),
-                &section.path_of(name),
-                format!(
-                    "a run-up of {duration} s at {rate} samples per second is too long: at most {longest:.4} s fit in memory"
-                ),
-            )
-            .label("too long")
-            .remedy("shorten it, or lower runup.sample_rate"),
+        let message = format!(
+            "a run-up of {duration} s at {rate} samples per second is too long: at most {longest:.4} s fit in memory"
         );
+        section
+            .fault(DiagnosticKind::OutOfRange, name, message)
+            .label("too long")
+            .remedy("shorten it, or lower runup.sample_rate")
+            .report(section.issues);
     }
 }

@@ -8,7 +8,6 @@
 use super::drive_kind::DriveKind;
 use super::ineffective_keys::has_effect;
 use crate::gear::GearPair;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::shaft::{Bearing, Drag, Pedestal, Shaft, Tier};
 
@@ -31,15 +30,14 @@ pub(super) struct Elastic {
 
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     gears: Option<&GearPair>,
     kind: DriveKind,
 ) -> Option<ShaftSet> {
-    let elastic = elastic(section, issues, kind);
-    let density = section.quantity(issues, "density");
+    let elastic = elastic(section, kind);
+    let density = section.quantity("density");
     let radii = gears.map(GearPair::pitch_radii);
-    let pinion = shaft(section, issues, "pinion", radii.map(|r| r[0]), kind);
-    let wheel = shaft(section, issues, "wheel", radii.map(|r| r[1]), kind);
+    let pinion = shaft(section, "pinion", radii.map(|r| r[0]), kind);
+    let wheel = shaft(section, "wheel", radii.map(|r| r[1]), kind);
     let ((pinion, first), (wheel, second)) = (pinion?, wheel?);
     Some(ShaftSet {
         shafts: [pinion, wheel],
@@ -51,21 +49,17 @@ pub(super) fn read(
 
 /// Moduli and elements, which are checked even if they have no effect. The outer `None` is a fault, the inner one an
 /// incomplete set.
-fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Option<Elastic>> {
+fn elastic(section: &Section, kind: DriveKind) -> Option<Option<Elastic>> {
     let wanted = |key: &str| has_effect(kind, key) || section.has(key);
-    let mut modulus = |key: &str| {
-        if wanted(key) { section.quantity(issues, key).map(Some) } else { Some(None) }
+    let modulus = |key: &str| {
+        if wanted(key) { section.quantity(key).map(Some) } else { Some(None) }
     };
     let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
-    let shear_coefficient = section.quantity_or_default(issues, "shear_coefficient");
-    let elements = if wanted("elements") {
-        elements(section, issues).map(Some)
-    } else {
-        Some(None)
-    };
+    let shear_coefficient = section.quantity_or_default("shear_coefficient");
+    let elements = if wanted("elements") { elements(section).map(Some) } else { Some(None) };
     let moduli = young?.zip(shear?);
     if let Some((young, shear)) = moduli {
-        check_moduli(section, issues, young, shear)?;
+        check_moduli(section, young, shear)?;
     }
     let shear_coefficient = shear_coefficient?;
     let complete = moduli.zip(elements?);
@@ -77,55 +71,47 @@ fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Op
     }))
 }
 
-fn elements(section: &Section, issues: &mut Issues) -> Option<[usize; 3]> {
-    let [overhang, first, second] = section
-        .integers::<3>(issues, "elements")?
-        .map(usize::try_from);
+fn elements(section: &Section) -> Option<[usize; 3]> {
+    let [overhang, first, second] = section.integers::<3>("elements")?.map(usize::try_from);
     Some([overhang.ok()?, first.ok()?, second.ok()?])
 }
 
 /// `ν = E/2G − 1` must be in (−1, 1/2], otherwise one of the moduli is wrong.
-fn check_moduli(section: &Section, issues: &mut Issues, young: f64, shear: f64) -> Option<()> {
+fn check_moduli(section: &Section, young: f64, shear: f64) -> Option<()> {
     let poisson = young / (2.0 * shear) - 1.0;
     if poisson <= 0.5 {
         return Some(());
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of("shear_modulus"),
-            "shafts.shear_modulus",
-            format!(
-                "young_modulus E and shear_modulus G give Poisson's ratio E/(2G) - 1 = {poisson:.3}; no material exceeds 0.5"
-            ),
-        )
-        .label("contradicts young_modulus")
-        .remedy("check both units; steel has 206 GPa and 79 GPa"),
+    let message = format!(
+        "young_modulus E and shear_modulus G give Poisson's ratio E/(2G) - 1 = {poisson:.3}; no material exceeds 0.5"
     );
-    None
+    section
+        .inconsistent("shear_modulus", message)
+        .label("contradicts young_modulus")
+        .remedy("check both units; steel has 206 GPa and 79 GPa")
+        .fail(section.issues)
 }
 
 /// One shaft and the supports of its bearings.
 fn shaft(
     shared: &Section,
-    issues: &mut Issues,
     name: &'static str,
     pitch_radius: Option<f64>,
     kind: DriveKind,
 ) -> Option<(Shaft, Option<[Pedestal; 2]>)> {
-    let own = shared.required_child(issues, name)?;
-    let diameter = own.quantity(issues, "diameter");
-    let inner = own.quantity_or_default(issues, "inner_diameter");
-    let end_inertia = own.quantity(issues, "end_inertia");
-    let viscous = own.quantity_or_default(issues, "drag");
-    let constant = own.quantity_or_default(issues, "drag_torque");
-    let mut either = |key: &str| {
+    let own = shared.required_child(name)?;
+    let diameter = own.quantity("diameter");
+    let inner = own.quantity_or_default("inner_diameter");
+    let end_inertia = own.quantity("end_inertia");
+    let viscous = own.quantity_or_default("drag");
+    let constant = own.quantity_or_default("drag_torque");
+    let either = |key: &str| {
         let section = if own.has(key) { &own } else { shared };
         if own.has(key) && shared.has(key) {
             // An overridden value is still checked.
-            _ = shared.quantity(issues, key);
+            _ = shared.quantity(key);
         }
-        section.quantity(issues, key)
+        section.quantity(key)
     };
     let (span, overhang) = (either("span"), either("overhang"));
     let place = "gear_position";
@@ -135,38 +121,28 @@ fn shaft(
         // The position has no effect.
         Some(0.5)
     };
-    let bearings = bearings(shared, &own, issues, kind);
-    let pedestals = pedestals(shared, &own, issues, kind);
+    let bearings = bearings(shared, &own, kind);
+    let pedestals = pedestals(shared, &own, kind);
     let diameter = diameter?;
     if pitch_radius.is_some_and(|radius| diameter >= 2.0 * radius) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                own.span_of("diameter"),
-                &own.path_of("diameter"),
-                format!(
-                    "the diameter of the {name} shaft is not less than the pitch diameter of its gear, {} m",
-                    2.0 * pitch_radius?
-                ),
-            )
-            .label("does not fit into the gear")
-            .remedy("check the shaft's diameter, gear.module and gear.teeth"),
+        let message = format!(
+            "the diameter of the {name} shaft is not less than the pitch diameter of its gear, {} m",
+            2.0 * pitch_radius?
         );
-        return None;
+        return own
+            .inconsistent("diameter", message)
+            .label("does not fit into the gear")
+            .remedy("check the shaft's diameter, gear.module and gear.teeth")
+            .fail(own.issues);
     }
     let inner_diameter = inner?;
     if inner_diameter >= diameter {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                own.span_of("inner_diameter"),
-                &own.path_of("inner_diameter"),
-                format!("the {name} shaft has no wall: its outer diameter is {diameter} m"),
-            )
+        let message = format!("the {name} shaft has no wall: its outer diameter is {diameter} m");
+        return own
+            .inconsistent("inner_diameter", message)
             .label("not less than the diameter")
-            .remedy("check both diameters of the shaft; a solid shaft has no inner_diameter"),
-        );
-        return None;
+            .remedy("check both diameters of the shaft; a solid shaft has no inner_diameter")
+            .fail(own.issues);
     }
     let shaft = Shaft {
         diameter,
@@ -195,16 +171,15 @@ impl<'t> Layers<'t> {
     fn read(
         shared: &Section<'t>,
         own: &Section<'t>,
-        issues: &mut Issues,
         name: &str,
         required: bool,
     ) -> Option<Option<Self>> {
-        let common = shared.child(issues, name);
-        let special = own.child(issues, name);
+        let common = shared.child(name);
+        let special = own.child(name);
         let (common, special) = match (common, special) {
             (Child::Invalid, _) | (_, Child::Invalid) => return None,
             (Child::Absent, Child::Absent) if required => {
-                shared.missing(issues, name);
+                shared.missing(name);
                 return None;
             }
             (Child::Absent, Child::Absent) => return Some(None),
@@ -234,50 +209,39 @@ impl<'t> Layers<'t> {
     }
 
     /// The values of a key for both bearings.
-    fn both(&self, issues: &mut Issues, key: &str) -> Option<[f64; 2]> {
-        self.value(key, |section| section.one_or_pair(issues, key))
+    fn both(&self, key: &str) -> Option<[f64; 2]> {
+        self.value(key, |section| section.one_or_pair(key))
     }
 }
 
-fn bearings(
-    shared: &Section,
-    own: &Section,
-    issues: &mut Issues,
-    kind: DriveKind,
-) -> Option<[Bearing; 2]> {
+fn bearings(shared: &Section, own: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
     let needed = |key: &str| has_effect(kind, &format!("bearings.{key}"));
-    let Some(layers) = Layers::read(shared, own, issues, "bearings", needed("y"))? else {
+    let Some(layers) = Layers::read(shared, own, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
-    let mut read = |key: &str, wanted: bool| {
-        if wanted { layers.both(issues, key) } else { Some([0.0; 2]) }
+    let read = |key: &str, wanted: bool| {
+        if wanted { layers.both(key) } else { Some([0.0; 2]) }
     };
     let mut optional = |key: &str| read(key, layers.of(key).has(key));
     let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"].map(&mut optional);
     let cross = ["cross_xy", "cross_yx"].map(&mut optional);
-    let mut both = |key: &str| read(key, wanted(key));
+    let both = |key: &str| read(key, wanted(key));
     let x = both("x");
     let y = both("y");
     let tilt = both("tilt");
     let axial = if wanted("axial") {
-        layers.value("axial", |section| section.pair(issues, "axial"))
+        layers.value("axial", |section| section.pair("axial"))
     } else {
         Some([0.0; 2])
     };
     if axial == Some([0.0; 2]) && needed("axial") {
         let section = layers.of("axial");
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("axial"),
-                &section.path_of("axial"),
-                "no bearing holds the shaft axially".to_owned(),
-            )
+        return section
+            .inconsistent("axial", "no bearing holds the shaft axially")
             .label("at least one must be greater than 0")
-            .remedy("give one bearing an axial stiffness, for example [\"1e8 N/m\", 0]"),
-        );
-        return None;
+            .remedy("give one bearing an axial stiffness, for example [\"1e8 N/m\", 0]")
+            .fail(section.issues);
     }
     let (x, y, tilt, axial) = (x?, y?, tilt?, axial?);
     let ([xx, xy, yx, yy], [cross_xy, cross_yx]) = (damping, cross);
@@ -296,17 +260,11 @@ fn bearings(
 }
 
 /// The supports of both bearings; the outer `None` is a fault.
-fn pedestals(
-    shared: &Section,
-    own: &Section,
-    issues: &mut Issues,
-    kind: DriveKind,
-) -> Option<Option<[Pedestal; 2]>> {
+fn pedestals(shared: &Section, own: &Section, kind: DriveKind) -> Option<Option<[Pedestal; 2]>> {
     if let Some(name) = kind.name().filter(|&name| name != Tier::Pedestal.name()) {
         let why = format!("with kind = \"{name}\": its bearings stand on the ground");
         for section in [shared, own] {
             section.without_effect(
-                issues,
                 &["pedestals"],
                 &why,
                 "remove it, or set kind = \"pedestal\"",
@@ -315,12 +273,12 @@ fn pedestals(
         return Some(None);
     }
     let required = kind == DriveKind::Rigid(Tier::Pedestal);
-    let Some(layers) = Layers::read(shared, own, issues, "pedestals", required)? else {
+    let Some(layers) = Layers::read(shared, own, "pedestals", required)? else {
         return Some(None);
     };
-    let x = layers.both(issues, "x");
-    let y = layers.both(issues, "y");
-    let mass = layers.both(issues, "mass");
+    let x = layers.both("x");
+    let y = layers.both("y");
+    let mass = layers.both("mass");
     let (x, y, mass) = (x?, y?, mass?);
     Some(Some([0, 1].map(|i| Pedestal {
         x: x[i],

@@ -1,29 +1,24 @@
 //! `[analyses.multistability.slice]`: a plane of initial states, along two modes or in the phase plane of one.
 
 use crate::analysis::{SliceConfig, SliceOf};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
 /// Reads the table. Whether the mesh excites its modes is checked when the structure is known.
-pub(super) fn read(
-    table: &Section,
-    issues: &mut Issues,
-    retained: Option<usize>,
-) -> Option<SliceConfig> {
+pub(super) fn read(table: &Section, retained: Option<usize>) -> Option<SliceConfig> {
     let modes = if table.has("mode") {
-        of_one_mode(table, issues, retained)
+        of_one_mode(table, retained)
     } else {
-        of_two_modes(table, issues, retained)
+        of_two_modes(table, retained)
     };
-    let extent = table.quantity(issues, "extent");
-    let count = table.integer_or_default(issues, "count");
+    let extent = table.quantity("extent");
+    let count = table.integer_or_default("count");
     let (modes, of, speed) = modes?;
     Some(SliceConfig {
         modes: modes.map(|mode| mode as usize - 1),
         of,
         extent: extent?,
         speed,
-        count: u32::try_from(count?).ok()?,
+        count: count?,
     })
 }
 
@@ -31,23 +26,18 @@ pub(super) fn read(
 type Modes = ([u64; 2], SliceOf, Option<f64>);
 
 /// The phase plane of a mode.
-fn of_one_mode(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Modes> {
-    let mode = table.integer(issues, "mode");
-    let speed = if table.has("speed") {
-        table.quantity(issues, "speed").map(Some)
-    } else {
-        Some(None)
-    };
-    table.given_twice(issues, &["modes", "of"], "mode", "name the plane");
-    let mode = retained_mode(table, issues, "mode", [mode?; 2], retained)?;
+fn of_one_mode(table: &Section, retained: Option<usize>) -> Option<Modes> {
+    let mode = table.integer("mode");
+    let speed = table.if_given("speed", Section::quantity);
+    table.given_twice(&["modes", "of"], "mode", "name the plane");
+    let mode = retained_mode(table, "mode", [mode?; 2], retained)?;
     Some((mode, SliceOf::PhasePlane, speed?))
 }
 
-fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Modes> {
-    let modes = table.integers::<2>(issues, "modes");
-    let of = table.choice_or_default(issues, "of");
+fn of_two_modes(table: &Section, retained: Option<usize>) -> Option<Modes> {
+    let modes = table.integers::<2>("modes");
+    let of = table.choice_or_default("of");
     table.without_effect(
-        issues,
         &["speed"],
         "without `mode`",
         "remove speed, or name one mode instead of `modes`",
@@ -55,21 +45,16 @@ fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -
     let modes = modes?;
     if modes[0] == modes[1] {
         let same = modes[0];
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("modes"),
-                "analyses.multistability.slice.modes",
-                format!("a slice needs two different modes, but both are mode {same}"),
-            )
+        let message = format!("a slice needs two different modes, but both are mode {same}");
+        return table
+            .inconsistent("modes", message)
             .label("the same mode twice")
             .remedy(format!(
                 "name two different modes, such as [3, 7], or `mode = {same}` for its phase plane"
-            )),
-        );
-        return None;
+            ))
+            .fail(table.issues);
     }
-    let modes = retained_mode(table, issues, "modes", modes, retained)?;
+    let modes = retained_mode(table, "modes", modes, retained)?;
     let of = match of? {
         "velocity" => SliceOf::Velocity,
         _ => SliceOf::Displacement,
@@ -80,7 +65,6 @@ fn of_two_modes(table: &Section, issues: &mut Issues, retained: Option<usize>) -
 /// The modes, if all are retained.
 fn retained_mode(
     table: &Section,
-    issues: &mut Issues,
     key: &str,
     modes: [u64; 2],
     retained: Option<usize>,
@@ -89,17 +73,12 @@ fn retained_mode(
     let Some(mode) = modes.into_iter().find(|&mode| mode > most) else {
         return Some(modes);
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of(key),
-            &table.path_of(key),
-            format!("there is no mode {mode}: {most} modes are retained"),
-        )
+    let message = format!("there is no mode {mode}: {most} modes are retained");
+    table
+        .inconsistent(key, message)
         .label("not retained")
         .remedy(format!(
             "name modes from 1 to {most}, or raise model.retained"
-        )),
-    );
-    None
+        ))
+        .fail(table.issues)
 }

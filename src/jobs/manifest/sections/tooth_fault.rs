@@ -3,7 +3,7 @@
 use super::backlash::Surroundings;
 use super::friction::shared_as_long;
 use crate::gear::{EvenSharing, FaultyTeeth, GearError, GearPair, RootCrack, ToothFault};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
 use crate::structure::MOST_BASE_CYCLES;
@@ -13,10 +13,11 @@ use std::sync::Arc;
 const KEY: &str = "tooth_fault";
 
 /// Reports a fault of the key in `[mesh]`.
-fn refuse(mesh: &Section, issues: &mut Issues, message: String, remedy: &'static str) {
+fn refuse(mesh: &Section, message: String, remedy: &'static str) {
     let (span, path) = (mesh.span_of(KEY), mesh.path_of(KEY));
     let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, message);
-    issues.push(fault.label("single teeth differ").remedy(remedy));
+    mesh.issues
+        .push(fault.label("single teeth differ").remedy(remedy));
 }
 
 /// Whether the drawing is needed.
@@ -28,11 +29,10 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
 /// on the stiffness and on the line of contact of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
-    issues: &mut Issues,
     drive: Surroundings<'_>,
     (stiffness, coast): (&StiffnessSpec, &CoastSpec),
 ) -> Option<Option<Arc<FaultyTeeth>>> {
-    let tables = mesh.tables(issues, KEY)?;
+    let tables = mesh.tables(KEY)?;
     if tables.is_empty() {
         return Some(None);
     }
@@ -40,24 +40,22 @@ pub(super) fn read(
         if !drive.faulty_drawing && drive.source.is_some() {
             let message = "faults of teeth need the drawing of a pair on parallel axes";
             let remedy = "describe the gears in [gear], or remove mesh.tooth_fault";
-            refuse(mesh, issues, message.to_owned(), remedy);
+            refuse(mesh, message.to_owned(), remedy);
         }
         return None;
     };
-    let read: Vec<_> = (tables.iter())
-        .map(|table| fault(table, issues, gears))
-        .collect();
+    let read: Vec<_> = (tables.iter()).map(|table| fault(table, gears)).collect();
     if stiffness.is_of_pairs() {
         let message = "pairs of teeth that are springs of their own are all alike";
         let remedy = "remove mesh.resolution, or mesh.tooth_fault";
-        refuse(mesh, issues, message.to_owned(), remedy);
+        refuse(mesh, message.to_owned(), remedy);
         return None;
     }
     if let Some(StructureSource::Train(train)) = drive.source
         && !train.planetary.is_empty()
     {
         let message = "meshes of planets are all alike";
-        refuse(mesh, issues, message.to_owned(), "remove mesh.tooth_fault");
+        refuse(mesh, message.to_owned(), "remove mesh.tooth_fault");
         return None;
     }
     let (pairs, symmetry) = match drawn(gears) {
@@ -65,7 +63,7 @@ pub(super) fn read(
         Err(fault) => {
             let message = format!("the drawing does not determine when pairs touch: {fault}");
             let remedy = "correct [gear], or remove mesh.tooth_fault";
-            refuse(mesh, issues, message, remedy);
+            refuse(mesh, message, remedy);
             return None;
         }
     };
@@ -73,7 +71,7 @@ pub(super) fn read(
     let teeth = FaultyTeeth {
         faults: read.into_iter().collect::<Option<_>>()?,
         teeth: gears.teeth,
-        pairs: shared_as_long(mesh, issues, pairs, straight.then_some(stiffness))?,
+        pairs: shared_as_long(mesh, pairs, straight.then_some(stiffness))?,
         symmetry: match coast {
             CoastSpec::Mirrored { symmetry } if stiffness.varies() => *symmetry,
             _ => symmetry,
@@ -85,7 +83,7 @@ pub(super) fn read(
             "teeth of both gears differ, so that the mesh repeats after {cycles} cycles; at most {MOST_BASE_CYCLES} are possible"
         );
         let remedy = "give faults of one gear only";
-        refuse(mesh, issues, message, remedy);
+        refuse(mesh, message, remedy);
         return None;
     }
     Some(Some(Arc::new(teeth)))
@@ -96,62 +94,48 @@ fn drawn(gears: &GearPair) -> Result<(EvenSharing, f64), GearError> {
     Ok((EvenSharing::new(gears)?, gears.symmetry()?))
 }
 
-fn fault(table: &Section, issues: &mut Issues, gears: &GearPair) -> Option<ToothFault> {
-    let gear = table.choice(issues, "gear");
-    let tooth = table.integer(issues, "tooth");
-    let stiffness = table.quantity_or_default(issues, "stiffness");
-    let crack = table.quantity_or_default(issues, "crack");
-    let loss = table.quantity_or_default(issues, "loss");
-    let flanks = table.choice_or_default(issues, "flanks");
+fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
+    let gear = table.choice("gear");
+    let tooth = table.integer::<u32>("tooth");
+    let stiffness = table.quantity_or_default("stiffness");
+    let crack = table.quantity_or_default("crack");
+    let loss = table.quantity_or_default("loss");
+    let flanks = table.choice_or_default("flanks");
     let gear = usize::from(gear? == "wheel");
     let number = tooth?;
-    if number > u64::from(gears.teeth[gear]) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                table.span_of("tooth"),
-                &table.path_of("tooth"),
-                format!("tooth {number} of a gear with {} teeth", gears.teeth[gear]),
-            )
+    if number > gears.teeth[gear] {
+        let message = format!("tooth {number} of a gear with {} teeth", gears.teeth[gear]);
+        return table
+            .fault(DiagnosticKind::OutOfRange, "tooth", message)
             .label("no such tooth")
-            .remedy(format!("give a number from 1 to {}", gears.teeth[gear])),
-        );
-        return None;
+            .remedy(format!("give a number from 1 to {}", gears.teeth[gear]))
+            .fail(table.issues);
     }
     let (stiffness, depth, loss) = (stiffness?, crack?, loss?);
     if stiffness == 1.0 && depth == 0.0 && loss == 0.0 {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span,
-                &table.path_of("tooth"),
-                "this tooth is like the others".to_owned(),
-            )
+        let message = "this tooth is like the others";
+        let path = table.path_of("tooth");
+        return Diagnostic::new(DiagnosticKind::Inconsistent, table.span, &path, message)
             .label("no fault")
-            .remedy("give `stiffness` below 1, a `crack` or a `loss`, or remove the table"),
-        );
-        return None;
+            .remedy("give `stiffness` below 1, a `crack` or a `loss`, or remove the table")
+            .fail(table.issues);
     }
     let flanks = flanks?;
     let has_fault = ["drive", "coast"].map(|own| flanks == own || flanks == "both");
     let crack = match RootCrack::new(gears, gear, depth) {
         _ if depth == 0.0 => None,
         Ok(crack) => Some(crack),
-        Err(fault) => {
-            let (span, path) = (table.span_of("crack"), table.path_of("crack"));
-            let fault =
-                Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, fault.to_string());
-            issues.push(
-                fault
-                    .label("no such crack")
-                    .remedy("give another depth, or correct [gear]"),
-            );
-            return None;
+        Err(error) => {
+            return table
+                .fault(DiagnosticKind::Inconsistent, "crack", error.to_string())
+                .label("no such crack")
+                .remedy("give another depth, or correct [gear]")
+                .fail(table.issues);
         }
     };
     Some(ToothFault {
         gear,
-        tooth: u32::try_from(number - 1).ok()?,
+        tooth: number - 1,
         stiffness,
         cracks: has_fault.map(|own| crack.filter(|_| own)),
         missing: has_fault.map(|own| if own { loss } else { 0.0 }),

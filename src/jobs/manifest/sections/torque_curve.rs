@@ -24,26 +24,25 @@ const POINTS: ListOf = ListOf {
 /// The harmonics of the curve; empty without a curve.
 pub(super) fn read(
     excitation: &Section,
-    issues: &mut Issues,
     source: Option<&StructureSource>,
     context: &mut Context,
 ) -> Option<Vec<TorqueRipple>> {
-    let section = match excitation.child(issues, "torque_curve") {
+    let section = match excitation.child("torque_curve") {
         Child::Absent => return Some(Vec::new()),
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let shaft = section.choice_or_default(issues, "shaft");
-    let revolutions = section.integer_or_default(issues, "revolutions");
-    let harmonics = section.integer_or_default(issues, "harmonics");
-    let points = section.required(issues, "points");
-    let points = points.and_then(|entry| points_of(entry, issues, context));
+    let shaft = section.choice_or_default("shaft");
+    let revolutions = section.integer_or_default::<u32>("revolutions");
+    let harmonics = section.integer_or_default("harmonics");
+    let points = section.required("points");
+    let points = points.and_then(|entry| points_of(entry, excitation.issues, context));
     let shaft = match shaft? {
         "wheel" => DriveShaft::Wheel,
         _ => DriveShaft::Pinion,
     };
-    turns(&section, issues, source, shaft)?;
-    let (mut points, period) = (points?, TAU * revolutions? as f64);
+    turns(&section, source, shaft)?;
+    let (mut points, period) = (points?, TAU * f64::from(revolutions?));
     if let ([[first, start], .., [last, end]], false) = (&points[..], points.is_empty()) {
         let beyond = last - first - period;
         let repeats = beyond.abs() < 1e-6;
@@ -59,17 +58,15 @@ pub(super) fn read(
                     period / TAU
                 )
             };
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of("points"),
-                    POINTS.path,
-                    message,
-                )
-                .label("not one period")
-                .remedy("give one period of the torque, and its `revolutions`"),
-            );
-            return None;
+            return Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("points"),
+                POINTS.path,
+                message,
+            )
+            .label("not one period")
+            .remedy("give one period of the torque, and its `revolutions`")
+            .fail(excitation.issues);
         }
     }
     let curve = TorqueCurve {
@@ -77,11 +74,11 @@ pub(super) fn read(
         points,
         period,
     };
-    Some(curve.harmonics(u32::try_from(harmonics?).ok()?))
+    Some(curve.harmonics(harmonics?))
 }
 
 /// Angles and torques; a file is read once per job.
-fn points_of(entry: &Entry, issues: &mut Issues, context: &mut Context) -> Option<Vec<[f64; 2]>> {
+fn points_of(entry: &Entry, issues: &Issues, context: &mut Context) -> Option<Vec<[f64; 2]>> {
     let path = match &entry.node.value {
         Value::Text(name) => Some(context.base_dir.join(name)),
         _ => None,
@@ -99,7 +96,7 @@ fn points_of(entry: &Entry, issues: &mut Issues, context: &mut Context) -> Optio
     points
 }
 
-fn pairs(entry: &Entry, issues: &mut Issues, context: &Context) -> Option<Vec<[f64; 2]>> {
+fn pairs(entry: &Entry, issues: &Issues, context: &Context) -> Option<Vec<[f64; 2]>> {
     let found = columns::read(issues, entry, &POINTS, context.base_dir)?;
     let mut columns = columns::quantities(issues, found, &POINTS, &[&ANGLE, &TORQUE])?;
     let place = (&POINTS, entry.node.span);
@@ -113,7 +110,6 @@ fn pairs(entry: &Entry, issues: &mut Issues, context: &Context) -> Option<Vec<[f
 /// `None` if a torque cannot act on the orders of a shaft, which is reported.
 pub(super) fn turns(
     table: &Section,
-    issues: &mut Issues,
     source: Option<&StructureSource>,
     shaft: DriveShaft,
 ) -> Option<()> {
@@ -122,17 +118,13 @@ pub(super) fn turns(
         && gear.loose.is_some()
     {
         let name = &gear.name;
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("shaft"),
-                &table.path_of("shaft"),
-                format!("gear `{name}` is loose: its shaft does not turn with the wheel"),
-            )
+        let message = format!("gear `{name}` is loose: its shaft does not turn with the wheel");
+        let remedy = "name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque";
+        return table
+            .inconsistent("shaft", message)
             .label("this shaft does not turn at the speed of the wheel")
-            .remedy("name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque"),
-        );
-        return None;
+            .remedy(remedy)
+            .fail(table.issues);
     }
     if let Some(StructureSource::Modal(structure)) = source {
         let (name, columns) = match shaft {
@@ -144,19 +136,15 @@ pub(super) fn turns(
             }
             _ => return Some(()),
         };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("shaft"),
-                &table.path_of("shaft"),
-                format!("the modal file does not give the effect of a torque on the {name} shaft"),
-            )
+        let message =
+            format!("the modal file does not give the effect of a torque on the {name} shaft");
+        return table
+            .inconsistent("shaft", message)
             .label("unknown participation")
             .remedy(format!(
                 "add {columns} to the modal file, or remove the torque"
-            )),
-        );
-        return None;
+            ))
+            .fail(table.issues);
     }
     Some(())
 }

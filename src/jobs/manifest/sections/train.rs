@@ -8,7 +8,7 @@ mod planetary;
 mod rolling;
 mod shaft;
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::Context;
 use crate::manifest::slip;
@@ -19,37 +19,33 @@ use parts::Parts;
 const POWER: f64 = 1e-9;
 
 /// Reads the table; `[model]` has the damping of the modes.
-pub(super) fn read(
-    section: &Section,
-    issues: &mut Issues,
-    context: &mut Context,
-) -> Option<TrainDrive> {
-    let rated_torque = section.quantity(issues, "rated_torque");
-    let young_modulus = section.quantity_or_default(issues, "young_modulus");
-    let shear_modulus = section.quantity_or_default(issues, "shear_modulus");
-    let density = section.quantity_or_default(issues, "density");
-    let shear_coefficient = section.quantity_or_default(issues, "shear_coefficient");
+pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDrive> {
+    let rated_torque = section.quantity("rated_torque");
+    let young_modulus = section.quantity_or_default("young_modulus");
+    let shear_modulus = section.quantity_or_default("shear_modulus");
+    let density = section.quantity_or_default("density");
+    let shear_coefficient = section.quantity_or_default("shear_coefficient");
     if !section.has("shaft") {
-        section.missing(issues, "shaft");
+        section.missing("shaft");
     }
-    let tables = section.tables(issues, "shaft")?;
-    let (mut shafts, mut drawn) = shaft::read_all(&tables, issues, density?)?;
-    let housing = housing::read(section, issues, context, &tables)?;
-    let planets = planetary::read(section, issues, density?, (&mut shafts, &mut drawn))?;
+    let tables = section.tables("shaft")?;
+    let (mut shafts, mut drawn) = shaft::read_all(&tables, density?)?;
+    let housing = housing::read(section, context, &tables)?;
+    let planets = planetary::read(section, density?, (&mut shafts, &mut drawn))?;
     let parts = Parts {
         shafts: &shafts,
         drawn: &drawn,
         planets: &planets,
     };
-    let gears = parts.gears(section, issues, "gears");
-    let couplings = joints::couplings(section, issues, &parts);
-    let stops = joints::stops(section, issues, &parts);
+    let gears = parts.gears(section, "gears");
+    let couplings = joints::couplings(section, &parts);
+    let stops = joints::stops(section, &parts);
     let driver = if section.has("driver") {
-        parts.driver(section, issues)
+        parts.driver(section)
     } else {
         gears.map(|[first, _]| first.shaft)
     };
-    check_outputs(section, issues, &shafts)?;
+    check_outputs(section, &shafts)?;
     let gears = gears?;
     let mut train = TrainDrive {
         gears,
@@ -71,29 +67,23 @@ pub(super) fn read(
         shafts: shafts.clone(),
     };
     if gears.iter().any(|&gear| train.gear(gear).internal) {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("gears"),
-                &section.path_of("gears"),
-                "the first mesh has an internal gear".to_owned(),
-            )
+        let remedy = "name the mesh of the sun and a planet here, and the mesh of the ring in [[train.mesh]]";
+        return section
+            .inconsistent("gears", "the first mesh has an internal gear")
             .label("both gears must be external")
-            .remedy("name the mesh of the sun and a planet here, and the mesh of the ring in [[train.mesh]]"),
-        );
-        return None;
+            .remedy(remedy)
+            .fail(section.issues);
     }
-    train.pair = parts.drawing(section, issues, &train, gears, "gears")?.0;
-    train.bearing_load = bearing_load(section, issues, &train)?;
-    train.meshes = joints::meshes(section, issues, &parts, &train)?;
+    train.pair = parts.drawing(section, &train, gears, "gears")?.0;
+    train.bearing_load = bearing_load(section, &train)?;
+    train.meshes = joints::meshes(section, &parts, &train)?;
     // The layout checks the parts together; it is cheap.
     if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
         let fault = match error {
-            TrainError::TooFine { place, .. } => too_fine(issues, &tables, &train, place, &error),
+            TrainError::TooFine { place, .. } => too_fine(&tables, &train, place, &error),
             _ => no_train(section, &error),
         };
-        issues.push(fault);
-        return None;
+        return fault.fail(section.issues);
     }
     Some(train)
 }
@@ -106,29 +96,26 @@ fn no_train(section: &Section, error: &TrainError) -> Diagnostic {
 }
 
 /// The load at which rolling bearings have their stiffness; `Some(None)` without such bearings.
-fn bearing_load(section: &Section, issues: &mut Issues, train: &TrainDrive) -> Option<Option<f64>> {
+fn bearing_load(section: &Section, train: &TrainDrive) -> Option<Option<f64>> {
     if train.bearings().any(|bearing| bearing.rolling.is_some()) {
-        return section
-            .quantity_or_default(issues, "bearing_load")
-            .map(Some);
+        return section.quantity_or_default("bearing_load").map(Some);
     }
     let why = "without a bearing from catalogue data";
     let remedy = "remove it, or give a bearing `ball` or `roller`";
-    section.without_effect(issues, &["bearing_load"], why, remedy);
+    section.without_effect(&["bearing_load"], why, remedy);
     Some(None)
 }
 
 /// The fault of a shaft's section with too many elements, at its largest cause: the given element length, an impossible
 /// length, or the diameter.
 fn too_fine(
-    issues: &mut Issues,
     tables: &[Section],
     train: &TrainDrive,
     [shaft, section]: [usize; 2],
     error: &TrainError,
 ) -> Diagnostic {
     let own = &train.shafts[shaft].sections[section];
-    let sections = tables[shaft].tables(issues, "sections");
+    let sections = tables[shaft].tables("sections");
     let long = slip::of_length(own.length, "length", slip::LENGTHS);
     let thin = slip::of_length(own.outer, "diameter", slip::DIAMETERS);
     let of_section = sections.as_ref().and_then(|all| all.get(section));
@@ -139,32 +126,22 @@ fn too_fine(
     };
     let remedy =
         "lengthen the elements of the shaft (train.shaft.*.element), or merge thin sections";
-    let fault = Diagnostic::new(
-        DiagnosticKind::OutOfRange,
-        table.span_of(key),
-        &table.path_of(key),
-        error.to_string(),
-    );
-    fault
+    table
+        .fault(DiagnosticKind::OutOfRange, key, error.to_string())
         .label("too many elements")
         .accepted("elements and degrees of freedom of all shafts: at most 4000 each")
         .remedy(slip.map_or(remedy.to_owned(), |slip| format!("{remedy}; {slip}")))
 }
 
-fn check_outputs(section: &Section, issues: &mut Issues, shafts: &[TrainShaft]) -> Option<()> {
+fn check_outputs(section: &Section, shafts: &[TrainShaft]) -> Option<()> {
     let sum: f64 = shafts.iter().map(|shaft| shaft.output).sum();
     if sum == 0.0 || (sum - 1.0).abs() < POWER {
         return Some(());
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of("shaft"),
-            "train.shaft",
-            format!("the `output` fractions of all shafts add up to {sum}"),
-        )
+    let message = format!("the `output` fractions of all shafts add up to {sum}");
+    section
+        .inconsistent("shaft", message)
         .label("must add up to 1, or all be 0")
-        .remedy("give output = 1 to the shaft of the driven machine"),
-    );
-    None
+        .remedy("give output = 1 to the shaft of the driven machine")
+        .fail(section.issues)
 }

@@ -194,14 +194,7 @@ impl Labelled<'_> {
         let alone = entries.len() < 2;
         let widest = widths.fold(0.0, f64::max) + 52.0;
         let right = EDGE - if alone { 40.0 } else { widest.clamp(LEGEND[0], LEGEND[1]) };
-        let panel = Panel {
-            left: LEFT,
-            right,
-            top: TOP,
-            bottom: BOTTOM,
-            across: across.clone(),
-            up: up.clone(),
-        };
+        let panel = Panel::new([LEFT, right], [TOP, BOTTOM], across.clone(), up.clone());
         panel.frame(canvas, true);
         curves.extend(self.measured.map(|curve| (Style::MEASURED, curve)));
         if curves
@@ -228,13 +221,7 @@ impl Labelled<'_> {
             }
             if every > 1 {
                 let text = format!("{} curves", curves.len());
-                canvas.text(
-                    [right + 14.0, y + 4.5],
-                    &text,
-                    TICK_SIZE,
-                    SOFT,
-                    Anchor::Start,
-                );
+                canvas.label([right + 14.0, y + 4.5], &text, SOFT);
             }
         }
         if curves.iter().any(|(_, curve)| curve.barred) {

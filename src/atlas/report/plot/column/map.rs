@@ -3,13 +3,12 @@
 use super::series::Series;
 use crate::report::numbers::plural;
 use crate::report::plot::axis::range;
-use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
+use crate::report::plot::canvas::{Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::look::Look;
 use crate::report::plot::motion::{Motion, cell_sample, counts, key};
-use crate::report::plot::panel::TICK_SIZE;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
 use crate::report::plot::request::PlotRequest;
@@ -40,7 +39,7 @@ pub(super) fn draw(
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::sliced(&series.name, slices.len(), all);
     for slice in slices {
-        let title = format!("{}: {name} over {}", results.job, cells.words());
+        let title = format!("{name} over {}", cells.words());
         let values = slice
             .points
             .iter()
@@ -49,7 +48,7 @@ pub(super) fn draw(
             0 => String::new(),
             count => format!("{} of round-off below the scale", plural(count, "value")),
         };
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words, &below]));
+        let mut canvas = results.canvas(&title, &[&slice.words, &below]);
         let found = cells.draw(&mut canvas, &slice, |point| {
             let motion = Motion::of(point);
             let (colour, mut text) = match value(point.point_id) {
@@ -84,13 +83,7 @@ pub(super) fn draw(
                 0 => format!("– no value ({empty})"),
                 _ => format!("– no value ({}), none on this scale ({off})", empty - off),
             };
-            canvas.text(
-                [MARGIN + 21.0, y + 12.0],
-                &text,
-                TICK_SIZE,
-                INK,
-                Anchor::Start,
-            );
+            canvas.label([MARGIN + 21.0, y + 12.0], &text, INK);
             y += 22.0;
         }
         let mut marked = counts(slice.points.iter().copied());

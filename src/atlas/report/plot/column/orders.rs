@@ -27,10 +27,10 @@ pub(in crate::report::plot) fn draw(
         let mut series = Vec::new();
         for &order in orders {
             if !found.reach(order) {
-                return Err(PlotError::Unfit {
-                    what: What::Orders,
-                    reason: format!("the spectra do not reach mesh order {}", number(order)),
-                });
+                return Err(What::Orders.unfit(format!(
+                    "the spectra do not reach mesh order {}",
+                    number(order)
+                )));
             }
             let sample = |value: f64| Sample { value, error: 0.0 };
             let places = 0..found.lines.len();

@@ -45,14 +45,12 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let highest = range(places().map(|place| place[1]))[1];
     let mut canvas = titled("Bandwidth of large arrays over threads", machine);
     let panel = |left: f64, right: f64, curves: &[Curve], canvas: &mut Canvas, name: &str| {
-        let panel = Panel {
-            left,
-            right,
-            top: 86.0,
-            bottom: 536.0,
-            across: threads(most),
-            up: Axis::linear("bandwidth", "B/s", [0.0, 1.08 * highest]),
-        };
+        let panel = Panel::new(
+            [left, right],
+            [86.0, 536.0],
+            threads(most),
+            Axis::linear("bandwidth", "B/s", [0.0, 1.08 * highest]),
+        );
         panel.frame(canvas, true);
         canvas.text([left, 78.0], name, LABEL_SIZE, INK, Anchor::Start);
         draw_curves(canvas, &panel, curves);

@@ -68,8 +68,7 @@ fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colou
         let from = [panel.right + 3.0, y];
         let to = [panel.right + 14.0, place];
         canvas.line(&[from, to], colour, 1.0);
-        let at = [panel.right + 18.0, place + 0.35 * TICK_SIZE];
-        canvas.text(at, name, TICK_SIZE, colour, Anchor::Start);
+        canvas.label([panel.right + 18.0, place + 0.35 * TICK_SIZE], name, colour);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The memory mountain over its sizes: bandwidth per stride above, latency below.
 
-use super::super::canvas::{Anchor, BLUE, INK, RED};
-use super::super::panel::{Panel, TICK_SIZE};
+use super::super::canvas::{BLUE, INK, RED};
+use super::super::panel::Panel;
 use super::super::ramp::viridis;
 use super::{Curve, draw_curves, logarithmic, mark_caches, sizes, titled};
 use crate::report::plot::picture::Picture;
@@ -32,14 +32,12 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     }
     let mut canvas = titled("Memory: bandwidth and latency of one thread", machine);
     let across = sizes("size of the buffer", curves.iter());
-    let panel = Panel {
-        left: 92.0,
-        right: 790.0,
-        top: 86.0,
-        bottom: 336.0,
-        across: across.clone(),
-        up: logarithmic("read bandwidth", "B/s", curves.iter()),
-    };
+    let panel = Panel::new(
+        [92.0, 790.0],
+        [86.0, 336.0],
+        across.clone(),
+        logarithmic("read bandwidth", "B/s", curves.iter()),
+    );
     panel.frame(&mut canvas, false);
     mark_caches(&mut canvas, &panel, machine);
     draw_curves(&mut canvas, &panel, &curves);
@@ -72,13 +70,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         ..panel
     };
     if all.is_empty() {
-        canvas.text(
-            [panel.left, panel.bottom],
-            "latency was not measured",
-            TICK_SIZE,
-            RED,
-            Anchor::Start,
-        );
+        canvas.label([panel.left, panel.bottom], "latency was not measured", RED);
         return Some(Picture::new("machine-mountain".into(), canvas));
     }
     panel.frame(&mut canvas, true);

@@ -25,18 +25,16 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let rates = machine.roofline.iter().map(|row| row.rate);
     let floor = range(rates)[0];
     let mut canvas = titled("Roofline of one thread, with the kernels on it", machine);
-    let panel = Panel {
-        left: 92.0,
-        right: 800.0,
-        top: 80.0,
-        bottom: 536.0,
-        across: Axis::logarithmic(
+    let panel = Panel::new(
+        [92.0, 800.0],
+        [80.0, 536.0],
+        Axis::logarithmic(
             "operations per byte of different table entries in a mesh cycle",
             "op/B",
             [low / 1.6, high * 1.6],
         ),
-        up: Axis::logarithmic("rate", "op/s", [floor / 2.0, peak * 1.6]),
-    };
+        Axis::logarithmic("rate", "op/s", [floor / 2.0, peak * 1.6]),
+    );
     panel.frame(&mut canvas, true);
     let mut names: Vec<(f64, &str, _)> = Vec::new();
     for (name, rate) in &peaks {
@@ -74,13 +72,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
             _ => format!("{} {}", row.kernel, row.modes),
         };
         let y = at[1] + 0.35 * TICK_SIZE;
-        canvas.text(
-            [at[0] + 8.0, y],
-            &name,
-            TICK_SIZE,
-            colour(number),
-            Anchor::Start,
-        );
+        canvas.label([at[0] + 8.0, y], &name, colour(number));
     }
     name_ends(&mut canvas, &panel, names);
     Some(Picture::new("machine-roofline".into(), canvas))

@@ -4,7 +4,7 @@
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use super::super::categories::colour;
-use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
+use super::super::panel::{LABEL_SIZE, Panel};
 use super::bandwidth::threads;
 use super::{Curve, draw_curves, logarithmic, titled};
 use crate::report::plot::picture::Picture;
@@ -29,7 +29,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let title = "Depth and breadth: modes of a trajectory, points and threads of a campaign";
     let mut canvas = titled(title, machine);
     let note = "blue: closed_modes, by the sharing of its tables";
-    canvas.text([LEFT[0] - 40.0, 66.0], note, TICK_SIZE, SOFT, Anchor::Start);
+    canvas.label([LEFT[0] - 40.0, 66.0], note, SOFT);
     let time = |row: &Row| 1.0 / row.figure.value;
 
     let depth = curves(machine, |row| {
@@ -108,14 +108,7 @@ fn shade(Colour(r, g, b): Colour, tables: &str) -> Colour {
 }
 
 fn panel(left: f64, across: Axis, up: Axis) -> Panel {
-    Panel {
-        left,
-        right: left + WIDTH,
-        top: 96.0,
-        bottom: 536.0,
-        across,
-        up,
-    }
+    Panel::new([left, left + WIDTH], [96.0, 536.0], across, up)
 }
 
 fn head(canvas: &mut Canvas, panel: &Panel, text: &str) {

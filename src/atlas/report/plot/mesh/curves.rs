@@ -108,14 +108,12 @@ impl Family {
             let lines = self.lines(mesh, row);
             let values = lines.iter().flat_map(|line| &line.curve);
             let bounds = widened(range(values.map(|[_, value]| *value)), row.least);
-            let panel = Panel {
-                left: LEFT,
-                right: RIGHT,
-                top,
-                bottom: top + HEIGHT,
-                across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-                up: Axis::linear(row.name, row.unit, padded(bounds, 0.07)),
-            };
+            let panel = Panel::new(
+                [LEFT, RIGHT],
+                [top, top + HEIGHT],
+                Axis::linear("mesh phase", "1", [0.0, 1.0]),
+                Axis::linear(row.name, row.unit, padded(bounds, 0.07)),
+            );
             panel.frame(&mut canvas, place + 1 == ROWS.len());
             labels::draw(&mut canvas, &panel, &lines, &self.unit);
             top += HEIGHT + GAP;

@@ -1,6 +1,6 @@
 //! Names of lines, to the right of their panel. They are at the height of the lines' ends if other names leave room.
 
-use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, Place};
+use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
 use crate::report::plot::lettering::apart;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
@@ -39,8 +39,7 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
         } else {
             format!("{} … {} {unit}", lines[first].name, lines[last].name)
         };
-        let at = [x + ASIDE, place + 0.35 * TICK_SIZE];
-        canvas.text(at, name.trim_end(), TICK_SIZE, INK, Anchor::Start);
+        canvas.label([x + ASIDE, place + 0.35 * TICK_SIZE], name.trim_end(), INK);
     }
 }
 

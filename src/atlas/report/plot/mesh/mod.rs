@@ -18,10 +18,7 @@ pub(super) fn draw(what: What, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         What::Mesh => Ok(curves::draw(mesh)),
         What::Sharing => Ok(sharing::draw(mesh)),
         What::Contact => pattern::draw(mesh),
-        _ => Err(PlotError::Unfit {
-            what,
-            reason: "give a folder that `atlas run` or `atlas trace` wrote".into(),
-        }),
+        _ => Err(what.unfit("give a folder that `atlas run` or `atlas trace` wrote")),
     }
 }
 

@@ -3,9 +3,9 @@
 
 use super::data::MeshCurves;
 use crate::report::plot::axis::{Axis, range};
-use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, SOFT};
+use crate::report::plot::canvas::{Canvas, Colour, INK, SOFT};
 use crate::report::plot::error::PlotError;
-use crate::report::plot::panel::{Panel, TICK_SIZE};
+use crate::report::plot::panel::Panel;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
 use crate::report::plot::what::What;
@@ -24,10 +24,7 @@ const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let (values, slices) = (&mesh.table.pattern, mesh.table.slices);
     if values.is_empty() {
-        return Err(PlotError::Unfit {
-            what: What::Contact,
-            reason: "the table was made without a contact pattern".into(),
-        });
+        return Err(What::Contact.unfit("the table was made without a contact pattern"));
     }
     let edges = mesh.phase_edges();
     let phases = edges.len() - 1;
@@ -52,18 +49,16 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         for (right, &column) in columns.iter().enumerate() {
             let left = LEFT + (wide + GAP[0]) * right as f64;
             let top = TOP + (high + GAP[1]) * down as f64;
-            let panel = Panel {
-                left,
-                right: left + wide,
-                top,
-                bottom: top + high,
-                across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-                up: Axis::linear("position / face width", "1", [-0.5, 0.5]),
-            };
+            let panel = Panel::new(
+                [left, left + wide],
+                [top, top + high],
+                Axis::linear("mesh phase", "1", [0.0, 1.0]),
+                Axis::linear("position / face width", "1", [-0.5, 0.5]),
+            );
             frame(&mut canvas, &panel, right == 0, down + 1 == rows.len());
             cover(&mut canvas, &panel, &edges, pattern(row, column), most);
             let words = [mesh.torque_text(column), mesh.misalignment_text(row)].join(", ");
-            canvas.text([left, top - 8.0], &words, TICK_SIZE, INK, Anchor::Start);
+            canvas.label([left, top - 8.0], &words, INK);
         }
     }
     let axis = Axis::linear("load", "N/m", [0.0, most]);

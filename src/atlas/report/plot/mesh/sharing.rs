@@ -5,9 +5,9 @@ use super::labels::{self, Named};
 use super::spread;
 use crate::gear::MOST_PAIRS;
 use crate::report::plot::axis::Axis;
-use crate::report::plot::canvas::{Anchor, Canvas, INK};
+use crate::report::plot::canvas::{Canvas, INK};
 use crate::report::plot::categories::colour;
-use crate::report::plot::panel::{Panel, TICK_SIZE};
+use crate::report::plot::panel::Panel;
 use crate::report::plot::picture::{Drawn, Picture};
 use std::collections::BTreeMap;
 
@@ -50,17 +50,14 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
                 colour: colour(COLOURS[pair.rem_euclid(MOST_PAIRS as i32) as usize]),
             })
             .collect();
-        let panel = Panel {
-            left: LEFT,
-            right: RIGHT,
-            top,
-            bottom: top + HEIGHT,
-            across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-            up: Axis::linear("load share", "1", [-0.05, 1.05]),
-        };
+        let panel = Panel::new(
+            [LEFT, RIGHT],
+            [top, top + HEIGHT],
+            Axis::linear("mesh phase", "1", [0.0, 1.0]),
+            Axis::linear("load share", "1", [-0.05, 1.05]),
+        );
         panel.frame(&mut canvas, place + 1 == torques.len());
-        let at = [LEFT, top - 8.0];
-        canvas.text(at, &mesh.torque_text(torque), TICK_SIZE, INK, Anchor::Start);
+        canvas.label([LEFT, top - 8.0], &mesh.torque_text(torque), INK);
         labels::draw(&mut canvas, &panel, &lines, "");
         top += HEIGHT + GAP;
     }

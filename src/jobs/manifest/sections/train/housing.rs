@@ -1,6 +1,6 @@
 //! The table `[train.housing]`, and the bearings on its nodes.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::housing_file;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema::{nearest, quoted};
@@ -10,17 +10,16 @@ use crate::shaft::{HousingJoint, JoinedHousing};
 /// The housing with its joints; `Some(None)` without one.
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     context: &mut Context,
     shafts: &[Section],
 ) -> Option<Option<JoinedHousing>> {
-    let housing = match section.child(issues, "housing") {
+    let housing = match section.child("housing") {
         Child::Absent => None,
         Child::Invalid => return None,
         Child::Present(table) => {
-            let file = table.text(issues, "file")?;
+            let file = table.text("file")?;
             Some(housing_file::load(
-                issues,
+                section.issues,
                 context,
                 file,
                 table.span_of("file"),
@@ -31,13 +30,13 @@ pub(super) fn read(
     let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
     let mut joints = Vec::new();
     for (shaft, table) in shafts.iter().enumerate() {
-        for (bearing, own) in table.tables(issues, "bearings")?.iter().enumerate() {
+        for (bearing, own) in table.tables("bearings")?.iter().enumerate() {
             if !own.has("housing") {
                 continue;
             }
-            let name = own.text(issues, "housing")?;
+            let name = own.text("housing")?;
             let Some(node) = nodes.iter().position(|node| *node == name) else {
-                unknown(own, issues, name, &nodes);
+                unknown(own, name, &nodes);
                 return None;
             };
             joints.push(HousingJoint {
@@ -50,7 +49,7 @@ pub(super) fn read(
 }
 
 /// Records a bearing on an unknown node.
-fn unknown(bearing: &Section, issues: &mut Issues, name: &str, nodes: &[&str]) {
+fn unknown(bearing: &Section, name: &str, nodes: &[&str]) {
     let (message, remedy) = match nodes {
         [] => (
             format!("the bearing stands on `{name}`, but the train has no housing"),
@@ -75,5 +74,5 @@ fn unknown(bearing: &Section, issues: &mut Issues, name: &str, nodes: &[&str]) {
     if !nodes.is_empty() {
         fault = fault.accepted(quoted(nodes));
     }
-    issues.push(fault);
+    bearing.issues.push(fault);
 }

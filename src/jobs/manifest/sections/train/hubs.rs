@@ -1,17 +1,13 @@
 //! Do hubs fit between the other parts on their shaft?
 
 use crate::gear::{Hub, ToothForm};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, ShaftSection, TrainGear};
 
 /// Checks that no hub reaches under another gear of its shaft.
-pub(super) fn hubs_are_apart(
-    table: &Section,
-    issues: &mut Issues,
-    gears: &[(TrainGear, ToothForm)],
-) -> Option<()> {
-    let tables = table.tables(issues, "gears")?;
+pub(super) fn hubs_are_apart(table: &Section, gears: &[(TrainGear, ToothForm)]) -> Option<()> {
+    let tables = table.tables("gears")?;
     for (own, (gear, _)) in tables.iter().zip(gears) {
         let Some(hub) = gear.hub else { continue };
         let reach = |other: &TrainGear| {
@@ -36,7 +32,7 @@ pub(super) fn hubs_are_apart(
             } else {
                 "move the gears apart, or remove the hub".to_owned()
             };
-            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
+            return hub_fault(own, "hub_length", what, ["too long", &remedy]);
         }
     }
     Some(())
@@ -45,11 +41,10 @@ pub(super) fn hubs_are_apart(
 /// Checks that no hub covers a bearing of its shaft.
 pub(super) fn hubs_leave_bearings(
     table: &Section,
-    issues: &mut Issues,
     gears: &[(TrainGear, ToothForm)],
     bearings: &[(f64, Bearing)],
 ) -> Option<()> {
-    let tables = table.tables(issues, "gears")?;
+    let tables = table.tables("gears")?;
     for (own, (gear, _)) in tables.iter().zip(gears) {
         let Some(hub) = gear.hub else { continue };
         let room = |bearing: &(f64, Bearing)| 2.0 * (bearing.0 - gear.at).abs();
@@ -68,7 +63,7 @@ pub(super) fn hubs_leave_bearings(
                 0.0 => "move the gear or the bearing, or remove the hub".to_owned(),
                 room => format!("make hub_length at most {:.3} mm", 1e3 * room),
             };
-            return hub_fault(own, issues, "hub_length", what, ["too long", &remedy]);
+            return hub_fault(own, "hub_length", what, ["too long", &remedy]);
         }
     }
     Some(())
@@ -77,7 +72,6 @@ pub(super) fn hubs_leave_bearings(
 /// Checks that the sections of a shaft extend over the whole hub at a place.
 pub(super) fn hub_is_on_shaft(
     table: &Section,
-    issues: &mut Issues,
     (at, hub): (f64, Hub),
     sections: &[ShaftSection],
 ) -> Option<()> {
@@ -93,7 +87,6 @@ pub(super) fn hub_is_on_shaft(
     );
     hub_fault(
         table,
-        issues,
         "hub_length",
         what,
         ["too long", "shorten hub_length, or lengthen the sections"],
@@ -101,16 +94,10 @@ pub(super) fn hub_is_on_shaft(
 }
 
 /// A fault of a hub, at its diameter if the key is absent.
-fn hub_fault(
-    table: &Section,
-    issues: &mut Issues,
-    key: &str,
-    what: String,
-    [label, remedy]: [&str; 2],
-) -> Option<()> {
+fn hub_fault(table: &Section, key: &str, what: String, [label, remedy]: [&str; 2]) -> Option<()> {
     let key = if table.has(key) { key } else { "hub_diameter" };
     let (span, path) = (table.span_of(key), table.path_of(key));
     let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-    issues.push(fault.label(label).remedy(remedy));
+    table.issues.push(fault.label(label).remedy(remedy));
     None
 }

@@ -2,9 +2,9 @@
 
 use super::no_train;
 use super::parts::{Parts, Planets, TIGHT};
-use super::shaft::{all, triple};
+use super::shaft::triple;
 use crate::gear::{EvenSharing, Flanks, GearPair, InternalPair, MeshTableSpec};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema::OF_MESH;
 use crate::manifest::sections::excitation::errors_of_gears;
@@ -34,13 +34,8 @@ const OF_NUMBERS: [&str; 3] = ["stiffness", "levels", "stiffness_harmonics"];
 const MOST: usize = MOST_CONTACTS - 2;
 
 /// Checks that no two gears mesh twice.
-fn given_once(
-    section: &Section,
-    issues: &mut Issues,
-    first: [GearPlace; 2],
-    read: &[TrainMesh],
-) -> Option<()> {
-    let tables = section.tables(issues, "mesh")?;
+fn given_once(section: &Section, first: [GearPlace; 2], read: &[TrainMesh]) -> Option<()> {
+    let tables = section.tables("mesh")?;
     let alike = |a: [GearPlace; 2], b: [GearPlace; 2]| a == b || a == [b[1], b[0]];
     for (number, (table, mesh)) in tables.iter().zip(read).enumerate() {
         let earlier = read[..number].iter().map(|other| other.gears);
@@ -48,11 +43,12 @@ fn given_once(
             .chain(earlier)
             .any(|other| alike(other, mesh.gears))
         {
-            let (span, path) = (table.span_of("gears"), table.path_of("gears"));
             let what = "these gears already mesh in `train.gears` or in another [[train.mesh]]";
-            let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what.to_owned());
-            issues.push(fault.label("given twice").remedy("remove one of both"));
-            return None;
+            return table
+                .inconsistent("gears", what)
+                .label("given twice")
+                .remedy("remove one of both")
+                .fail(table.issues);
         }
     }
     Some(())
@@ -61,14 +57,11 @@ fn given_once(
 /// Further meshes of a train that is otherwise complete. A mesh of the first planet becomes the meshes of all planets.
 pub(super) fn meshes(
     section: &Section,
-    issues: &mut Issues,
     parts: &Parts,
     train: &TrainDrive,
 ) -> Option<Vec<TrainMesh>> {
-    let read = all(section, issues, "mesh", |table, issues| {
-        mesh((section, table), issues, parts, train)
-    })?;
-    given_once(section, issues, train.gears, &read)?;
+    let read = section.each("mesh", |table| mesh((section, table), parts, train))?;
+    given_once(section, train.gears, &read)?;
     // The rolling of central gears is known once every set has the meshes of its first planet.
     let draft = TrainDrive {
         meshes: read.clone(),
@@ -94,29 +87,22 @@ pub(super) fn meshes(
     };
     let meshes = match with_others() {
         Ok(meshes) => meshes,
-        Err(error) => {
-            issues.push(no_train(section, &error));
-            return None;
-        }
+        Err(error) => return no_train(section, &error).fail(section.issues),
     };
     let stages = train.couplings.iter().flat_map(|coupling| &coupling.stages);
     let stages: usize = stages.map(Stage::contacts).sum();
     let count =
         2 * meshes.len() + stages + SliderPart::ALL.len() * train.sliders() + train.stops.len();
     if count > MOST {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                section.span,
-                "train",
-                format!("the train has {count} contacts in addition to its first mesh"),
-            )
-            .label(format!(
-                "at most {MOST} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
-            ))
-            .remedy("remove some, or combine stages that act as one"),
+        let message = format!("the train has {count} contacts in addition to its first mesh");
+        let label = format!(
+            "at most {MOST} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
         );
-        return None;
+        return section
+            .whole_fault(DiagnosticKind::OutOfRange, message)
+            .label(label)
+            .remedy("remove some, or combine stages that act as one")
+            .fail(section.issues);
     }
     Some(meshes)
 }
@@ -162,35 +148,34 @@ impl Drawing {
 
 fn mesh(
     (section, table): (&Section, &Section),
-    issues: &mut Issues,
     parts: &Parts,
     train: &TrainDrive,
 ) -> Option<TrainMesh> {
-    let gears = parts.gears(table, issues, "gears");
-    let friction = table.quantity_or_default(issues, "friction");
+    let gears = parts.gears(table, "gears");
+    let friction = table.quantity_or_default("friction");
     let drawing = gears.and_then(|gears| {
         if gears.iter().any(|&gear| train.gear(gear).internal) {
             let drives = !train.gear(gears[0]).internal;
-            let (pair, ring) = parts.ring(table, issues, train, gears)?;
+            let (pair, ring) = parts.ring(table, train, gears)?;
             return Some(Drawing::Ring(Box::new(pair), ring, drives));
         }
-        let (pair, parallel) = parts.drawing(table, issues, train, gears, "gears")?;
+        let (pair, parallel) = parts.drawing(table, train, gears, "gears")?;
         Some(Drawing::Pair(Box::new(pair), parallel))
     });
     let gap = if table.has("half_gap") {
-        table.quantity(issues, "half_gap")
+        table.quantity("half_gap")
     } else if let Some(drawing) = &drawing {
         let drawn = drawing.half_gap();
         if drawn.is_none() {
-            table.missing(issues, "half_gap");
+            table.missing("half_gap");
         }
         drawn
     } else {
         None
     };
-    let law = drawn_or_given(table, issues, (train, gears), drawing.as_ref());
-    let beside = contact_law::beside_stiffness(table, issues, gap);
-    let errors = gear_errors(table, issues, parts, (train, gears));
+    let law = drawn_or_given(table, (train, gears), drawing.as_ref());
+    let beside = contact_law::beside_stiffness(table, gap);
+    let errors = gear_errors(table, parts, (train, gears));
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
     let planets = gears.and_then(|gears| parts.set_of(gears));
@@ -205,14 +190,14 @@ fn mesh(
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
-        table.quantity(issues, "coast_symmetry")?
+        table.quantity("coast_symmetry")?
     } else if steady && friction == 0.0 {
         // Nothing depends on it.
         0.0
     } else {
         let drawn = drawing.symmetry();
         if drawn.is_none() {
-            table.missing(issues, "coast_symmetry");
+            table.missing("coast_symmetry");
         }
         drawn?
     };
@@ -226,7 +211,7 @@ fn mesh(
         })),
         Stiffness::Given(mut divisions) => {
             if friction > 0.0 {
-                divisions = sliding(table, issues, &drawing)?.cut(&divisions);
+                divisions = sliding(table, &drawing)?.cut(&divisions);
             }
             MeshLaw::Own(Box::new(
                 beside.on_both_flanks(&divisions, friction, symmetry),
@@ -243,24 +228,20 @@ fn mesh(
 /// Errors that rotate with the two gears of a mesh.
 fn gear_errors(
     table: &Section,
-    issues: &mut Issues,
     parts: &Parts,
     (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
 ) -> Option<Vec<MeshHarmonic>> {
     let teeth = gears.map(|gears| gears.map(|gear| Some(train.gear(gear).teeth)));
-    let errors = errors_of_gears(table, issues, ("gear", OF_MESH), teeth)?;
+    let errors = errors_of_gears(table, ("gear", OF_MESH), teeth)?;
     let gears = gears?;
     if parts.set_of(gears).is_some() && !errors.is_empty() {
         let key = if table.has("gear_error") { "gear_error" } else { "pitch_deviation" };
-        let what = "errors of single gears are not possible in meshes of planets".to_owned();
-        let (span, path) = (table.span_of(key), table.path_of(key));
-        let fault = Diagnostic::new(DiagnosticKind::Unavailable, span, &path, what);
-        issues.push(
-            fault
-                .label("all planets share this mesh")
-                .remedy("remove it"),
-        );
-        return None;
+        let what = "errors of single gears are not possible in meshes of planets";
+        return table
+            .fault(DiagnosticKind::Unavailable, key, what)
+            .label("all planets share this mesh")
+            .remedy("remove it")
+            .fail(table.issues);
     }
     Some(errors)
 }
@@ -275,92 +256,68 @@ enum Stiffness {
 /// The stiffness of a mesh from the keys of its law.
 fn drawn_or_given(
     table: &Section,
-    issues: &mut Issues,
     (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
     drawing: Option<&Drawing>,
 ) -> Option<Stiffness> {
-    let law = table.choice_or_default(issues, "law")?;
+    let law = table.choice_or_default("law")?;
     if law == "given" {
         let why = "with law = \"given\"";
-        table.without_effect(
-            issues,
-            &OF_DRAWING,
-            why,
-            "remove it, or set law = \"table\"",
-        );
-        return contact_law::stiffness(table, issues).map(Stiffness::Given);
+        table.without_effect(&OF_DRAWING, why, "remove it, or set law = \"table\"");
+        return contact_law::stiffness(table).map(Stiffness::Given);
     }
     let why = "because the drawing of the gears gives the stiffness";
-    table.without_effect(
-        issues,
-        &OF_NUMBERS,
-        why,
-        "remove it, or set law = \"given\"",
-    );
-    let refuse = |issues: &mut Issues, key: &str, message: &str, accepted: &str| {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Unavailable,
-                table.span_of(key),
-                &table.path_of(key),
-                message.to_owned(),
-            )
+    table.without_effect(&OF_NUMBERS, why, "remove it, or set law = \"given\"");
+    let refuse = |key: &str, message: &str, accepted: &str| {
+        table
+            .fault(DiagnosticKind::Unavailable, key, message)
             .label("not available for this mesh")
-            .accepted(accepted),
-        );
-        None
+            .accepted(accepted)
+            .fail(table.issues)
     };
     let pair = match drawing? {
         Drawing::Pair(pair, true) => train.on_shafts(pair, gears?),
         Drawing::Pair(_, false) => {
-            return refuse(
-                issues,
-                "law",
-                "bevel gears have no mesh table",
-                "law = \"given\"",
-            );
+            return refuse("law", "bevel gears have no mesh table", "law = \"given\"");
         }
         Drawing::Ring(pair, _, true) => {
             let pair = train.on_shafts(pair, gears?);
             if let Err(error) = Flanks::new(&pair) {
                 let message =
                     format!("the mesh of this gear in its ring cannot be computed: {error}");
-                return refuse(issues, "law", &message, "law = \"given\"");
+                return refuse("law", &message, "law = \"given\"");
             }
             pair
         }
         Drawing::Ring(_, _, false) => {
             return refuse(
-                issues,
                 "law",
                 "a ring that is named first drives, and has no mesh table",
                 "name the gear inside first, or set law = \"given\"",
             );
         }
     };
-    if table.choice_or_default(issues, "resolution")? == "pairs" {
+    if table.choice_or_default("resolution")? == "pairs" {
         let only = "only the first mesh can have springs of pairs";
         return refuse(
-            issues,
             "resolution",
             only,
             "resolution = \"secant\" or \"mean_load\"",
         );
     }
-    let misalignment = table.quantity_or_default(issues, "misalignment");
+    let misalignment = table.quantity_or_default("misalignment");
     let continuous = law == "continuous";
-    let spec = drawn_mesh::of_drawing(table, issues, Some(&pair), continuous, Some(None));
+    let spec = drawn_mesh::of_drawing(table, Some(&pair), continuous, Some(None));
     Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
 }
 
 /// Phase of the mesh of a sun and its first planet, as given in its table.
 fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
-    let mut none = Issues::default();
+    let none = Issues::default();
     let number = planets.sun.and_then(|(_, number)| number);
     let phase = number.and_then(|number| {
-        let tables = section.tables(&mut none, "mesh")?;
+        let tables = section.recording_in(&none).tables("mesh")?;
         let table = tables.get(number).filter(|table| table.has("phase"))?;
-        table.quantity(&mut none, "phase")
+        table.quantity("phase")
     });
     phase.unwrap_or(0.0)
 }
@@ -379,7 +336,7 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
 }
 
 /// Where pairs slide over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
-fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<EvenSharing> {
+fn sliding(table: &Section, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
         Drawing::Ring(_, _, false) => {
             "friction in a ring that is named first is not modelled".to_owned()
@@ -394,39 +351,29 @@ fn sliding(table: &Section, issues: &mut Issues, drawing: &Drawing) -> Option<Ev
             }
         },
     };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("friction"),
-            &table.path_of("friction"),
-            fault,
-        )
+    table
+        .inconsistent("friction", fault)
         .label("unknown direction")
-        .remedy("set friction = 0"),
-    );
-    None
+        .remedy("set friction = 0")
+        .fail(table.issues)
 }
 
 /// The couplings between shafts.
-pub(super) fn couplings(
-    section: &Section,
-    issues: &mut Issues,
-    parts: &Parts,
-) -> Option<Vec<ShaftCoupling>> {
-    all(section, issues, "coupling", |table, issues| {
-        let shafts = parts.shafts(table, issues);
+pub(super) fn couplings(section: &Section, parts: &Parts) -> Option<Vec<ShaftCoupling>> {
+    section.each("coupling", |table| {
+        let shafts = parts.shafts(table);
         let at = if table.has("at") {
-            table.quantities(issues, "at", Some(2))
+            table.quantities("at", Some(2))
         } else {
             shafts.map(|[first, _]| vec![parts.shafts[first].length(), 0.0])
         };
         let stiffness =
-            ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(issues, key));
-        let damping = table.quantity_or_default(issues, "damping");
-        let stages = all(table, issues, "stages", stage);
-        let hysteresis = all(table, issues, "hysteresis", |table, issues| {
-            let stiffness = table.quantity(issues, "stiffness");
-            let limit = table.quantity(issues, "limit");
+            ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(key));
+        let damping = table.quantity_or_default("damping");
+        let stages = table.each("stages", stage);
+        let hysteresis = table.each("hysteresis", |table| {
+            let stiffness = table.quantity("stiffness");
+            let limit = table.quantity("limit");
             Some(Hysteresis {
                 stiffness: stiffness?,
                 limit: limit?,
@@ -444,43 +391,38 @@ pub(super) fn couplings(
     })
 }
 
-fn stage(table: &Section, issues: &mut Issues) -> Option<Stage> {
-    let side = match table.choice_or_default(issues, "side") {
+fn stage(table: &Section) -> Option<Stage> {
+    let side = match table.choice_or_default("side") {
         Some("forward") => Some(StageSide::Forward),
         Some("backward") => Some(StageSide::Backward),
         Some(_) => Some(StageSide::Both),
         None => None,
     };
     Some(Stage {
-        law: contact_law::constant(table, issues)?,
+        law: contact_law::constant(table)?,
         side: side?,
     })
 }
 
 /// The stops of shafts.
-pub(super) fn stops(section: &Section, issues: &mut Issues, parts: &Parts) -> Option<Vec<Stop>> {
-    all(section, issues, "stop", |table, issues| {
-        let shaft = parts.shaft(table, issues, "shaft");
-        let at = table.quantity(issues, "at");
+pub(super) fn stops(section: &Section, parts: &Parts) -> Option<Vec<Stop>> {
+    section.each("stop", |table| {
+        let shaft = parts.shaft(table, "shaft");
+        let at = table.quantity("at");
         let direction = if table.has("direction") {
-            triple(table, issues, "direction", [0.0; 3])
+            triple(table, "direction", [0.0; 3])
         } else {
-            table.missing(issues, "direction");
+            table.missing("direction");
             None
         };
-        let law = contact_law::constant(table, issues);
+        let law = contact_law::constant(table);
         let direction = direction?;
         if direction == [0.0; 3] {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::OutOfRange,
-                    table.span_of("direction"),
-                    &table.path_of("direction"),
-                    "the direction of a stop must not be 0".to_owned(),
-                )
-                .label("all three are 0"),
-            );
-            return None;
+            let message = "the direction of a stop must not be 0";
+            return table
+                .fault(DiagnosticKind::OutOfRange, "direction", message)
+                .label("all three are 0")
+                .fail(table.issues);
         }
         Some(Stop {
             shaft: shaft?,

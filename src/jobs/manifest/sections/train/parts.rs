@@ -63,9 +63,9 @@ impl Parts<'_> {
     }
 
     /// A shaft by the name in a key.
-    pub fn shaft(&self, section: &Section, issues: &mut Issues, key: &str) -> Option<usize> {
-        let name = section.text(issues, key)?;
-        self.shaft_named(section, issues, key, name)
+    pub fn shaft(&self, section: &Section, key: &str) -> Option<usize> {
+        let name = section.text(key)?;
+        self.shaft_named(section, key, name)
     }
 
     /// The set with a planet of this name.
@@ -90,15 +90,17 @@ impl Parts<'_> {
         match planets.sun? {
             (_, None) => Some(train.pair.clone()),
             // Faults are reported for that mesh.
-            (gears, _) => self
-                .drawing(section, &mut Issues::default(), train, gears, "gears")
-                .map(|(pair, _)| pair),
+            (gears, _) => {
+                let none = Issues::default();
+                let drawing = self.drawing(&section.recording_in(&none), train, gears, "gears");
+                drawing.map(|(pair, _)| pair)
+            }
         }
     }
 
     /// The shaft that the motor drives, which must not be a planet.
-    pub fn driver(&self, section: &Section, issues: &mut Issues) -> Option<usize> {
-        let found = self.shaft(section, issues, "driver")?;
+    pub fn driver(&self, section: &Section) -> Option<usize> {
+        let found = self.shaft(section, "driver")?;
         let named = self.named();
         if found < named.len() {
             return Some(found);
@@ -107,45 +109,35 @@ impl Parts<'_> {
         let known: Vec<&str> = named.iter().map(|own| own.name.as_str()).collect();
         let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
         let fault = misnamed(section, "driver", "driver", what, &known);
-        issues.push(fault.remedy(
+        section.issues.push(fault.remedy(
             "name the shaft of the sun, the ring or the carrier, or one that is coupled to it",
         ));
         None
     }
 
-    fn shaft_named(
-        &self,
-        section: &Section,
-        issues: &mut Issues,
-        key: &str,
-        name: &str,
-    ) -> Option<usize> {
+    fn shaft_named(&self, section: &Section, key: &str, name: &str) -> Option<usize> {
         let found = self.shafts.iter().position(|shaft| shaft.name == name);
         if found.is_none() {
             let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
             let what = format!("there is no shaft `{name}`");
-            issues
+            section
+                .issues
                 .push(misnamed(section, key, "shaft", what, &known).suggestion(near(name, &known)));
         }
         found
     }
 
     /// Two shafts by their names.
-    pub fn shafts(&self, section: &Section, issues: &mut Issues) -> Option<[usize; 2]> {
-        let [one, two] = section.texts(issues, "shafts", Some(2))?.try_into().ok()?;
-        let one = self.shaft_named(section, issues, "shafts", one);
-        let two = self.shaft_named(section, issues, "shafts", two);
+    pub fn shafts(&self, section: &Section) -> Option<[usize; 2]> {
+        let [one, two] = section.texts("shafts", Some(2))?.try_into().ok()?;
+        let one = self.shaft_named(section, "shafts", one);
+        let two = self.shaft_named(section, "shafts", two);
         Some([one?, two?])
     }
 
     /// Two gears by their names.
-    pub fn gears(
-        &self,
-        section: &Section,
-        issues: &mut Issues,
-        key: &str,
-    ) -> Option<[GearPlace; 2]> {
-        let both: [&str; 2] = section.texts(issues, key, Some(2))?.try_into().ok()?;
+    pub fn gears(&self, section: &Section, key: &str) -> Option<[GearPlace; 2]> {
+        let both: [&str; 2] = section.texts(key, Some(2))?.try_into().ok()?;
         let all = || {
             let shafts = self.named().iter().enumerate();
             shafts.flat_map(|(shaft, on)| {
@@ -160,7 +152,7 @@ impl Parts<'_> {
             if place.is_none() {
                 let common = self.planets.iter().map(|planets| planets.name.as_str());
                 let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
-                issues.push(match self.set_of_planet(name) {
+                section.issues.push(match self.set_of_planet(name) {
                     Some(planets) => {
                         let what = format!("`{name}` is one of the planets, which mesh alike");
                         misnamed(section, key, "gear", what, &known).remedy(format!(
@@ -188,10 +180,9 @@ impl Parts<'_> {
             let error = TrainError::PlanetsMesh { gears };
             let (span, path) = (section.span_of(key), section.path_of(key));
             let kind = DiagnosticKind::Inconsistent;
-            issues.push(
-                Diagnostic::new(kind, span, &path, error.to_string()).label("both are planets"),
-            );
-            return None;
+            return Diagnostic::new(kind, span, &path, error.to_string())
+                .label("both are planets")
+                .fail(section.issues);
         } else if a.module != b.module {
             Some(format!(
                 "their modules are {} m and {} m",
@@ -214,18 +205,14 @@ impl Parts<'_> {
             None
         };
         if let Some(why) = unlike {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of(key),
-                    &section.path_of(key),
-                    format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
-                )
+            let message = format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name);
+            let remedy = "give both gears the same module, pressure angle and rack; a bare number is in m: write the unit, \
+                         such as module = \"3 mm\"";
+            return section
+                .inconsistent(key, message)
                 .label("not a pair that meshes")
-                .remedy("give both gears the same module, pressure angle and rack; a bare number is in m: write the unit, \
-                         such as module = \"3 mm\""),
-            );
-            return None;
+                .remedy(remedy)
+                .fail(section.issues);
         }
         Some([one, two])
     }
@@ -248,7 +235,6 @@ impl Parts<'_> {
     pub fn ring(
         &self,
         section: &Section,
-        issues: &mut Issues,
         train: &TrainDrive,
         gears: [GearPlace; 2],
     ) -> Option<(GearPair, InternalPair)> {
@@ -286,16 +272,10 @@ impl Parts<'_> {
             }
             Err(error) => error.to_string(),
         };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("gears"),
-                &section.path_of("gears"),
-                fault,
-            )
-            .label("these gears at the positions of their shafts"),
-        );
-        None
+        section
+            .inconsistent("gears", fault)
+            .label("these gears at the positions of their shafts")
+            .fail(section.issues)
     }
 
     /// The drawing of two gears on their axes, and whether the axes are parallel: otherwise the geometry of spur gears
@@ -303,22 +283,16 @@ impl Parts<'_> {
     pub fn drawing(
         &self,
         section: &Section,
-        issues: &mut Issues,
         train: &TrainDrive,
         gears: [GearPlace; 2],
         key: &str,
     ) -> Option<(GearPair, bool)> {
         let mut pair = self.pair(gears, train.pair.rated_torque);
-        let mut refuse = |message: String| {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Inconsistent,
-                    section.span_of(key),
-                    &section.path_of(key),
-                    message,
-                )
-                .label("these gears at the positions of their shafts"),
-            );
+        let refuse = |message: String| {
+            section
+                .inconsistent(key, message)
+                .label("these gears at the positions of their shafts")
+                .report(section.issues);
         };
         let names = gears.map(|place| &train.gear(place).name);
         let beside = match train.beside(gears) {

@@ -6,7 +6,7 @@ use super::rolling;
 use super::shaft;
 use crate::gear::ToothForm;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_or_none};
 use crate::shaft::{
     Bearing, Drag, GearPlace, Motion, Planet, PlanetarySet, TrainDrive, TrainError, TrainMesh,
     TrainShaft, phase_of_planet,
@@ -19,17 +19,16 @@ const ROUNDED: f64 = 1e-3;
 /// Adds the planets of all sets to the shafts.
 pub(super) fn read(
     section: &Section,
-    issues: &mut Issues,
     density: f64,
     (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<ToothForm>>),
 ) -> Option<Vec<Planets>> {
-    let tables = section.tables(issues, "planetary")?;
-    let names = names(&tables, issues, shafts)?;
+    let tables = section.tables("planetary")?;
+    let names = names(&tables, section.issues, shafts)?;
     let mut planets = Vec::with_capacity(tables.len());
     let mut radii = Vec::with_capacity(tables.len());
     let named = shafts.len();
     for table in &tables {
-        if let Some((own, radius)) = set(table, issues, density, (shafts, drawn), (named, &names)) {
+        if let Some((own, radius)) = set(table, density, (shafts, drawn), (named, &names)) {
             planets.push(own);
             radii.push(radius);
         }
@@ -43,22 +42,19 @@ pub(super) fn read(
             drawn: &*drawn,
             planets: &planets,
         };
-        planets[number].sun = parts.sun_of(section, issues, number)?;
-        planets[number].place(section, issues, (shafts, drawn), radius)?;
+        planets[number].sun = parts.sun_of(section, number)?;
+        planets[number].place(section, (shafts, drawn), radius)?;
     }
     Some(planets)
 }
 
 /// The common name of the planets of every set; names must differ between sets.
-fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Option<Vec<String>> {
+fn names(tables: &[Section], issues: &Issues, shafts: &[TrainShaft]) -> Option<Vec<String>> {
     let names = tables.iter().map(|table| {
         let given = table.has("name");
-        if given { table.text(issues, "name") } else { Some("planet") }.map(str::to_owned)
+        if given { table.text("name") } else { Some("planet") }.map(str::to_owned)
     });
-    let names = names
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect::<Option<Vec<String>>>()?;
+    let names = all_or_none(names)?;
     let of_shaft = |shaft: &TrainShaft| {
         let gears = shaft.gears.iter().map(|gear| gear.name.clone());
         gears.chain([shaft.name.clone()]).collect::<Vec<_>>()
@@ -79,12 +75,10 @@ fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Opti
             (None, None) => continue,
         };
         let (span, path) = (table.span, &table.path);
-        issues.push(
-            Diagnostic::new(DiagnosticKind::Inconsistent, span, path, what)
-                .label("names must differ")
-                .remedy("give the planets another name, such as name = \"idler\""),
-        );
-        return None;
+        return Diagnostic::new(DiagnosticKind::Inconsistent, span, path, what)
+            .label("names must differ")
+            .remedy("give the planets another name, such as name = \"idler\"")
+            .fail(issues);
     }
     Some(names)
 }
@@ -93,40 +87,30 @@ fn names(tables: &[Section], issues: &mut Issues, shafts: &[TrainShaft]) -> Opti
 /// the `named` first shafts.
 fn set(
     table: &Section,
-    issues: &mut Issues,
     density: f64,
     (shafts, drawn): (&mut Vec<TrainShaft>, &mut Vec<Vec<ToothForm>>),
     (named, names): (usize, &[String]),
 ) -> Option<(Planets, Option<f64>)> {
-    let carrier = carrier(table, issues, (&shafts[..named], &drawn[..named]), names);
-    let at = table.quantity_or_default(issues, "at");
-    let angles = angles(table, issues);
-    let gear = shaft::planet(table, issues, density);
+    let carrier = carrier(table, (&shafts[..named], &drawn[..named]), names);
+    let at = table.quantity_or_default("at");
+    let angles = angles(table);
+    let gear = shaft::planet(table, density);
     let width = gear.as_ref().map(|(gear, _)| gear.width);
-    let bearing = bearing(table, issues, width);
+    let bearing = bearing(table, width);
     let errors = if table.has("pin_errors") {
-        table.quantities(issues, "pin_errors", None)
+        table.quantities("pin_errors", None)
     } else {
         Some(Vec::new())
     };
-    let radius = if table.has("radius") {
-        table.quantity(issues, "radius").map(Some)
-    } else {
-        Some(None)
-    };
+    let radius = table.if_given("radius", Section::quantity);
     let (carrier, at, angles, errors) = (carrier?, at?, angles?, errors?);
     let (gear, drawing) = gear?;
     if !errors.is_empty() && errors.len() != angles.len() {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("pin_errors"),
-                &table.path_of("pin_errors"),
-                format!("{} pin errors for {} planets", errors.len(), angles.len()),
-            )
-            .label("give one length per planet"),
-        );
-        return None;
+        let message = format!("{} pin errors for {} planets", errors.len(), angles.len());
+        return table
+            .inconsistent("pin_errors", message)
+            .label("give one length per planet")
+            .fail(table.issues);
     }
     let (bearing, radius) = (bearing?, radius?);
     let name = gear.name.clone();
@@ -179,7 +163,6 @@ fn set(
 /// The shaft with the pins, which must not be a planet of any set.
 fn carrier(
     table: &Section,
-    issues: &mut Issues,
     (shafts, drawn): (&[TrainShaft], &[Vec<ToothForm>]),
     names: &[String],
 ) -> Option<usize> {
@@ -189,48 +172,48 @@ fn carrier(
         drawn,
         planets,
     };
-    let name = table.text(issues, "carrier")?;
+    let name = table.text("carrier")?;
     let known = shafts.iter().any(|shaft| shaft.name == name);
     if known || !names.iter().any(|own| Planets::has_name(own, name)) {
-        return parts.shaft(table, issues, "carrier");
+        return parts.shaft(table, "carrier");
     }
     let error = TrainError::CarrierIsPlanet {
         planet: name.to_owned(),
     };
     let (span, path) = (table.span_of("carrier"), table.path_of("carrier"));
     let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, error.to_string());
-    issues.push(fault.label("this is a planet"));
+    table.issues.push(fault.label("this is a planet"));
     None
 }
 
 /// Angles of the planets from the first one \[rad\].
-fn angles(table: &Section, issues: &mut Issues) -> Option<Vec<f64>> {
+fn angles(table: &Section) -> Option<Vec<f64>> {
     if table.has("angles") {
-        table.given_twice(issues, &["count"], "angles", "give the number of planets");
-        let angles = table.quantities(issues, "angles", None)?;
+        table.given_twice(&["count"], "angles", "give the number of planets");
+        let angles = table.quantities("angles", None)?;
         if angles.is_empty() {
             let (span, path) = (table.span_of("angles"), table.path_of("angles"));
             let what = "a planetary set has no planets".to_owned();
             let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-            issues.push(fault.label("give one angle per planet"));
+            table.issues.push(fault.label("give one angle per planet"));
             return None;
         }
         return Some(angles);
     }
-    let count = table.integer(issues, "count")?;
+    let count = table.integer("count")?;
     Some((0..count).map(|i| TAU * i as f64 / count as f64).collect())
 }
 
 /// The bearing of a planet of this width \[m\] on its pin.
-fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<Bearing> {
-    let own = table.required_child(issues, "bearing")?;
-    let rolling = rolling::read(&own, issues, &["radial"]);
+fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
+    let own = table.required_child("bearing")?;
+    let rolling = rolling::read(&own, &["radial"]);
     let radial = match rolling {
-        Some(None) => own.quantity(issues, "radial"),
+        Some(None) => own.quantity("radial"),
         _ => Some(0.0),
     };
     let mut optional = |key: &str| {
-        if own.has(key) { own.quantity(issues, key).map(Some) } else { Some(None) }
+        if own.has(key) { own.quantity(key).map(Some) } else { Some(None) }
     };
     let [axial, tilt] = ["axial", "tilt"].map(&mut optional);
     let (radial, width) = (radial?, width?);
@@ -247,17 +230,12 @@ fn bearing(table: &Section, issues: &mut Issues, width: Option<f64>) -> Option<B
 
 impl Parts<'_> {
     /// The mesh of a set with an external gear, the first in the manifest.
-    fn sun_of(
-        &self,
-        section: &Section,
-        issues: &mut Issues,
-        set: usize,
-    ) -> Option<Option<SunMesh>> {
-        let first = (self.gears(section, issues, "gears")?, None);
-        let tables = section.tables(issues, "mesh")?;
+    fn sun_of(&self, section: &Section, set: usize) -> Option<Option<SunMesh>> {
+        let first = (self.gears(section, "gears")?, None);
+        let tables = section.tables("mesh")?;
         let mut meshes = vec![first];
         for (number, table) in tables.iter().enumerate() {
-            meshes.push((self.gears(table, issues, "gears")?, Some(number)));
+            meshes.push((self.gears(table, "gears")?, Some(number)));
         }
         let own = self.planets[set].first()?;
         let external = |gear: &GearPlace| !self.shafts[gear.shaft].gears[gear.gear].internal;
@@ -274,7 +252,6 @@ impl Planets {
     fn place(
         &self,
         section: &Section,
-        issues: &mut Issues,
         (shafts, drawn): (&mut [TrainShaft], &[Vec<ToothForm>]),
         radius: Option<f64>,
     ) -> Option<()> {
@@ -288,19 +265,13 @@ impl Planets {
             None => match self.tight_distance(&parts) {
                 Ok(radius) => radius,
                 Err(error) => {
-                    issues.push(
-                        Diagnostic::new(
-                            DiagnosticKind::Inconsistent,
-                            section.span_of("gears"),
-                            &section.path_of("gears"),
-                            format!(
-                                "the distance of the planets from the axis is unknown: {error}"
-                            ),
-                        )
+                    let message =
+                        format!("the distance of the planets from the axis is unknown: {error}");
+                    return section
+                        .inconsistent("gears", message)
                         .label("these gears")
-                        .remedy(format!("give `radius` of the planets `{}`", self.name)),
-                    );
-                    return None;
+                        .remedy(format!("give `radius` of the planets `{}`", self.name))
+                        .fail(section.issues);
                 }
             },
         };

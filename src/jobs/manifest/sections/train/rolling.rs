@@ -1,38 +1,31 @@
 //! The tables `ball` and `roller` of a bearing: its catalogue data.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Child, Section};
 use crate::shaft::{RollingBearing, RollingElement};
 
 /// The rolling elements of a bearing, which replace the radial keys `springs`; `Some(None)` without rolling elements.
-pub(super) fn read(
-    table: &Section,
-    issues: &mut Issues,
-    springs: &[&str],
-) -> Option<Option<RollingBearing>> {
+pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBearing>> {
     let kind = if table.has("ball") { "ball" } else { "roller" };
-    let own = match table.child(issues, kind) {
+    let own = match table.child(kind) {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
         Child::Present(own) => own,
     };
-    table.given_twice(issues, springs, kind, "give the radial stiffness");
+    table.given_twice(springs, kind, "give the radial stiffness");
     if kind == "ball" {
-        table.given_twice(issues, &["roller"], kind, "describe the rolling elements");
+        table.given_twice(&["roller"], kind, "describe the rolling elements");
     }
-    let count = own.integer(issues, "count");
-    let diameter = own.quantity(issues, "diameter");
-    let pitch_diameter = own.quantity(issues, "pitch_diameter");
-    let contact_angle = own.quantity_or_default(issues, "contact_angle");
-    let clearance = own.quantity_or_default(issues, "clearance");
+    let count = own.integer("count");
+    let diameter = own.quantity("diameter");
+    let pitch_diameter = own.quantity("pitch_diameter");
+    let contact_angle = own.quantity_or_default("contact_angle");
+    let clearance = own.quantity_or_default("clearance");
     let element = if kind == "ball" {
-        let conformity = if own.has("conformity") {
-            own.pair(issues, "conformity")
-        } else {
-            Some([0.52, 0.53])
-        };
-        let young_modulus = own.quantity_or_default(issues, "young_modulus");
-        let poisson_ratio = own.quantity_or_default(issues, "poisson_ratio");
+        let conformity =
+            if own.has("conformity") { own.pair("conformity") } else { Some([0.52, 0.53]) };
+        let young_modulus = own.quantity_or_default("young_modulus");
+        let poisson_ratio = own.quantity_or_default("poisson_ratio");
         RollingElement::Ball {
             diameter: diameter?,
             conformity: conformity?,
@@ -42,28 +35,22 @@ pub(super) fn read(
     } else {
         RollingElement::Roller {
             diameter: diameter?,
-            length: own.quantity(issues, "length")?,
+            length: own.quantity("length")?,
         }
     };
     let bearing = RollingBearing {
         // The schema bounds the number far below the range of u32.
-        count: u32::try_from(count?).ok()?,
+        count: count?,
         pitch_diameter: pitch_diameter?,
         contact_angle: contact_angle?,
         clearance: clearance?,
         element,
     };
     if let Err(error) = bearing.law() {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                own.span,
-                &own.path,
-                error.to_string(),
-            )
-            .label("not a bearing"),
-        );
-        return None;
+        return own
+            .whole_fault(DiagnosticKind::Inconsistent, error.to_string())
+            .label("not a bearing")
+            .fail(own.issues);
     }
     Some(Some(bearing))
 }

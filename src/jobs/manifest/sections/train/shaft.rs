@@ -3,8 +3,8 @@
 use super::hubs::{hub_is_on_shaft, hubs_are_apart, hubs_leave_bearings};
 use super::rolling;
 use crate::gear::{GearPair, ToothForm};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::diagnostic::DiagnosticKind;
+use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::sections::gear;
 use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
@@ -15,60 +15,51 @@ const RIM: f64 = 8.0;
 /// All shafts, and the drawing data of the gears on each.
 pub(super) fn read_all(
     tables: &[Section],
-    issues: &mut Issues,
     density: f64,
 ) -> Option<(Vec<TrainShaft>, Vec<Vec<ToothForm>>)> {
     let mut names = BTreeSet::new();
-    let read: Vec<_> = (tables.iter())
-        .map(|table| shaft(table, issues, density, &mut names))
-        .collect();
-    let both: Option<Vec<_>> = read.into_iter().collect();
-    Some(both?.into_iter().unzip())
+    let both = all_or_none((tables.iter()).map(|table| shaft(table, density, &mut names)))?;
+    Some(both.into_iter().unzip())
 }
 
 fn shaft(
     table: &Section,
-    issues: &mut Issues,
     density: f64,
     names: &mut BTreeSet<String>,
 ) -> Option<(TrainShaft, Vec<ToothForm>)> {
-    let name = own_name(table, issues, names);
-    let origin = triple(table, issues, "origin", [0.0; 3]);
-    let direction = triple(table, issues, "direction", [0.0, 0.0, 1.0]);
-    let motion = match table.choice_or_default(issues, "motion") {
+    let name = own_name(table, names);
+    let origin = triple(table, "origin", [0.0; 3]);
+    let direction = triple(table, "direction", [0.0, 0.0, 1.0]);
+    let motion = match table.choice_or_default("motion") {
         Some("rotation") => Some(Motion::Rotation),
         Some("lateral") => Some(Motion::Lateral),
         Some("none") => Some(Motion::None),
         Some(_) => Some(Motion::All),
         None => None,
     };
-    let sections = all(table, issues, "sections", section);
-    let element = if table.has("element") {
-        table.quantity(issues, "element").map(Some)
-    } else {
-        Some(None)
-    };
-    let torque_at = table.quantity_or_default(issues, "torque_at");
-    let output = table.quantity_or_default(issues, "output");
-    let drag = drag(table, issues);
-    let discs = all(table, issues, "discs", |table, issues| {
-        let at = table.quantity(issues, "at");
-        let body = body(table, issues);
+    let sections = table.each("sections", section);
+    let element = table.if_given("element", Section::quantity);
+    let torque_at = table.quantity_or_default("torque_at");
+    let output = table.quantity_or_default("output");
+    let drag = drag(table);
+    let discs = table.each("discs", |table| {
+        let at = table.quantity("at");
+        let body = body(table);
         Some((at?, body?))
     });
-    let bearings = all(table, issues, "bearings", |table, issues| {
-        let at = table.quantity(issues, "at");
-        let bearing = bearing(table, issues);
+    let bearings = table.each("bearings", |table| {
+        let at = table.quantity("at");
+        let bearing = bearing(table);
         Some((at?, bearing?))
     });
     let sections = sections?;
-    let gears = all(table, issues, "gears", |table, issues| {
-        toothed_on_shaft(table, issues, (&sections, density), names)
+    let gears = table.each("gears", |table| {
+        toothed_on_shaft(table, (&sections, density), names)
     });
     let gears = gears?;
-    hubs_are_apart(table, issues, &gears)?;
+    hubs_are_apart(table, &gears)?;
     let bearings = bearings?;
-    hubs_leave_bearings(table, issues, &gears, &bearings)?;
+    hubs_leave_bearings(table, &gears, &bearings)?;
     let (gears, drawn) = gears.into_iter().unzip();
     let shaft = TrainShaft {
         name: name?,
@@ -85,80 +76,52 @@ fn shaft(
         drag: drag?,
     };
     if shaft.direction == [0.0; 3] {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                table.span_of("direction"),
-                &table.path_of("direction"),
-                "the direction of an axis must not be 0".to_owned(),
-            )
-            .label("all three are 0"),
-        );
-        return None;
+        let message = "the direction of an axis must not be 0";
+        return table
+            .fault(DiagnosticKind::OutOfRange, "direction", message)
+            .label("all three are 0")
+            .fail(table.issues);
     }
     Some((shaft, drawn))
 }
 
-/// Every table of a list, read by a function; all are read before failing.
-pub(super) fn all<T>(
-    table: &Section,
-    issues: &mut Issues,
-    key: &str,
-    mut read: impl FnMut(&Section, &mut Issues) -> Option<T>,
-) -> Option<Vec<T>> {
-    let tables = table.tables(issues, key)?;
-    let values: Vec<_> = tables.iter().map(|table| read(table, issues)).collect();
-    values.into_iter().collect()
-}
-
 /// A name that no other shaft or gear has.
-fn own_name(table: &Section, issues: &mut Issues, names: &mut BTreeSet<String>) -> Option<String> {
-    let name = table.text(issues, "name")?.to_owned();
+fn own_name(table: &Section, names: &mut BTreeSet<String>) -> Option<String> {
+    let name = table.text("name")?.to_owned();
     if names.insert(name.clone()) {
         return Some(name);
     }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("name"),
-            &table.path_of("name"),
+    table
+        .inconsistent(
+            "name",
             format!("another shaft or gear has the name `{name}`"),
         )
-        .label("names must differ"),
-    );
-    None
+        .label("names must differ")
+        .fail(table.issues)
 }
 
-pub(super) fn triple(
-    table: &Section,
-    issues: &mut Issues,
-    key: &str,
-    default: [f64; 3],
-) -> Option<[f64; 3]> {
+pub(super) fn triple(table: &Section, key: &str, default: [f64; 3]) -> Option<[f64; 3]> {
     if table.has(key) {
-        table.quantities(issues, key, Some(3))?.try_into().ok()
+        table.quantities(key, Some(3))?.try_into().ok()
     } else {
         Some(default)
     }
 }
 
-fn section(table: &Section, issues: &mut Issues) -> Option<ShaftSection> {
-    let length = table.quantity(issues, "length");
-    let outer = table.quantity(issues, "outer");
-    let inner = table.quantity_or_default(issues, "inner");
+fn section(table: &Section) -> Option<ShaftSection> {
+    let length = table.quantity("length");
+    let outer = table.quantity("outer");
+    let inner = table.quantity_or_default("inner");
     let (outer, inner) = (outer?, inner?);
     if inner >= outer {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("inner"),
-                &table.path_of("inner"),
-                format!("an inner diameter of {inner} m leaves no wall in an outer diameter of {outer} m"),
-            )
-            .label("not less than the outer diameter")
-            .remedy("make the inner diameter smaller than the outer diameter"),
+        let message = format!(
+            "an inner diameter of {inner} m leaves no wall in an outer diameter of {outer} m"
         );
-        return None;
+        return table
+            .inconsistent("inner", message)
+            .label("not less than the outer diameter")
+            .remedy("make the inner diameter smaller than the outer diameter")
+            .fail(table.issues);
     }
     Some(ShaftSection {
         length: length?,
@@ -168,10 +131,10 @@ fn section(table: &Section, issues: &mut Issues) -> Option<ShaftSection> {
     })
 }
 
-fn body(table: &Section, issues: &mut Issues) -> Option<Disc> {
-    let polar = table.quantity(issues, "polar_inertia");
-    let transverse = table.quantity_or_default(issues, "transverse_inertia");
-    let mass = table.quantity_or_default(issues, "mass");
+fn body(table: &Section) -> Option<Disc> {
+    let polar = table.quantity("polar_inertia");
+    let transverse = table.quantity_or_default("transverse_inertia");
+    let mass = table.quantity_or_default("mass");
     Some(Disc {
         mass: mass?,
         transverse_inertia: transverse?,
@@ -179,25 +142,25 @@ fn body(table: &Section, issues: &mut Issues) -> Option<Disc> {
     })
 }
 
-fn drag(table: &Section, issues: &mut Issues) -> Option<Drag> {
-    let viscous = table.quantity_or_default(issues, "drag");
-    let constant = table.quantity_or_default(issues, "drag_torque");
+fn drag(table: &Section) -> Option<Drag> {
+    let viscous = table.quantity_or_default("drag");
+    let constant = table.quantity_or_default("drag_torque");
     Some(Drag {
         viscous: viscous?,
         constant: constant?,
     })
 }
 
-fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
-    let rolling = rolling::read(table, issues, &["x", "y"]);
+fn bearing(table: &Section) -> Option<Bearing> {
+    let rolling = rolling::read(table, &["x", "y"]);
     let [x, y] = ["x", "y"].map(|key| match rolling {
-        Some(None) => table.quantity(issues, key),
+        Some(None) => table.quantity(key),
         _ => Some(0.0),
     });
-    let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
+    let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity_or_default(key));
     let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"]
-        .map(|key| table.quantity_or_default(issues, key));
-    let cross = ["cross_xy", "cross_yx"].map(|key| table.quantity_or_default(issues, key));
+        .map(|key| table.quantity_or_default(key));
+    let cross = ["cross_xy", "cross_yx"].map(|key| table.quantity_or_default(key));
     let [xx, xy, yx, yy] = damping;
     Some(Bearing {
         x: x?,
@@ -213,37 +176,28 @@ fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
 
 fn toothed_on_shaft(
     table: &Section,
-    issues: &mut Issues,
     (sections, density): (&[ShaftSection], f64),
     names: &mut BTreeSet<String>,
 ) -> Option<(TrainGear, ToothForm)> {
-    let name = own_name(table, issues, names);
-    let at = table.quantity(issues, "at");
-    let internal = table.boolean_or_default(issues, "internal");
-    let outer = if table.has("outer") {
-        table.quantity(issues, "outer").map(Some)
-    } else {
-        Some(None)
-    };
-    let loose = match table.child(issues, "loose") {
-        Child::Absent => Some(None),
-        Child::Invalid => None,
-        Child::Present(own) => loose(&own, issues).map(Some),
-    };
+    let name = own_name(table, names);
+    let at = table.quantity("at");
+    let internal = table.boolean_or_default("internal");
+    let outer = table.if_given("outer", Section::quantity);
+    let loose = table.optional("loose", loose);
     let bore = at.and_then(|at| ShaftSection::at(sections, at));
     let bore = bore.map_or(0.0, |section| section.outer);
     let (internal, outer) = (internal?, outer?);
     if outer.is_some() && !internal {
         let remedy = "remove it, or set internal = true";
-        table.without_effect(issues, &["outer"], "with external teeth", remedy);
+        table.without_effect(&["outer"], "with external teeth", remedy);
     }
     let rim = internal.then_some(outer);
     let loose = loose?;
     let has_hub = !internal && loose.is_none() && !sections.is_empty();
-    let (gear, drawn) = toothed(table, issues, density, (bore, rim, has_hub))?;
+    let (gear, drawn) = toothed(table, density, (bore, rim, has_hub))?;
     let at = at?;
     if let Some(hub) = gear.hub {
-        hub_is_on_shaft(table, issues, (at, hub), sections)?;
+        hub_is_on_shaft(table, (at, hub), sections)?;
     }
     let gear = TrainGear {
         name: name?,
@@ -256,14 +210,10 @@ fn toothed_on_shaft(
 }
 
 /// A planet of `[[train.planetary]]`, and its drawing data.
-pub(super) fn planet(
-    table: &Section,
-    issues: &mut Issues,
-    density: f64,
-) -> Option<(TrainGear, ToothForm)> {
-    let name = if table.has("name") { table.text(issues, "name") } else { Some("planet") };
-    let bore = table.quantity_or_default(issues, "bore");
-    let (gear, drawn) = toothed(table, issues, density, (bore?, None, false))?;
+pub(super) fn planet(table: &Section, density: f64) -> Option<(TrainGear, ToothForm)> {
+    let name = if table.has("name") { table.text("name") } else { Some("planet") };
+    let bore = table.quantity_or_default("bore");
+    let (gear, drawn) = toothed(table, density, (bore?, None, false))?;
     let gear = TrainGear {
         name: name?.to_owned(),
         ..gear
@@ -275,26 +225,21 @@ pub(super) fn planet(
 /// means that a hub between bore and body is part of the shaft.
 fn toothed(
     table: &Section,
-    issues: &mut Issues,
     density: f64,
     (bore, rim, has_hub): (f64, Option<Option<f64>>, bool),
 ) -> Option<(TrainGear, ToothForm)> {
-    let teeth = table.integer(issues, "teeth");
-    let module = table.quantity(issues, "module");
-    let width = table.quantity(issues, "width");
-    let pressure_angle = table.quantity_or_default(issues, "pressure_angle");
-    let helix_angle = table.quantity_or_default(issues, "helix_angle");
-    let given = match table.child(issues, "body") {
-        Child::Absent => Some(None),
-        Child::Invalid => None,
-        Child::Present(own) => body(&own, issues).map(Some),
-    };
+    let teeth = table.integer("teeth");
+    let module = table.quantity("module");
+    let width = table.quantity("width");
+    let pressure_angle = table.quantity_or_default("pressure_angle");
+    let helix_angle = table.quantity_or_default("helix_angle");
+    let given = table.optional("body", body);
     let gear = || {
         Some(TrainGear {
             name: String::new(),
             at: 0.0,
             // The schema bounds the teeth far below the range of u32.
-            teeth: u32::try_from(teeth?).ok()?,
+            teeth: teeth?,
             internal: false,
             module: module?,
             pressure_angle: pressure_angle?,
@@ -307,20 +252,15 @@ fn toothed(
     };
     let gear = gear();
     let pair = gear.as_ref().map(|gear| pair_of([gear, gear], 1.0));
-    let form = gear::of_one(table, issues, width, pair.as_ref());
+    let form = gear::of_one(table, width, pair.as_ref());
     let (gear, mut form) = (gear?, form?);
     let pitch = 2.0 * gear.pitch_radius();
     if has_hub {
-        gear::hub_is_whole(table, issues);
+        gear::hub_is_whole(table);
     } else {
         form.body[0].hub = None;
         let where_none = "on planets, rings, loose gears and shafts without sections";
-        table.without_effect(
-            issues,
-            &["hub_diameter", "hub_length"],
-            where_none,
-            "remove it",
-        );
+        table.without_effect(&["hub_diameter", "hub_length"], where_none, "remove it");
     }
     form.ring = rim.map(|outer| outer.unwrap_or(pitch + RIM * gear.module));
     let inside = ("the shaft", bore, "teeth");
@@ -334,7 +274,7 @@ fn toothed(
     let body = match given? {
         Some(body) => {
             if let Some(hub) = hub {
-                lie_outside(table, issues, &[inside, hub, pitch])?;
+                lie_outside(table, &[inside, hub, pitch])?;
             }
             body
         }
@@ -348,7 +288,7 @@ fn toothed(
                     .collect(),
                 Some(_) => [Some(pitch), rim, outside].into_iter().flatten().collect(),
             };
-            lie_outside(table, issues, &parts)?;
+            lie_outside(table, &parts)?;
             let held = if outside.is_some() { pitch } else { hub.unwrap_or(inside) };
             let outer = outside.unwrap_or(pitch);
             Disc::webbed([outer.1, held.1], gear.width, web, density).ok()?
@@ -359,7 +299,7 @@ fn toothed(
 }
 
 /// Checks that parts of a body lie outside one another, in this order: what, diameter \[m\], key.
-fn lie_outside(table: &Section, issues: &mut Issues, parts: &[(&str, f64, &str)]) -> Option<()> {
+fn lie_outside(table: &Section, parts: &[(&str, f64, &str)]) -> Option<()> {
     let Some(wrong) = parts.windows(2).find(|pair| pair[0].1 >= pair[1].1) else {
         return Some(());
     };
@@ -368,16 +308,13 @@ fn lie_outside(table: &Section, issues: &mut Issues, parts: &[(&str, f64, &str)]
         .into_iter()
         .find(|key| *key != "teeth" && table.has(key))
         .unwrap_or("teeth");
-    let (span, path) = (table.span_of(key), table.path_of(key));
     let [inner, outer] = [inner, outer].map(|diameter| 1e3 * diameter);
     let what = format!("{outside} ({outer:.3} mm) must lie outside of {inside} ({inner:.3} mm)");
-    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-    issues.push(
-        fault
-            .label("does not fit")
-            .remedy("check the module and the diameters, or give the body of the gear"),
-    );
-    None
+    table
+        .inconsistent(key, what)
+        .label("does not fit")
+        .remedy("check the module and the diameters, or give the body of the gear")
+        .fail(table.issues)
 }
 
 /// Two gears as a pair without further drawing data, for a torque on the first one \[N m\].
@@ -394,11 +331,10 @@ pub(super) fn pair_of(gears: [&TrainGear; 2], rated_torque: f64) -> GearPair {
     }
 }
 
-fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {
-    let [x, y, axial, tilt] =
-        ["x", "y", "axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
-    let rolling = rolling::read(table, issues, &["x", "y"]);
-    let drag = drag(table, issues);
+fn loose(table: &Section) -> Option<LooseGear> {
+    let [x, y, axial, tilt] = ["x", "y", "axial", "tilt"].map(|key| table.quantity_or_default(key));
+    let rolling = rolling::read(table, &["x", "y"]);
+    let drag = drag(table);
     Some(LooseGear {
         bearing: Bearing {
             x: x?,
