@@ -33,19 +33,24 @@ impl Plane {
         let mut stands = vec![u32::MAX; rows * columns];
         let mut leaves = nested.leaves(|place| known.contains_key(&place));
         // On an edge that two cells share, the smaller cell has priority.
-        leaves.sort_by_key(|cell| std::cmp::Reverse(cell.side));
+        leaves.sort_by_key(|cell| std::cmp::Reverse(cell.sides[0] * cell.sides[1]));
         for cell in leaves {
             let [row, column] = cell.corner;
+            let [height, width] = cell.sides;
             let corners = cell.corners().map(|place| known.get(&place).copied());
-            for down in 0..=cell.side {
-                for across in 0..=cell.side {
+            for down in 0..=height {
+                for across in 0..=width {
                     let nearest =
-                        2 * usize::from(2 * down > cell.side) + usize::from(2 * across > cell.side);
+                        2 * usize::from(2 * down > height) + usize::from(2 * across > width);
                     if let Some(index) = corners[nearest] {
                         stands[(row + down) * columns + column + across] = index;
                     }
                 }
             }
+        }
+        // A computed place between the corners of a smaller cell.
+        for ([row, column], index) in known {
+            stands[row * columns + column] = index;
         }
         Self {
             sides,

@@ -17,13 +17,13 @@ pub struct NestedGrid {
     pub levels: u32,
 }
 
-/// A square of the plane between four places.
+/// A rectangle of the plane between four places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cell {
     /// Its smallest row and column.
     pub corner: [usize; 2],
-    /// Intervals of the last level along its side, a power of two.
-    pub side: usize,
+    /// Intervals of the last level down and across it, powers of two.
+    pub sides: [usize; 2],
 }
 
 impl NestedGrid {
@@ -84,20 +84,24 @@ impl NestedGrid {
         }
     }
 
-    /// The cells that are not divided further, row by row within each cell of level 0. A cell is divided if `known`
-    /// holds for its centre.
+    /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along an axis if
+    /// `known` holds for the middles of both its edges along this axis.
     pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
         let side = 1 << self.levels;
         let mut leaves = Vec::new();
         for row in 0..self.coarse[0] - 1 {
             for column in 0..self.coarse[1] - 1 {
                 let corner = [row * side, column * side];
-                let mut open = vec![Cell { corner, side }];
+                let sides = [side; 2];
+                let mut open = vec![Cell { corner, sides }];
                 while let Some(cell) = open.pop() {
-                    if cell.side > 1 && known(cell.centre()) {
-                        open.extend(cell.quarters().into_iter().rev())
-                    } else {
-                        leaves.push(cell)
+                    let halved = |&axis: &usize| {
+                        let middles = cell.edges(axis).map(|[from, to]| middle(from, to));
+                        cell.sides[axis] > 1 && middles.into_iter().all(&known)
+                    };
+                    match (0..2).find(halved) {
+                        Some(axis) => open.extend(cell.halves(axis).into_iter().rev()),
+                        None => leaves.push(cell),
                     }
                 }
             }
@@ -106,51 +110,35 @@ impl NestedGrid {
     }
 }
 
+/// The place in the middle of an edge.
+pub fn middle(from: [usize; 2], to: [usize; 2]) -> [usize; 2] {
+    [0, 1].map(|axis| usize::midpoint(from[axis], to[axis]))
+}
+
 impl Cell {
     fn place(&self, rows: usize, columns: usize) -> [usize; 2] {
         [self.corner[0] + rows, self.corner[1] + columns]
     }
 
-    /// Its corners.
+    /// Its corners, row by row.
     pub fn corners(&self) -> [[usize; 2]; 4] {
-        let side = self.side;
-        [[0, 0], [0, side], [side, 0], [side, side]].map(|[r, c]| self.place(r, c))
+        let [rows, columns] = self.sides;
+        [[0, 0], [0, columns], [rows, 0], [rows, columns]].map(|[r, c]| self.place(r, c))
     }
 
-    /// Its centre; for a cell of side 2 or more.
-    pub fn centre(&self) -> [usize; 2] {
-        self.place(self.side / 2, self.side / 2)
+    /// The ends of its two edges along an axis: 0 down the rows, 1 across the columns.
+    pub fn edges(&self, axis: usize) -> [[[usize; 2]; 2]; 2] {
+        let [a, b, c, d] = self.corners();
+        if axis == 0 { [[a, c], [b, d]] } else { [[a, b], [c, d]] }
     }
 
-    /// The midpoints of its edges; for a cell of side 2 or more.
-    pub fn middles(&self) -> [[usize; 2]; 4] {
-        let (half, side) = (self.side / 2, self.side);
-        [[0, half], [half, 0], [half, side], [side, half]].map(|[r, c]| self.place(r, c))
-    }
-
-    /// The midpoints of the halves of its edges; for a cell of side 4 or more.
-    pub fn quarters_of_edges(&self) -> [[usize; 2]; 8] {
-        let (one, three, side) = (self.side / 4, 3 * self.side / 4, self.side);
-        [
-            [0, one],
-            [0, three],
-            [one, 0],
-            [three, 0],
-            [one, side],
-            [three, side],
-            [side, one],
-            [side, three],
-        ]
-        .map(|[r, c]| self.place(r, c))
-    }
-
-    /// The four cells of its division.
-    fn quarters(&self) -> [Self; 4] {
-        let half = self.side / 2;
-        [[0, 0], [0, half], [half, 0], [half, half]].map(|[r, c]| Self {
-            corner: self.place(r, c),
-            side: half,
-        })
+    /// The two cells of its division along an axis.
+    fn halves(&self, axis: usize) -> [Self; 2] {
+        let mut first = *self;
+        first.sides[axis] /= 2;
+        let mut second = first;
+        second.corner[axis] += first.sides[axis];
+        [first, second]
     }
 }
 
@@ -206,19 +194,28 @@ mod tests {
     #[test]
     fn leaves_cover_the_plane_once() {
         let grid = GRIDS[0];
-        // Divided around one place, as deep as possible.
+        // Divided around one place, as deep as possible, and across along the last row.
         let known = |place: [usize; 2]| {
             let level = grid.level(grid.number(place));
             let reach = 1 << (grid.levels - level);
             place.iter().all(|&along| along.abs_diff(9) <= reach)
+                || place[0] >= 8 && place[0] % 8 == 0
         };
         let leaves = grid.leaves(known);
-        let area: usize = leaves.iter().map(|cell| cell.side * cell.side).sum();
+        let area: usize = leaves
+            .iter()
+            .map(|cell| cell.sides[0] * cell.sides[1])
+            .sum();
         assert_eq!(area, 16 * 24);
-        assert!(leaves.iter().any(|cell| cell.side == 1));
-        assert!(leaves.iter().any(|cell| cell.side == 8));
+        for sides in [[1, 1], [8, 8], [8, 1]] {
+            assert!(leaves.iter().any(|cell| cell.sides == sides), "{sides:?}");
+        }
         for cell in leaves {
-            assert!(cell.side == 1 || !known(cell.centre()));
+            let [from, .., to] = cell.corners();
+            assert!(
+                cell.sides.contains(&1) || !known(middle(from, to)),
+                "{cell:?}"
+            );
         }
     }
 }

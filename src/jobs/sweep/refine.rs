@@ -1,20 +1,21 @@
-//! Which points does a refined plane need? It is divided where corners of its cells differ.
+//! Which points does a refined plane need? It is divided where points on the edges of its cells differ.
 //!
 //! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the same
-//! time. A cell is divided if two points differ among its corners and those middles of its edges that smaller
-//! neighbours have. It is also divided if a neighbour has less than half its side. So a change that leaves a divided
-//! cell through an edge is followed into the next cell, whatever its size. The points of a round depend only on earlier
-//! results, not on the time of their computation: a journal is read first, and rounds omit its points.
+//! time. A cell is halved along an axis if two points differ on one of its edges along this axis, between corners or
+//! points of smaller neighbours. So no cell is divided along a straight boundary, only across it, and a boundary that
+//! leaves a divided cell through an edge is followed into the next cell, whatever its size. The points of a round depend
+//! only on earlier results, not on the time of their computation: a journal is read first, and rounds omit its points.
 //!
-//! Two motions without a verdict that repeats (chaotic, quasi-periodic or not settled) differ only if both are known.
-//! On a map, a long period counts as quasi-periodic. A point without motion, for instance a failed one, is compared
-//! with nothing.
+//! A class that does not hold is compared with nothing: no verdict, transient chaos, or chaos whose exponent is within
+//! its error of 0. On a map, a long period counts as quasi-periodic.
 
 use crate::analysis::{Class, NvhErrors, NvhOutcome};
 use crate::manifest::{Criterion, Refine};
-use crate::numerics::nested_grid::{Cell, NestedGrid};
+use crate::numerics::nested_grid::{Cell, NestedGrid, middle};
 use crate::store::PointRow;
+use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
+use std::mem::discriminant;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Two numbers count as equal up to this number of standard errors of their difference.
@@ -23,7 +24,7 @@ const SIGMAS: f64 = 5.0;
 /// The data by which a point is compared.
 #[derive(Debug, Clone, PartialEq)]
 struct Mark {
-    /// `None` if the motion is unknown.
+    /// `None` if it is unknown or does not hold.
     class: Option<Class>,
     /// Value and standard error of every number that is compared.
     numbers: Vec<Option<[f64; 2]>>,
@@ -61,10 +62,7 @@ impl Refinement {
     pub fn learn(&mut self, row: &PointRow) {
         let numbers = self.by.iter().filter(|criterion| criterion.is_number());
         let mark = Mark {
-            class: row.outcome.class.map(|class| match class {
-                Class::Periodic(period) if period > self.longest_period => Class::QuasiPeriodic,
-                class => class,
-            }),
+            class: verdict(row, self.longest_period),
             numbers: numbers.map(|&criterion| number(row, criterion)).collect(),
         };
         self.marks.insert(row.point_id, mark);
@@ -111,8 +109,10 @@ impl Refinement {
         }
         let there = |place| self.requested.contains(&self.id(place));
         let leaves = self.nested.leaves(there);
-        let divided = leaves.iter().filter(|cell| self.divides(cell));
-        let places = divided.flat_map(|cell| cell.middles().into_iter().chain([cell.centre()]));
+        let places = leaves
+            .iter()
+            .filter_map(|cell| self.division(cell))
+            .flatten();
         let ids = places.map(|place| self.id(place));
         ids.filter(|id| !self.requested.contains(id)).collect()
     }
@@ -135,28 +135,38 @@ impl Refinement {
         (0..numbers).map(span).collect()
     }
 
-    /// Whether a leaf must be divided.
-    fn divides(&self, cell: &Cell) -> bool {
-        if cell.side == 1 {
-            return false;
+    /// The places that halve a leaf, along its longer side if points differ along both; none if it stays undivided.
+    fn division(&self, cell: &Cell) -> Option<[[usize; 2]; 2]> {
+        let varies = |axis: &usize| {
+            let edges = cell.edges(*axis);
+            cell.sides[*axis] > 1 && edges.into_iter().any(|edge| self.varies(edge))
+        };
+        let axis = (0..2)
+            .filter(varies)
+            .max_by_key(|&axis| (cell.sides[axis], Reverse(axis)))?;
+        Some(cell.edges(axis).map(|[from, to]| middle(from, to)))
+    }
+
+    /// Whether two points of an edge differ. Smaller neighbours have halved it repeatedly.
+    fn varies(&self, edge: [[usize; 2]; 2]) -> bool {
+        let mut along: Vec<&Mark> = edge.iter().map(|&end| &self.marks[&self.id(end)]).collect();
+        let mut open = vec![edge];
+        while let Some([from, to]) = open.pop() {
+            let place = middle(from, to);
+            let id = self.id(place);
+            if place != from && self.requested.contains(&id) {
+                along.push(&self.marks[&id]);
+                open.extend([[from, place], [place, to]]);
+            }
         }
-        let there = |place: &[usize; 2]| self.requested.contains(&self.id(*place));
-        if cell.side >= 4 && cell.quarters_of_edges().iter().any(there) {
-            return true;
-        }
-        let middles = cell.middles().into_iter().filter(there);
-        let around: Vec<&Mark> = (cell.corners().into_iter().chain(middles))
-            .map(|place| &self.marks[&self.id(place)])
-            .collect();
-        let mut pairs = (1..around.len()).flat_map(|i| around[..i].iter().map(move |a| (i, a)));
-        pairs.any(|(i, a)| self.differ(a, around[i]))
+        (1..along.len()).any(|i| along[..i].iter().any(|a| self.differ(a, along[i])))
     }
 
     fn differ(&self, a: &Mark, b: &Mark) -> bool {
         let classes = a.class.zip(b.class);
         let mut numbers = a.numbers.iter().zip(&b.numbers).zip(&self.allowed);
         self.by.iter().any(|criterion| match criterion {
-            Criterion::Class => classes.is_some_and(|(a, b)| other_kind(a, b)),
+            Criterion::Class => classes.is_some_and(|(a, b)| discriminant(&a) != discriminant(&b)),
             Criterion::Period => classes.is_some_and(|(a, b)| a.period() != b.period()),
             _ => matches!(numbers.next(), Some(((Some(a), Some(b)), allowed))
                 if (a[0] - b[0]).abs() > allowed + SIGMAS * a[1].hypot(b[1])),
@@ -169,15 +179,15 @@ pub(super) fn lock(refinement: &Mutex<Refinement>) -> MutexGuard<'_, Refinement>
     refinement.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Whether two motions are of different kinds, without regard to periods.
-fn other_kind(a: Class, b: Class) -> bool {
-    let unsettled = |class: Class| class == Class::NotConverged;
-    let repeats = |class: Class| matches!(class, Class::SteadyContact(_) | Class::Periodic(_));
-    match unsettled(a) || unsettled(b) {
-        true => repeats(a) || repeats(b),
+/// The class of a point, if it holds.
+fn verdict(row: &PointRow, longest_period: u32) -> Option<Class> {
+    let exponent = number(row, Criterion::LambdaMax);
+    match row.outcome.class? {
         // Chance decides which trajectories leave chaos.
-        false if a.is_chaos() && b.is_chaos() => false,
-        false => std::mem::discriminant(&a) != std::mem::discriminant(&b),
+        Class::NotConverged | Class::TransientChaos => None,
+        Class::Chaotic if exponent.is_some_and(|[value, error]| value <= SIGMAS * error) => None,
+        Class::Periodic(period) if period > longest_period => Some(Class::QuasiPeriodic),
+        class => Some(class),
     }
 }
 

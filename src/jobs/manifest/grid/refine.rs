@@ -1,4 +1,4 @@
-//! `grid.refine`: are the cells of the grid divided if their corners differ, and how?
+//! `grid.refine`: are the cells of the grid halved where points on their edges differ, and how?
 
 use super::grid_axis::GridAxis;
 use super::values::MAX_POINTS;

@@ -1,10 +1,10 @@
-//! How is a plane of points refined, and by what are its corners compared?
+//! How is a plane of points refined, and by what are its points compared?
 
 use crate::numerics::nested_grid::NestedGrid;
 use serde::Serialize;
 use strum::{IntoStaticStr, VariantArray};
 
-/// A plane whose cells are divided if their corners differ.
+/// A plane whose cells are halved if points on their edges differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refine {
     /// Numbering of its places by `point_id`. Rows go along the first axis with several values, columns along the

@@ -72,16 +72,17 @@ pub(super) const KEYS: &[Key] = &[
                 point determine its random direction. The displacement lets a sweep leave an orbit that has become \
                 unstable. 0 carries the state unchanged. Only if `grid.order` carries the state."),
     table("grid.refine").otherwise("the grid is computed as given")
-        .about("Adds points to the grid where results change. A cell is divided into four if its corners differ. The \
-                same rule holds for its parts. Needs two axes with several values, each `{ from, to, count }`. All \
-                points start from `run.initial`."),
+        .about("Adds points to the grid where results change. A cell is halved along an axis if points on its edges \
+                along this axis differ. The same rule holds for its parts. Needs two axes with several values, each \
+                `{ from, to, count }`. All points start from `run.initial`."),
     integer("grid.refine.levels", 1.0, 20.0, "7")
         .about("Largest number of halvings of the intervals of both axes."),
     key("grid.refine.by", Kind::List("words"), ANY, r#"["class", "lambda_max"]"#).or(r#"["class", "period"]"#)
-        .about("Quantities to compare: class of motion, its period, or columns of points.parquet."),
+        .about("Quantities to compare: class of motion, its period, or columns of points.parquet. A class that does not \
+                hold (`not_converged`, `transient_chaos`) is not compared."),
     choice("grid.refine.by.*", &CRITERIA, r#""class""#),
     quantity("grid.refine.tolerance", Ratio, bounds(0.0, true, 1.0, false), "0.05").or("0.1")
-        .about("Largest difference of a column between corners, beyond five standard errors, as a fraction of the \
+        .about("Largest difference of a column on an edge, beyond five standard errors, as a fraction of the \
                 column's range over the undivided grid. Only if `by` names a column."),
     integer("grid.refine.longest_period", 1.0, 1e6, "16").or("64")
         .about("Longest period, in mesh cycles, that is distinguished from others. Longer ones count as \
