@@ -12,11 +12,11 @@
 mod stopped;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gearatlas::analysis::continuation::branch::{Branch, Steps, follow};
-use gearatlas::analysis::continuation::drive::{DriveMap, Family};
+use gearatlas::analysis::continuation::branch::{Branch, StepSettings, follow};
+use gearatlas::analysis::continuation::drive::{DriveMap, ParametricDrive};
 use gearatlas::analysis::continuation::orbit::Orbit;
 use gearatlas::analysis::continuation::path::Span;
-use gearatlas::analysis::continuation::search::{Search, orbits};
+use gearatlas::analysis::continuation::search::{OrbitSearchSettings, orbits};
 use gearatlas::manifest;
 use gearatlas::model::InitialState;
 use gearatlas::store::TableStore;
@@ -24,7 +24,7 @@ use gearatlas::sweep::{PointFamily, Prepared};
 use std::path::Path;
 use stopped::{PUBLISHED, Stopped};
 
-const SEARCH: Search = Search {
+const SEARCH: OrbitSearchSettings = OrbitSearchSettings {
     transient: 2000,
     cycles: 10,
     longest: 2,
@@ -33,12 +33,12 @@ const SEARCH: Search = Search {
 };
 
 /// A branch from the orbit of a period, which a search finds.
-fn branch<F: Family>(family: &F, span: &Span, first: &Orbit) -> Branch {
+fn branch<F: ParametricDrive>(family: &F, span: &Span, first: &Orbit) -> Branch {
     let mut map = DriveMap::new(family, first.at).unwrap();
-    follow(&mut map, span, first.clone(), &Steps::default()).unwrap()
+    follow(&mut map, span, first.clone(), &StepSettings::default()).unwrap()
 }
 
-fn measure<F: Family>(
+fn measure<F: ParametricDrive>(
     c: &mut Criterion,
     name: &str,
     family: &F,

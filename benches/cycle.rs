@@ -125,7 +125,7 @@ fn closed_modes(criterion: &mut Criterion) {
         let model = common::model(&drive(modes, 0.05, 1200.0));
         let arrays = ClosedModes::arrays(&model).unwrap();
         let set = InstructionSet::best();
-        let kernel = ClosedModes::of_kept(&model, 1000, &arrays, set).unwrap();
+        let kernel = ClosedModes::from_kept(&model, 1000, &arrays, set).unwrap();
         for count in [0, 1] {
             group.bench_function(BenchmarkId::new(format!("closed-{count}"), modes), |b| {
                 advance(b, &kernel, &model, count);
@@ -139,7 +139,7 @@ fn closed_modes(criterion: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("set-up", modes), |b| {
             b.iter(|| {
-                let kernel = ClosedModes::of_kept(black_box(&model), 1000, &arrays, set).unwrap();
+                let kernel = ClosedModes::from_kept(black_box(&model), 1000, &arrays, set).unwrap();
                 advance_once(&kernel, &model);
             });
         });
@@ -153,7 +153,7 @@ fn nvh(criterion: &mut Criterion) {
     for modes in [6, 40] {
         let model = common::model(&drive(modes, 0.05, 1200.0));
         let arrays = ClosedModes::arrays(&model).unwrap();
-        let closed = ClosedModes::of_kept(&model, 1000, &arrays, InstructionSet::best()).unwrap();
+        let closed = ClosedModes::from_kept(&model, 1000, &arrays, InstructionSet::best()).unwrap();
         let structured = volterra(&model);
         for harmonics in [None, Some(0), Some(10)] {
             let name = harmonics.map_or("bare".to_owned(), |h| format!("harmonics-{h}"));

@@ -9,7 +9,7 @@ use gearatlas::store::{
     ColumnKind, Journal, PointRow, ResultTable, RunRecord, StoreError, TableKind, TableStore,
     read_runs, verify,
 };
-use gearatlas::sweep::{Begun, Options, Prepared, Progress, Sweep, Watcher};
+use gearatlas::sweep::{Options, Prepared, Progress, ProgressObserver, Sweep, SweepPlan};
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -18,8 +18,8 @@ use std::sync::atomic::AtomicBool;
 /// Observes nothing.
 struct Nobody;
 
-impl Watcher for Nobody {
-    fn begun(&mut self, _: &Begun<'_>) {}
+impl ProgressObserver for Nobody {
+    fn begun(&mut self, _: &SweepPlan<'_>) {}
     fn warning(&mut self, _: &str) {}
     fn point(&mut self, _: &PointRow, _: &Progress) {}
     fn tick(&mut self, _: &Progress) {}

@@ -108,7 +108,7 @@ impl CycleMap {
     /// Components with an effect on the dynamics: all except those of the neutral pair.
     #[getter]
     fn felt<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
-        self.map.norm().felt().into_pyarray(py)
+        self.map.norm().weighted_components().into_pyarray(py)
     }
 
     /// Weight of each component in the energy norm, divided by that of a displacement of half a gap.

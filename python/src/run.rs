@@ -5,7 +5,8 @@ use crate::errors::{failed, refused};
 use crate::manifest::Manifest;
 use gearatlas::store::{PointRow, RunRecord, TableStore};
 use gearatlas::sweep::{
-    Begun, Earlier, JobRun, Options, Progress, Watcher, look_for_earlier, this_machine,
+    ExistingResults, JobRun, Options, Progress, ProgressObserver, SweepPlan,
+    inspect_existing_results, this_machine,
 };
 use gearatlas::topology::Pinning;
 use pyo3::prelude::*;
@@ -21,8 +22,8 @@ impl News<'_> {
     }
 }
 
-impl Watcher for News<'_> {
-    fn begun(&mut self, begun: &Begun<'_>) {
+impl ProgressObserver for News<'_> {
+    fn begun(&mut self, begun: &SweepPlan<'_>) {
         self.put(&begun.progress);
     }
 
@@ -61,8 +62,8 @@ pub fn run(
              these instructions; compute this manifest with `atlas run`, and read the results with gearatlas.open",
         ));
     }
-    let earlier = py.detach(|| look_for_earlier(&folder, job, None, overwrite));
-    if let Earlier::Complete(record) = earlier.map_err(|error| failed(py, &error))? {
+    let earlier = py.detach(|| inspect_existing_results(&folder, job, None, overwrite));
+    if let ExistingResults::Complete(record) = earlier.map_err(|error| failed(py, &error))? {
         return json(py, &record);
     }
     let news = Mutex::new(None);
@@ -85,20 +86,20 @@ pub fn run(
         };
         run.run(called_off, &mut News(&news))
     };
-    let tell = |py: Python<'_>| {
+    let report_progress = |py: Python<'_>| {
         let latest = news.lock().unwrap_or_else(PoisonError::into_inner).take();
         match (&progress, latest) {
-            (Some(progress), Some(latest)) => tell(py, progress, &latest),
+            (Some(progress), Some(latest)) => report_progress(py, progress, &latest),
             _ => Ok(()),
         }
     };
-    match attended(py, work, tell)? {
+    match attended(py, work, report_progress)? {
         Ok(ran) => json(py, &ran.record),
         Err(error) => Err(failed(py, &error)),
     }
 }
 
-fn tell(py: Python<'_>, progress: &Py<PyAny>, latest: &Progress) -> PyResult<()> {
+fn report_progress(py: Python<'_>, progress: &Py<PyAny>, latest: &Progress) -> PyResult<()> {
     let numbers = (
         latest.done,
         latest.points,

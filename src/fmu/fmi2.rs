@@ -1,10 +1,13 @@
 //! The common functions and the co-simulation functions of FMI 2.0.
 
 use super::export::exported;
-use super::foreign::{Asked, CallbacksOf, Given, Handle, Kept, Logger, Opaque, Slot, Text};
+use super::foreign::{
+    CallbacksOf, Handle, ImporterValues, Logger, Opaque, RequestedValues, SavedState, StatePointer,
+    Text,
+};
 use super::instance::{Instance, Refusal};
 use super::resource_path::of_uri;
-use gearatlas_jobs::fmu::Live;
+use gearatlas_jobs::fmu::LiveState;
 use std::ffi::{c_char, c_int};
 
 /// Kind of FMU: co-simulation.
@@ -92,7 +95,7 @@ exported! {
         })
     }
 
-    fn fmi2GetReal(instance: Handle, references: Given<u32>, count: usize, values: Asked<f64>) -> c_int {
+    fn fmi2GetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: RequestedValues<f64>) -> c_int {
         instance.call(|own| {
             let pairs = references.list(count)?.iter().zip(values.list(count)?);
             for (reference, value) in pairs {
@@ -104,9 +107,9 @@ exported! {
 
     fn fmi2GetInteger(
         instance: Handle,
-        references: Given<u32>,
+        references: ImporterValues<u32>,
         count: usize,
-        values: Asked<c_int>,
+        values: RequestedValues<c_int>,
     ) -> c_int {
         instance.call(|own| {
             let pairs = references.list(count)?.iter().zip(values.list(count)?);
@@ -125,7 +128,7 @@ exported! {
         instance.call(|_| nothing(count, NO_TEXT))
     }
 
-    fn fmi2SetReal(instance: Handle, references: Given<u32>, count: usize, values: Given<f64>) -> c_int {
+    fn fmi2SetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: ImporterValues<f64>) -> c_int {
         instance.call(|own| {
             let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
             pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
@@ -144,30 +147,30 @@ exported! {
         instance.call(|_| nothing(count, NO_TEXT))
     }
 
-    fn fmi2GetFMUstate(instance: Handle, state: Slot) -> c_int {
+    fn fmi2GetFMUstate(instance: Handle, state: StatePointer) -> c_int {
         instance.call(|own| state.overwrite(own.state()))
     }
 
-    fn fmi2SetFMUstate(instance: Handle, state: Kept) -> c_int {
+    fn fmi2SetFMUstate(instance: Handle, state: SavedState) -> c_int {
         instance.call(|own| own.set_state(state.read()?))
     }
 
-    fn fmi2FreeFMUstate(instance: Handle, state: Slot) -> c_int {
+    fn fmi2FreeFMUstate(instance: Handle, state: StatePointer) -> c_int {
         instance.call(|_| state.free())
     }
 
-    fn fmi2SerializedFMUstateSize(instance: Handle, state: Kept, size: Asked<usize>) -> c_int {
+    fn fmi2SerializedFMUstateSize(instance: Handle, state: SavedState, size: RequestedValues<usize>) -> c_int {
         instance.call(|_| {
             size.list(1)?[0] = state.read()?.bytes().len();
             Ok(())
         })
     }
 
-    fn fmi2SerializeFMUstate(instance: Handle, state: Kept, bytes: Asked<u8>, size: usize) -> c_int {
+    fn fmi2SerializeFMUstate(instance: Handle, state: SavedState, bytes: RequestedValues<u8>, size: usize) -> c_int {
         instance.call(|_| serialize(state, bytes, size))
     }
 
-    fn fmi2DeSerializeFMUstate(instance: Handle, bytes: Given<u8>, size: usize, state: Slot) -> c_int {
+    fn fmi2DeSerializeFMUstate(instance: Handle, bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> c_int {
         instance.call(|_| deserialize(bytes, size, state))
     }
 
@@ -185,10 +188,10 @@ exported! {
 
     fn fmi2SetRealInputDerivatives(
         instance: Handle,
-        references: Given<u32>,
+        references: ImporterValues<u32>,
         count: usize,
-        orders: Given<c_int>,
-        values: Given<f64>,
+        orders: ImporterValues<c_int>,
+        values: ImporterValues<f64>,
     ) -> c_int {
         instance.call(|own| {
             let given = orders.list(count)?.iter().zip(values.list(count)?);
@@ -219,7 +222,7 @@ exported! {
         instance.call(|_| Err(Refusal::error(NOT_PENDING)))
     }
 
-    fn fmi2GetRealStatus(instance: Handle, kind: c_int, value: Asked<f64>) -> c_int {
+    fn fmi2GetRealStatus(instance: Handle, kind: c_int, value: RequestedValues<f64>) -> c_int {
         instance.call(|own| {
             if kind != LAST_SUCCESSFUL_TIME {
                 return Err(Refusal::error(NOT_PENDING));
@@ -233,7 +236,7 @@ exported! {
         instance.call(|_| Err(Refusal::error(NOT_PENDING)))
     }
 
-    fn fmi2GetBooleanStatus(instance: Handle, kind: c_int, value: Asked<c_int>) -> c_int {
+    fn fmi2GetBooleanStatus(instance: Handle, kind: c_int, value: RequestedValues<c_int>) -> c_int {
         instance.call(|_| {
             if kind != TERMINATED {
                 return Err(Refusal::error(NOT_PENDING));
@@ -249,7 +252,11 @@ exported! {
 }
 
 /// Writes the bytes of a state if they have room.
-pub fn serialize(state: Kept, bytes: Asked<u8>, size: usize) -> Result<(), Refusal> {
+pub fn serialize(
+    state: SavedState,
+    bytes: RequestedValues<u8>,
+    size: usize,
+) -> Result<(), Refusal> {
     let own = state.read()?.bytes();
     let room = bytes.list(size)?.get_mut(..own.len());
     let few = || {
@@ -263,7 +270,11 @@ pub fn serialize(state: Kept, bytes: Asked<u8>, size: usize) -> Result<(), Refus
 }
 
 /// Stores the state from some bytes.
-pub fn deserialize(bytes: Given<u8>, size: usize, state: Slot) -> Result<(), Refusal> {
-    let live = Live::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
+pub fn deserialize(
+    bytes: ImporterValues<u8>,
+    size: usize,
+    state: StatePointer,
+) -> Result<(), Refusal> {
+    let live = LiveState::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
     state.fill(live)
 }

@@ -2,7 +2,10 @@
 
 use super::export::exported;
 use super::fmi2::{deserialize, serialize};
-use super::foreign::{Asked, Given, Handle, Kept, Logger, Logger3, Opaque, Slot, Text};
+use super::foreign::{
+    Handle, ImporterValues, Logger, Logger3, Opaque, RequestedValues, SavedState, StatePointer,
+    Text,
+};
 use super::instance::{Instance, Refusal};
 use std::ffi::{c_char, c_int};
 use std::path::Path;
@@ -86,9 +89,9 @@ exported! {
 
     fn fmi3GetFloat64(
         instance: Handle,
-        references: Given<u32>,
+        references: ImporterValues<u32>,
         count: usize,
-        values: Asked<f64>,
+        values: RequestedValues<f64>,
         value_count: usize,
     ) -> c_int {
         instance.call(|own| {
@@ -103,9 +106,9 @@ exported! {
 
     fn fmi3SetFloat64(
         instance: Handle,
-        references: Given<u32>,
+        references: ImporterValues<u32>,
         count: usize,
-        values: Given<f64>,
+        values: ImporterValues<f64>,
         value_count: usize,
     ) -> c_int {
         instance.call(|own| {
@@ -117,9 +120,9 @@ exported! {
 
     fn fmi3GetInt64(
         instance: Handle,
-        references: Given<u32>,
+        references: ImporterValues<u32>,
         count: usize,
-        values: Asked<i64>,
+        values: RequestedValues<i64>,
         value_count: usize,
     ) -> c_int {
         instance.call(|own| {
@@ -132,30 +135,30 @@ exported! {
         })
     }
 
-    fn fmi3GetFMUState(instance: Handle, state: Slot) -> c_int {
+    fn fmi3GetFMUState(instance: Handle, state: StatePointer) -> c_int {
         instance.call(|own| state.overwrite(own.state()))
     }
 
-    fn fmi3SetFMUState(instance: Handle, state: Kept) -> c_int {
+    fn fmi3SetFMUState(instance: Handle, state: SavedState) -> c_int {
         instance.call(|own| own.set_state(state.read()?))
     }
 
-    fn fmi3FreeFMUState(instance: Handle, state: Slot) -> c_int {
+    fn fmi3FreeFMUState(instance: Handle, state: StatePointer) -> c_int {
         instance.call(|_| state.free())
     }
 
-    fn fmi3SerializedFMUStateSize(instance: Handle, state: Kept, size: Asked<usize>) -> c_int {
+    fn fmi3SerializedFMUStateSize(instance: Handle, state: SavedState, size: RequestedValues<usize>) -> c_int {
         instance.call(|_| {
             size.list(1)?[0] = state.read()?.bytes().len();
             Ok(())
         })
     }
 
-    fn fmi3SerializeFMUState(instance: Handle, state: Kept, bytes: Asked<u8>, size: usize) -> c_int {
+    fn fmi3SerializeFMUState(instance: Handle, state: SavedState, bytes: RequestedValues<u8>, size: usize) -> c_int {
         instance.call(|_| serialize(state, bytes, size))
     }
 
-    fn fmi3DeserializeFMUState(instance: Handle, bytes: Given<u8>, size: usize, state: Slot) -> c_int {
+    fn fmi3DeserializeFMUState(instance: Handle, bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> c_int {
         instance.call(|_| deserialize(bytes, size, state))
     }
 
@@ -164,10 +167,10 @@ exported! {
         time: f64,
         length: f64,
         _no_way_back: u8,
-        event_needed: Asked<u8>,
-        terminate: Asked<u8>,
-        early: Asked<u8>,
-        last_time: Asked<f64>,
+        event_needed: RequestedValues<u8>,
+        terminate: RequestedValues<u8>,
+        early: RequestedValues<u8>,
+        last_time: RequestedValues<f64>,
     ) -> c_int {
         instance.call(|own| {
             let done = own.step(time, length);

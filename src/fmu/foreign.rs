@@ -8,7 +8,7 @@
 
 use super::instance::{Instance, Refusal};
 use super::panics::caught;
-use gearatlas_jobs::fmu::Live;
+use gearatlas_jobs::fmu::LiveState;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
 /// Statuses of calls, in both versions.
@@ -46,9 +46,9 @@ impl Text {
 /// Values from the importer.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-pub struct Given<T>(*const T);
+pub struct ImporterValues<T>(*const T);
 
-impl<T: Copy> Given<T> {
+impl<T: Copy> ImporterValues<T> {
     /// The first `count` values.
     pub fn list<'a>(self, count: usize) -> Result<&'a [T], Refusal> {
         match (count, self.0.is_null()) {
@@ -63,9 +63,9 @@ impl<T: Copy> Given<T> {
 /// Memory of the importer for requested values.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-pub struct Asked<T>(*mut T);
+pub struct RequestedValues<T>(*mut T);
 
-impl<T: Copy> Asked<T> {
+impl<T: Copy> RequestedValues<T> {
     /// The first `count` values.
     pub fn list<'a>(self, count: usize) -> Result<&'a mut [T], Refusal> {
         match (count, self.0.is_null()) {
@@ -88,12 +88,12 @@ impl<T: Copy> Asked<T> {
 /// A state that the importer keeps.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-pub struct Kept(*mut Live);
+pub struct SavedState(*mut LiveState);
 
-impl Kept {
+impl SavedState {
     /// The state.
-    pub fn read<'a>(self) -> Result<&'a Live, Refusal> {
-        // SAFETY: it is null or what `Slot` made, for the importer returns only what it was given and has not freed.
+    pub fn read<'a>(self) -> Result<&'a LiveState, Refusal> {
+        // SAFETY: it is null or what `StatePointer` made, for the importer returns only what it was given and has not freed.
         let live = unsafe { self.0.as_ref() };
         live.ok_or_else(|| Refusal::error("there is no state to read"))
     }
@@ -102,17 +102,17 @@ impl Kept {
 /// The importer's variable for a state.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-pub struct Slot(*mut *mut Live);
+pub struct StatePointer(*mut *mut LiveState);
 
-impl Slot {
-    fn place<'a>(self) -> Result<&'a mut *mut Live, Refusal> {
+impl StatePointer {
+    fn place<'a>(self) -> Result<&'a mut *mut LiveState, Refusal> {
         // SAFETY: the importer handed it over as the place of a state.
         let place = unsafe { self.0.as_mut() };
         place.ok_or_else(|| Refusal::error("a place for a state is a null pointer"))
     }
 
     /// Stores a state there, instead of an existing one.
-    pub fn overwrite(self, live: &Live) -> Result<(), Refusal> {
+    pub fn overwrite(self, live: &LiveState) -> Result<(), Refusal> {
         let place = self.place()?;
         // SAFETY: it is null or what this type made and has not freed.
         match unsafe { place.as_mut() } {
@@ -123,7 +123,7 @@ impl Slot {
     }
 
     /// Stores a new state there, whatever the variable contained.
-    pub fn fill(self, live: Live) -> Result<(), Refusal> {
+    pub fn fill(self, live: LiveState) -> Result<(), Refusal> {
         *self.place()? = Box::into_raw(Box::new(live));
         Ok(())
     }
@@ -185,7 +185,7 @@ impl Logger {
     }
 
     /// Sends a message.
-    pub fn say(&self, status: c_int, message: &str) {
+    pub fn log(&self, status: c_int, message: &str) {
         let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
         let category = c"logStatusError".as_ptr();
         match self {
@@ -218,7 +218,7 @@ impl Logger {
 pub struct Handle(*mut c_void);
 
 /// An instance and its logger; without an instance after a panic.
-struct Held {
+struct InstanceBox {
     instance: Option<Instance>,
     logger: Logger,
 }
@@ -233,24 +233,24 @@ impl Handle {
         let refusal = match caught(make) {
             Ok(Ok(instance)) => {
                 let instance = Some(instance);
-                return Self(Box::into_raw(Box::new(Held { instance, logger })).cast());
+                return Self(Box::into_raw(Box::new(InstanceBox { instance, logger })).cast());
             }
             Ok(Err(refusal)) => refusal.sentence().to_owned(),
-            Err(said) => said,
+            Err(reason) => reason,
         };
         // A panic in the importer's function is not handled here.
-        logger.say(ERROR, &refusal);
+        logger.log(ERROR, &refusal);
         Self::NONE
     }
 
-    fn held<'a>(self) -> Option<&'a mut Held> {
+    fn instance_box<'a>(self) -> Option<&'a mut InstanceBox> {
         // SAFETY: it is null or what `make` made and `free` has not freed; the importer makes one call at a time with it.
-        unsafe { self.0.cast::<Held>().as_mut() }
+        unsafe { self.0.cast::<InstanceBox>().as_mut() }
     }
 
     /// Calls an instance and returns its status. A refusal goes to the logger.
     pub fn call(self, act: impl FnOnce(&mut Instance) -> Result<(), Refusal>) -> c_int {
-        let Some(Held { instance, logger }) = self.held() else {
+        let Some(InstanceBox { instance, logger }) = self.instance_box() else {
             return ERROR;
         };
         let Some(own) = instance else {
@@ -259,12 +259,12 @@ impl Handle {
         let (status, sentence) = match caught(|| act(own)) {
             Ok(Ok(())) => return OK,
             Ok(Err(refusal)) => (refusal.status(), refusal.sentence().to_owned()),
-            Err(said) => {
+            Err(reason) => {
                 *instance = None;
-                (FATAL, said)
+                (FATAL, reason)
             }
         };
-        logger.say(status, &sentence);
+        logger.log(status, &sentence);
         status
     }
 
@@ -272,7 +272,7 @@ impl Handle {
     pub fn free(self) {
         if !self.0.is_null() {
             // SAFETY: `make` made it, and the importer has it no more.
-            let held = unsafe { Box::from_raw(self.0.cast::<Held>()) };
+            let held = unsafe { Box::from_raw(self.0.cast::<InstanceBox>()) };
             _ = caught(|| drop(held));
         }
     }

@@ -1,7 +1,7 @@
 //! What may the importer ask an instance in which state, and what is the answer? Independent of the version of FMI.
 
 use super::foreign::{DISCARD, ERROR};
-use gearatlas_jobs::fmu::{Drive, INPUTS, Live, Mode, Plant, Role};
+use gearatlas_jobs::fmu::{Drive, INPUTS, LiveState, Mode, Plant, Role};
 use std::borrow::Cow;
 use std::ffi::c_int;
 use std::path::Path;
@@ -44,7 +44,7 @@ impl Refusal {
 /// An instance.
 pub struct Instance {
     drive: Drive,
-    live: Live,
+    live: LiveState,
     /// The plant, and the parameters for which it was built.
     plant: Option<(Vec<f64>, Plant)>,
 }
@@ -137,7 +137,7 @@ impl Instance {
     }
 
     /// The plant and its state, for outputs; builds the plant in initialization mode.
-    fn ready(&mut self) -> Result<(&Plant, &Live), Refusal> {
+    fn ready(&mut self) -> Result<(&Plant, &LiveState), Refusal> {
         self.require(
             &[Mode::Initialization, Mode::Step, Mode::Terminated],
             "reading an output",
@@ -261,12 +261,12 @@ impl Instance {
     }
 
     /// Its state.
-    pub fn state(&self) -> &Live {
+    pub fn state(&self) -> &LiveState {
         &self.live
     }
 
     /// Restores another state; changes nothing if it belongs to another drive.
-    pub fn set_state(&mut self, live: &Live) -> Result<(), Refusal> {
+    pub fn set_state(&mut self, live: &LiveState) -> Result<(), Refusal> {
         let foreign = || Refusal::error("the state is of another drive");
         if live.parameters.len() != self.live.parameters.len() {
             return Err(foreign());
@@ -278,7 +278,7 @@ impl Instance {
                 None => Some(self.build(&live.parameters)?),
             };
             let plant = built.as_ref().or(self.plant.as_ref());
-            if !plant.is_some_and(|(_, plant)| plant.owns(motion)) {
+            if !plant.is_some_and(|(_, plant)| plant.accepts(motion)) {
                 return Err(foreign());
             }
             if built.is_some() {
@@ -300,9 +300,9 @@ fn no_motion() -> Refusal {
 }
 
 /// The state before the importer sets anything.
-fn at_start(drive: &Drive) -> Live {
+fn at_start(drive: &Drive) -> LiveState {
     let description = drive.description();
-    Live {
+    LiveState {
         mode: Mode::Instantiated,
         parameters: description.parameters_at_start(),
         inputs: description.inputs_at_start(),

@@ -22,8 +22,8 @@ pub fn keep() {
 /// Runs `work`; after a panic, returns its message as the error.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
-        let said = LAST.with_borrow_mut(std::mem::take);
-        format!("{said}; this is an error of the library, please report it with the FMU")
+        let message = LAST.with_borrow_mut(std::mem::take);
+        format!("{message}; this is an error of the library, please report it with the FMU")
     })
 }
 
@@ -35,10 +35,10 @@ mod tests {
     fn a_panic_becomes_a_sentence() {
         keep();
         assert_eq!(caught(|| 3), Ok(3));
-        let said = caught(|| panic!("out of steam")).unwrap_err();
+        let message = caught(|| panic!("out of steam")).unwrap_err();
         assert!(
-            said.contains("out of steam") && said.contains("panics.rs"),
-            "{said}"
+            message.contains("out of steam") && message.contains("panics.rs"),
+            "{message}"
         );
     }
 }

@@ -3,7 +3,7 @@
 use crate::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
 use crate::model::Model;
 use gearatlas_verify::verify::candidate::{Candidate, Propagator};
-use gearatlas_verify::verify::{self, Check, Extent, Report, Subjects, Trouble};
+use gearatlas_verify::verify::{self, Check, CheckError, Extent, Report, Subjects};
 
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
@@ -13,10 +13,10 @@ const CELLS: u32 = 60;
 
 fn built<'m, P: Propagator + 'm>(
     kernel: Result<P, DenseError>,
-) -> Result<Box<dyn Propagator + 'm>, Trouble> {
+) -> Result<Box<dyn Propagator + 'm>, CheckError> {
     match kernel {
         Ok(kernel) => Ok(Box::new(kernel)),
-        Err(error) => Err(Trouble::Kernel(error.into())),
+        Err(error) => Err(CheckError::Kernel(error.into())),
     }
 }
 
@@ -67,7 +67,7 @@ pub fn run(
     extent: Extent,
     checks: &[Check],
     watch: &mut dyn FnMut(&Check),
-) -> Result<Report, Trouble> {
+) -> Result<Report, CheckError> {
     let subjects = Subjects {
         kernels: kernels(),
         ..Subjects::all(extent)?

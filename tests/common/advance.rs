@@ -145,7 +145,7 @@ pub fn disturbed(model: &Model) -> TrajectoryState {
     let start = model.start(&InitialState::Static);
     let norm = EnergyNorm::new(model);
     let mut state = start.state.clone();
-    let felt = norm.felt();
+    let felt = norm.weighted_components();
     let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
     for (k, i) in felt.into_iter().enumerate() {
         state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];

@@ -70,8 +70,8 @@ impl Trial<'_> {
         self.faults.push(Fault { kernel, rule, how });
     }
 
-    /// Tests a kernel's row by all rules; `known_off`: the error of a cycle that the kernel reports.
-    pub fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K, known_off: f64) {
+    /// Tests a kernel's row by all rules; `reported_error`: the error of a cycle that the kernel reports.
+    pub fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K, reported_error: f64) {
         let (row, end) = investigate(self.model, kernel, &self.start);
         let key = (name, row.status.name().to_owned());
         *self.tally.rows.entry(key).or_default() += 1;
@@ -83,9 +83,9 @@ impl Trial<'_> {
         }
         self.balance(name, &row);
         let start = self.start.clone();
-        self.cycles((name, known_off), kernel, start, 3);
-        self.cycles((name, known_off), kernel, end.clone(), 2);
-        self.onward((name, known_off), &row, &end);
+        self.cycles((name, reported_error), kernel, start, 3);
+        self.cycles((name, reported_error), kernel, end.clone(), 2);
+        self.onward((name, reported_error), &row, &end);
     }
 
     /// Mean force of periodic motion.
@@ -110,7 +110,7 @@ impl Trial<'_> {
     /// Single cycles of a kernel along the trajectory of the structured one.
     fn cycles<K: Kernel>(
         &mut self,
-        (name, known_off): (&'static str, f64),
+        (name, reported_error): (&'static str, f64),
         kernel: &K,
         mut start: TrajectoryState,
         count: u64,
@@ -128,7 +128,7 @@ impl Trial<'_> {
                     match cycle(kernel, &start) {
                         None => self.fault(name, "state", "stopped".into()),
                         Some(own) => {
-                            let state = felt.state + known_off;
+                            let state = felt.state + reported_error;
                             self.other(name, &own, &end, &Felt { state, ..felt });
                         }
                     }
@@ -186,7 +186,7 @@ impl Trial<'_> {
     /// Computes the row again, from its end.
     fn onward(
         &mut self,
-        (name, known_off): (&'static str, f64),
+        (name, reported_error): (&'static str, f64),
         row: &PointOutcome,
         end: &TrajectoryState,
     ) {
@@ -210,9 +210,9 @@ impl Trial<'_> {
             return;
         };
         let lambda = [one, two].map(|l| l.exponents[0]);
-        let known_off = 1e-14 + known_off;
+        let reported_error = 1e-14 + reported_error;
         let allowed =
-            1e-6 * (1.0 + lambda[0].abs()) + known_off * (-lambda[0].min(lambda[1])).exp();
+            1e-6 * (1.0 + lambda[0].abs()) + reported_error * (-lambda[0].min(lambda[1])).exp();
         if (lambda[0] - lambda[1]).abs() > allowed {
             let how = format!("λ {lambda:?}, {allowed:.1e} allowed, {:?}", row.class);
             self.fault(name, "onward", how);
@@ -302,7 +302,7 @@ fn tangent_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Tests kernels on one drive, each with its function in `kernels`; returns the violated rules.
-pub fn put(drawn: &Drawn, tally: &mut Tally, kernels: &[(&'static str, Ask)]) -> Vec<Fault> {
+pub fn put(drawn: &Drawn, tally: &mut Tally, kernels: &[(&'static str, KernelCall)]) -> Vec<Fault> {
     let model = match Model::new(&drawn.structure, &drawn.drive, drawn.point) {
         Ok(model) => model,
         Err(_) => {
@@ -326,7 +326,7 @@ pub fn put(drawn: &Drawn, tally: &mut Tally, kernels: &[(&'static str, Ask)]) ->
 }
 
 /// Builds the named kernel for the model of a trial and tests it by the rules.
-pub type Ask = fn(&mut Trial<'_>, &'static str);
+pub type KernelCall = fn(&mut Trial<'_>, &'static str);
 
 /// Records that no kernel exists for the drive.
 pub fn refuse(trial: &mut Trial<'_>, name: &'static str) {

@@ -3,8 +3,8 @@
 // Every test binary uses a part of it; benches also use it, outside any test.
 #![allow(dead_code)]
 
-use gearatlas::analysis::continuation::drive::Family;
-use gearatlas::analysis::continuation::map::At;
+use gearatlas::analysis::continuation::drive::ParametricDrive;
+use gearatlas::analysis::continuation::map::MapParameters;
 use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
 
@@ -22,8 +22,8 @@ pub struct Stopped {
     pub stop: f64,
 }
 
-impl Family for Stopped {
-    fn model(&self, [omega, amplitude]: At) -> Result<Model, String> {
+impl ParametricDrive for Stopped {
+    fn model(&self, [omega, amplitude]: MapParameters) -> Result<Model, String> {
         let mut structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
         structure.harmonic_loads = vec![HarmonicLoad {
             name: "force".to_owned(),
@@ -54,7 +54,7 @@ impl Family for Stopped {
     }
 
     /// Central differences of sixth order.
-    fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
         let h = 1e-3;
         let models: Vec<(f64, Model)> = [
             (1.0, 45.0),

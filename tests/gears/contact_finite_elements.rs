@@ -143,7 +143,7 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     for pair in 0..gears.len() / 2 {
         let (flanks, face_width) = gears_of(&file, pair);
         let face_coupling = flanks.face_coupling().unwrap();
-        let own = face_coupling.own(flanks.path().pitch_point).unwrap();
+        let own = face_coupling.of_pair(flanks.path().pitch_point).unwrap();
         let recorded: Vec<f64> = (0..10)
             .map(|wave| {
                 let of = |gear: usize| {

@@ -65,7 +65,7 @@ fn rack_distance(pair: &GearPair, tooth: &Tooth, (x, y): (f64, f64), rolled: f64
 }
 
 /// Material that the rolling rack leaves at a point of the tooth \[modules\]; negative if it cuts the point off.
-fn left_by_rack(pair: &GearPair, tooth: &Tooth, point: ProfilePoint) -> f64 {
+fn material_left_by_rack(pair: &GearPair, tooth: &Tooth, point: ProfilePoint) -> f64 {
     let at = |rolled: f64| rack_distance(pair, tooth, (point.x, point.y), rolled);
     let steps = 4000;
     let angle = |i: f64| (2.0 * i / f64::from(steps) - 1.0) * 1.2;
@@ -95,7 +95,8 @@ fn an_undercut_flank_begins_where_the_rack_leaves_it() {
     for gears in [pair([12, 30], 4e-3), undercut_a_little()] {
         let tooth = Tooth::new(&gears, 0).unwrap();
         assert!(tooth.undercut.is_some() && tooth.form_roll > 0.0);
-        let left = |part: f64| left_by_rack(&gears, &tooth, tooth.flank(part * tooth.form_roll));
+        let left =
+            |part: f64| material_left_by_rack(&gears, &tooth, tooth.flank(part * tooth.form_roll));
         assert!(left(0.9) < -1e-8, "{}", left(0.9));
         close(left(1.01), 0.0, 1e-11);
         let (fillet, flank) = (
@@ -145,7 +146,7 @@ fn the_profile_is_the_envelope_of_the_rack() {
             let flank =
                 (0..=40).map(|i| tooth.flank(tooth.form_roll + rolls * f64::from(i) / 40.0));
             for point in fillet.chain(flank) {
-                close(left_by_rack(pair, &tooth, point), 0.0, 1e-9);
+                close(material_left_by_rack(pair, &tooth, point), 0.0, 1e-9);
             }
         }
     }

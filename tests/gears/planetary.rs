@@ -390,12 +390,12 @@ fn by_hand(set: &Set) -> Vec<(f64, f64)> {
     for [drive, _] in &flanks {
         stiffness += set.stiffness * drive * drive.transpose();
     }
-    frequencies_beside(&neutral, mass, &stiffness, turning)
+    frequencies_without(&neutral, mass, &stiffness, turning)
 }
 
 /// Complex frequencies without the rotation that has no contact deflection in the Coriolis terms: only its momentum
 /// would conserve the mean speed.
-pub fn frequencies_beside(
+pub fn frequencies_without(
     neutral: &DVector<f64>,
     mass: DMatrix<f64>,
     stiffness: &DMatrix<f64>,

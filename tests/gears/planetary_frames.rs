@@ -1,6 +1,8 @@
 //! Planetary sets with different driving and fixed members, and with other parts of a train.
 
-use crate::planetary::{Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal};
+use crate::planetary::{
+    Plane, Set, frequencies_without, in_contact, job, model, of_train, refusal,
+};
 use gearatlas::manifest::{self, StructureSource};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::shaft::TrainDrive;
@@ -358,7 +360,7 @@ fn with_stage_by_hand(set: &Set) -> Vec<(f64, f64)> {
     let mut neutral = plane.neutral.resize_vertically(n + 6, 0.0);
     (neutral[n + 2], neutral[n + 5]) = (-3.0, 1.0);
     assert!((mesh.dot(&neutral)).abs() < 1e-15);
-    frequencies_beside(&neutral, mass, &stiffness, turning)
+    frequencies_without(&neutral, mass, &stiffness, turning)
 }
 
 /// A stage in the frame of space drives a set in the frame of its carrier: frequencies, speeds and torques.

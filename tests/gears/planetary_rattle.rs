@@ -48,8 +48,8 @@ pub fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared 
     let norm = EnergyNorm::new(model);
     let mut beside = start.clone();
     let displaced = 1e-6;
-    for i in norm.felt() {
-        let part = displaced * norm.unit() / (norm.felt().len() as f64).sqrt();
+    for i in norm.weighted_components() {
+        let part = displaced * norm.unit() / (norm.weighted_components().len() as f64).sqrt();
         beside.state[i] += part / norm.weights()[i];
     }
     let beside = advance(&volterra(model), &beside, cycles);

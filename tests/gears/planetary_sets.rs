@@ -1,6 +1,8 @@
 //! Two planetary sets in one train: speeds, balance, frequencies by hand, rattle, and refusals.
 
-use crate::planetary::{Plane, Set, frequencies_beside, in_contact, job, model, of_train, refusal};
+use crate::planetary::{
+    Plane, Set, frequencies_without, in_contact, job, model, of_train, refusal,
+};
 use crate::planetary_frames::{at_rest, train};
 use crate::planetary_rattle::{compare, hardly_disturbed};
 use gearatlas::shaft::{MeshLaw, TrainDrive};
@@ -196,7 +198,7 @@ fn by_hand(sets: [&Set; 2], ratio: f64) -> Vec<(f64, f64)> {
     let mut twist = DVector::zeros(n);
     (twist[5], twist[sizes[0] + 2]) = (1.0, -1.0);
     stiffness += TWIST * &twist * twist.transpose();
-    frequencies_beside(&neutral, mass, &stiffness, turning)
+    frequencies_without(&neutral, mass, &stiffness, turning)
 }
 
 /// The train equals both sets assembled by hand, at rest and in two rotating frames.

@@ -113,7 +113,7 @@ fn every_mesh_of_a_train_tells_its_force() {
 fn where_a_train_has_turned_to_is_not_felt() {
     let (_, model, _) = shipped().remove(1);
     let norm = EnergyNorm::new(&model);
-    let [unfelt] = &model.unfelt_displacements()[..] else {
+    let [unfelt] = &model.unrestrained_displacements()[..] else {
         panic!("one displacement");
     };
     let start = disturbed(&model);

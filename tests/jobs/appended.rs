@@ -149,12 +149,12 @@ fn records_beside_each_other_share_their_centre() {
         both.append(&member);
         both.outcome().unwrap()
     };
-    let shared = outcome(pilot.beside(), &middle);
+    let shared = outcome(pilot.for_same_model(), &middle);
     let own = outcome(Nvh::new(&model, 3), &middle);
     assert_eq!(shared.cycles, 360);
     alike(&averages(&shared, &own), 1e-12);
     // A pilot without data has no centre to share.
-    let early = Nvh::new(&model, 3).beside();
+    let early = Nvh::new(&model, 3).for_same_model();
     alike(&averages(&outcome(early, &middle), &own), 1e-14);
 }
 
@@ -165,7 +165,7 @@ fn what_is_watched_has_the_errors_of_the_statistics() {
     parts.append(&second);
     let errors = parts.outcome().unwrap().stderr.unwrap();
     assert_eq!(parts.stretch(), 10);
-    let watched = parts.watched();
+    let watched = parts.statistics_for_stop_rule();
     let names: Vec<&str> = watched.iter().map(|(name, _)| *name).collect();
     assert_eq!(
         names,
@@ -186,7 +186,7 @@ fn what_is_watched_has_the_errors_of_the_statistics() {
         assert_eq!(series.len(), 40);
         alike(&[(name, standard_error(series), error)], 1e-12);
     }
-    assert!(Nvh::new(&model, 3).watched().is_empty());
+    assert!(Nvh::new(&model, 3).statistics_for_stop_rule().is_empty());
 }
 
 /// Smallest and largest deflection and largest |force| of every cycle, by a fine search.

@@ -17,7 +17,7 @@ use gearatlas::analysis::{
 use gearatlas::model::Quantity;
 use gearatlas::report::{Style, Summary, render};
 use gearatlas::store::{
-    AxisColumn, Listed, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord,
+    AxisColumn, ListElement, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord,
     ResultLayout, ResultWriter, RunRecord, RunState, Shard, TableKind, Totals, timestamp,
     write_run,
 };
@@ -276,7 +276,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         refined: None,
         samples: None,
         elements: vec![(
-            Listed::Output(Quantity::BearingForce),
+            ListElement::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
         )],
         shard,

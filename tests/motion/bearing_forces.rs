@@ -8,7 +8,7 @@ use common::default_drive::flexible;
 use gearatlas::analysis::{Outputs, Signals};
 use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
 use gearatlas::propagate::{Event, Observer, Window};
-use gearatlas::structure::{ModalStructure, StaticShare};
+use gearatlas::structure::{ModalStructure, OmittedModeForces};
 
 /// Freedoms of the drive: sixteen nodes of six on either shaft.
 const ALL: usize = 192;
@@ -29,7 +29,7 @@ impl Observer for Watch {
 /// The structure without the static share of omitted modes.
 fn bare(mut structure: ModalStructure) -> ModalStructure {
     for bearing in &mut structure.bearings {
-        bearing.left_out = StaticShare::default();
+        bearing.left_out = OmittedModeForces::default();
     }
     structure
 }

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::stopped;
-use gearatlas::analysis::continuation::branch::{End, Steps, follow};
-use gearatlas::analysis::continuation::curve::{self, Plane};
-use gearatlas::analysis::continuation::drive::{DriveMap, Family};
+use gearatlas::analysis::continuation::branch::{End, StepSettings, follow};
+use gearatlas::analysis::continuation::curve::{self, CurveSettings};
+use gearatlas::analysis::continuation::drive::{DriveMap, ParametricDrive};
 use gearatlas::analysis::continuation::kind::Kind;
-use gearatlas::analysis::continuation::map::{At, CycleMap};
+use gearatlas::analysis::continuation::map::{CycleMap, MapParameters};
 use gearatlas::analysis::continuation::onset::onset;
-use gearatlas::analysis::continuation::orbit::{Border, find};
+use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
 use gearatlas::analysis::continuation::path::Span;
 use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
@@ -35,7 +35,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
     let mut state = gearatlas::model::TrajectoryState::new(&model, rest, 0);
     map.advance(at, 2000, &mut state, &mut ()).unwrap();
     let guess = map.coordinates(&state.state);
-    let orbit = find(&mut map, &guess, at, 2, &Border::Parameters).unwrap();
+    let orbit = find(&mut map, &guess, at, 2, &OrbitCondition::Parameters).unwrap();
     let strobes: Vec<[f64; 2]> = (orbit.details.strobes.iter())
         .map(|u| {
             let state = map.state(u).state;
@@ -56,7 +56,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
         from: 0.6,
         to: 1.2,
     };
-    let branch = follow(&mut map, &span, orbit, &Steps::default()).unwrap();
+    let branch = follow(&mut map, &span, orbit, &StepSettings::default()).unwrap();
     for own in &branch.bifurcations {
         println!(
             "{} at {:.10} ({:?})",
@@ -80,13 +80,20 @@ fn a_bilinear_oscillator_is_the_published_one() {
     for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
         let omega = own.orbit.at[0];
         let beside = [omega + 1e-3, at[1]];
-        let parent = find(&mut map, &own.orbit.u, beside, 1, &Border::Parameters).unwrap();
+        let parent = find(
+            &mut map,
+            &own.orbit.u,
+            beside,
+            1,
+            &OrbitCondition::Parameters,
+        )
+        .unwrap();
         let near = Span {
             axis: 0,
             from: omega - 1e-2,
             to: omega + 1e-2,
         };
-        let parents = follow(&mut map, &near, parent, &Steps::default()).unwrap();
+        let parents = follow(&mut map, &near, parent, &StepSettings::default()).unwrap();
         let doublings = parents.bifurcations.iter();
         for doubling in doublings.filter(|b| b.kind == Kind::PeriodDoubling) {
             let apart = (doubling.orbit.at[0] - omega).abs();
@@ -127,13 +134,20 @@ fn grazing_is_where_the_closed_form_says() {
             .unwrap()
             .start(&gearatlas::model::InitialState::Static);
         let guess = map.coordinates(&state.state);
-        let first = find(&mut map, &guess, [omega, 0.01], 1, &Border::Parameters).unwrap();
+        let first = find(
+            &mut map,
+            &guess,
+            [omega, 0.01],
+            1,
+            &OrbitCondition::Parameters,
+        )
+        .unwrap();
         let span = Span {
             axis: 1,
             from: 0.0,
             to: 2.0 * grazing(omega, damping),
         };
-        let branch = follow(&mut map, &span, first, &Steps::default()).unwrap();
+        let branch = follow(&mut map, &span, first, &StepSettings::default()).unwrap();
         let graze = branch
             .bifurcations
             .iter()
@@ -148,7 +162,7 @@ fn grazing_is_where_the_closed_form_says() {
         assert_eq!(branch.ends[0], End::Interval);
         if omega == 1.0 {
             assert!((grazing(omega, damping) - 0.1).abs() < 1e-15);
-            let plane = Plane {
+            let plane = CurveSettings {
                 from: [0.5, 0.0],
                 to: [1.5, 1.5],
                 longest: 0.05,
@@ -181,8 +195,8 @@ struct Pressed {
 
 const PRESSED: f64 = 0.03;
 
-impl Family for Pressed {
-    fn model(&self, [omega, load]: At) -> Result<Model, String> {
+impl ParametricDrive for Pressed {
+    fn model(&self, [omega, load]: MapParameters) -> Result<Model, String> {
         let mut structure = ModalStructure::of_modes(&[0.5], PRESSED, &[1.0], &[1.0]);
         structure.harmonic_loads = vec![HarmonicLoad {
             name: "force".to_owned(),
@@ -208,7 +222,7 @@ impl Family for Pressed {
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
 
-    fn derivative(&self, _: At, _: usize) -> Result<Model, String> {
+    fn derivative(&self, _: MapParameters, _: usize) -> Result<Model, String> {
         Err("none is needed".to_owned())
     }
 

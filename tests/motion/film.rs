@@ -9,7 +9,9 @@ use gearatlas::model::{
     ActiveSet, COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, Film, FlankError,
     InitialState, Model, OperatingPoint, Release, TrajectoryState,
 };
-use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
+use gearatlas::propagate::varying_speed::{
+    MotionObserver, MovingEvent, SpeedInterval, VaryingSpeed,
+};
 use gearatlas::propagate::{ClosedModes, Counters, InstructionSet, Kernel, TableError, Tangents};
 use gearatlas::reference::Reference;
 
@@ -53,7 +55,7 @@ fn approaching(model: &Model, thickness: f64, speed: f64) -> TrajectoryState {
 }
 
 /// Remaining speed at a thickness \[m\] according to the law, from 50 µm on.
-fn left_by_the_law(film: &Film, speed: f64, thickness: f64) -> f64 {
+fn remaining_speed(film: &Film, speed: f64, thickness: f64) -> f64 {
     let lost = thickness.sqrt().recip() - film.thickness[0].sqrt().recip();
     speed - 2.0 * film.coefficient / MASS * lost
 }
@@ -71,7 +73,7 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
             .into_iter()
             .map(|own| own.distance[0] + 1e-6);
         for event in &seen.0[..layers] {
-            let exact = left_by_the_law(&film, 0.1, thickness.next().unwrap());
+            let exact = remaining_speed(&film, 0.1, thickness.next().unwrap());
             assert!(
                 (event.rate - exact).abs() < 1e-13,
                 "{layers}: {} {exact}",
@@ -81,7 +83,7 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         }
         let flank = seen.0[layers];
         assert_eq!((flank.contact, flank.to), (DRIVE_FLANK, ActiveSet::DRIVE));
-        assert!((flank.rate - left_by_the_law(&film, 0.1, 1e-6)).abs() < 1e-13);
+        assert!((flank.rate - remaining_speed(&film, 0.1, 1e-6)).abs() < 1e-13);
         // On the way out no film acts: the mass then meets that of the coast flank.
         let [opened, next] = [1, 2].map(|later| seen.0[layers + later]);
         assert_eq!((opened.contact, opened.to), (DRIVE_FLANK, ActiveSet::FREE));
@@ -244,7 +246,7 @@ fn kernels_follow_the_integrator_that_shares_only_the_model() {
 #[derive(Default)]
 struct Closed(Vec<ActiveSet>);
 
-impl Watch for Closed {
+impl MotionObserver for Closed {
     fn event(&mut self, event: &MovingEvent) {
         self.0.push(event.to);
     }
@@ -257,7 +259,7 @@ fn at_steady_speed(
     start: &TrajectoryState,
 ) -> (Vec<f64>, Vec<ActiveSet>) {
     let speed = 1.0 / (kernel.cycles_per_radian() * model.period());
-    let stretch = Stretch::steady(model.period(), speed, model.load);
+    let stretch = SpeedInterval::steady(model.period(), speed, model.load);
     let (mut motion, mut seen) = (kernel.start(start), Closed::default());
     let (mut room, mut counters) = (kernel.workspace(), Counters::default());
     kernel

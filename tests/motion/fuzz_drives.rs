@@ -27,12 +27,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::drawn::Drawn;
-use crate::random_drives::{Ask, EVENT_LIMIT, Fault, Tally, put, refuse};
+use crate::random_drives::{EVENT_LIMIT, Fault, KernelCall, Tally, put, refuse};
 use gearatlas::propagate::{ClosedModes, InstructionSet, Volterra};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-const KERNELS: [(&str, Ask); 2] = [
+const KERNELS: [(&str, KernelCall); 2] = [
     ("volterra", |trial, name| {
         let kernel = Volterra::new(trial.model, f64::EPSILON, EVENT_LIMIT);
         trial.put(name, &kernel, 0.0);

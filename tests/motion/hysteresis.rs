@@ -382,7 +382,7 @@ fn tangents_are_derivatives() {
     for model in [FORCED.model(), train()] {
         let kernel = volterra(&model);
         let norm = EnergyNorm::new(&model);
-        let felt = norm.felt();
+        let felt = norm.weighted_components();
         let mut stream = Stream::new(6, 0, 0);
         let mut compared = 0;
         for _ in 0..10 {

@@ -246,7 +246,7 @@ fn tangents_of_several_stops_are_differences_of_trajectories() {
                 .unwrap();
                 (end, tangents.vector(0).to_vec(), seen.0)
             };
-            let held = model.held(from.contact).is_empty();
+            let held = model.active_constraints(from.contact).is_empty();
             let step = 1e-7;
             let [ahead, middle, behind] = [step, 0.0, -step].map(follow);
             from = middle.0.clone();

@@ -10,7 +10,7 @@ use gearatlas::model::{Model, Stiffness, TrajectoryState};
 use gearatlas::propagate::{ClosedModes, InstructionSet, KeptTables, Kernel, TableError};
 use gearatlas::store::{Origin, TableStore};
 use gearatlas::sweep::{KernelTables, Prepared};
-use gearatlas::topology::Room;
+use gearatlas::topology::CopyRoom;
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::fs;
@@ -70,9 +70,9 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
         fetch(&built, Origin::Built);
         let kept = fetch(&used, Origin::Found);
         let new = bits(&ClosedModes::new(&used, EVENTS, set).unwrap(), &start);
-        let of_kept = ClosedModes::of_kept(&used, EVENTS, &kept, set).unwrap();
+        let from_kept = ClosedModes::from_kept(&used, EVENTS, &kept, set).unwrap();
         assert!(new.1 > 10, "{} events", new.1);
-        assert_eq!(new, bits(&of_kept, &start));
+        assert_eq!(new, bits(&from_kept, &start));
     }
 }
 
@@ -188,9 +188,9 @@ fn workers_of_a_node_read_their_own_copy() {
     let tables = KernelTables::new(TableStore::open(folder.path()));
     let model = common::model(&common::twenty_modes());
     let get = |tables: &KernelTables| tables.get(&model).unwrap();
-    let room = |own_cache| Room {
+    let room = |private_cache| CopyRoom {
         free: None,
-        own_cache,
+        private_cache,
     };
     let [first, second, small] = [0, 0, u64::MAX].map(|cache| tables.on_node(room(cache)));
     let common = get(&tables);

@@ -226,7 +226,7 @@ fn other_drives_get_the_structured_kernel() {
 
 /// Of four points the first two are those of `volterra` and the others those of `closed_modes`, which refuses the
 /// first; returns its row.
-fn refused_beside(place: &Place, auto: &Path) -> String {
+fn row_of_refused_point(place: &Place, auto: &Path) -> String {
     let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
     let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
     assert_eq!(status(&output), 3, "{}", stderr(&output));
@@ -257,7 +257,7 @@ fn nearly_defective_systems_go_to_the_structured_kernel() {
     ]);
     assert_eq!(place.record("auto")["kernels"], records);
     assert_eq!(fs::read_dir(place.path("tables")).unwrap().count(), 1);
-    let refused = refused_beside(&place, &auto);
+    let refused = row_of_refused_point(&place, &auto);
     let remedy = "or set run.kernel = \\\"volterra\\\", which computes this mesh cycle in";
     assert!(
         refused.contains(why) && refused.contains(remedy),
@@ -294,7 +294,7 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
         ),
     ]);
     assert_eq!(place.record("auto")["kernels"], records);
-    let refused = refused_beside(&place, &auto);
+    let refused = row_of_refused_point(&place, &auto);
     let why = "the eigenvectors of a mesh segment are nearly parallel";
     assert!(refused.contains(why), "{refused}");
 }

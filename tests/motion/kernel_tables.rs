@@ -18,7 +18,7 @@ fn bases_serve_every_speed_and_excitation() {
             let model = common::model(&other);
             assert_eq!(ClosedModes::arrays(&model).unwrap(), arrays, "{name}");
             let set = InstructionSet::best();
-            let kernel = ClosedModes::of_kept(&model, 1000, &arrays, set).unwrap();
+            let kernel = ClosedModes::from_kept(&model, 1000, &arrays, set).unwrap();
             let name = format!("{name} {}", other.2.speed);
             follows_volterra(&name, &model, &kernel);
         }
@@ -33,11 +33,11 @@ fn tables_of_another_model_are_refused() {
         common::model(&common::six_modes()),
     );
     let arrays = ClosedModes::arrays(&two).unwrap();
-    let of_kept = |model, arrays: &Vec<TableArray>| {
-        ClosedModes::of_kept(model, 9, arrays, InstructionSet::best()).map(|_| ())
+    let from_kept = |model, arrays: &Vec<TableArray>| {
+        ClosedModes::from_kept(model, 9, arrays, InstructionSet::best()).map(|_| ())
     };
-    assert_eq!(of_kept(&two, &arrays), Ok(()));
-    let refused = of_kept(&six, &arrays);
+    assert_eq!(from_kept(&two, &arrays), Ok(()));
+    let refused = from_kept(&six, &arrays);
     assert!(
         matches!(refused, Err(TableError::Kept { .. })),
         "{refused:?}"
@@ -48,7 +48,7 @@ fn tables_of_another_model_are_refused() {
             let mut values = other[index].values.to_vec();
             values.resize(values.len().saturating_add_signed(change), 0.0);
             other[index].values = values[..].into();
-            let refused = of_kept(&two, &other);
+            let refused = from_kept(&two, &other);
             assert_eq!(refused, Err(TableError::Kept { name: array.name }));
         }
     }

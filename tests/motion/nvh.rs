@@ -16,7 +16,7 @@ use gearatlas::model::{
 use gearatlas::numerics::exponential::legendre_series;
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
-use gearatlas::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare, TorqueGain};
+use gearatlas::structure::{BearingGain, MotionKind, OmittedModeForces, PlaceMotion, TorqueGain};
 use num_complex::{Complex64, c64};
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;
@@ -546,7 +546,7 @@ fn orders_of_a_linear_oscillator_are_its_response() {
         name: "somewhere x".into(),
         gain: vec![3e7],
         rate_gain: vec![2e3],
-        left_out: StaticShare::default(),
+        left_out: OmittedModeForces::default(),
     }];
     structure.torques = vec![TorqueGain {
         name: "shaft".into(),

@@ -236,7 +236,7 @@ fn rattling(model: &Model) -> TrajectoryState {
     }
     let norm = EnergyNorm::new(model);
     let mut state = model.start(&InitialState::Static).state;
-    let felt = norm.felt();
+    let felt = norm.weighted_components();
     let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
     for (k, i) in felt.into_iter().enumerate() {
         state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use gearatlas::analysis::continuation::drive::Family;
+use gearatlas::analysis::continuation::drive::ParametricDrive;
 use gearatlas::analysis::sensitivity::tangent::ParameterTangent;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, TrajectoryState};

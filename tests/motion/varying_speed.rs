@@ -8,7 +8,9 @@ use common::advance::settled;
 use gearatlas::analysis::EnergyNorm;
 use gearatlas::model::{ActiveSet, InitialState};
 use gearatlas::propagate::Kernel;
-use gearatlas::propagate::varying_speed::{MovingEvent, Stretch, VaryingSpeed, Watch};
+use gearatlas::propagate::varying_speed::{
+    MotionObserver, MovingEvent, SpeedInterval, VaryingSpeed,
+};
 use gearatlas::propagate::{Counters, InstructionSet};
 use gearatlas::reference::Extended;
 
@@ -16,7 +18,7 @@ use gearatlas::reference::Extended;
 #[derive(Default)]
 struct Events(Vec<(f64, ActiveSet)>);
 
-impl Watch for Events {
+impl MotionObserver for Events {
     fn event(&mut self, event: &MovingEvent) {
         self.0.push((event.phase, event.to));
     }
@@ -39,7 +41,7 @@ fn growing_speed_is_exact_to_round_off() {
         let a = growth / period;
         let duration = 2.0 * period / (1.0 + (1.0 + 2.0 * growth).sqrt());
         let speed = 1.0 / (kernel.cycles_per_radian() * period);
-        let mut stretch = Stretch::steady(duration, speed, model.load);
+        let mut stretch = SpeedInterval::steady(duration, speed, model.load);
         stretch.turned[2] = 0.5 * a * speed;
         let extended = Extended::new(&model).accelerated(a);
         let mut start = settled(&model, 40);
@@ -88,12 +90,12 @@ fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
     let off = |cycles: f64| -> f64 {
         // A whole number of cycles between the two speeds.
         let duration = cycles / (0.5 * (from + to) * teeth);
-        let mut stretch = Stretch::steady(duration, from, load);
+        let mut stretch = SpeedInterval::steady(duration, from, load);
         stretch.turned[2] = 0.5 * (to - from) / duration;
         let mut motion = varying.start(&fixed);
         let mut counters = Counters::default();
         let mut room = varying.workspace();
-        let settling = Stretch::steady(3000.0 / (from * teeth), from, load);
+        let settling = SpeedInterval::steady(3000.0 / (from * teeth), from, load);
         for stretch in [settling, stretch] {
             varying
                 .advance(&mut motion, &stretch, &mut room, &mut (), &mut counters)

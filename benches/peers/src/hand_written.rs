@@ -69,18 +69,18 @@ impl HandWritten {
     }
 
     /// Selects the components of its modes from a vector over all components of a state.
-    fn of_felt(&self, all: &[f64]) -> Vec<f64> {
+    fn of_contact_modes(&self, all: &[f64]) -> Vec<f64> {
         let part = |offset: usize| self.felt.iter().map(move |i| all[offset + i]);
         part(0).chain(part(self.all)).collect()
     }
 
     /// Advances by whole cycles from the start of one, with a tangent unless it is empty; returns the seconds.
     pub fn advance(&mut self, start: &TrajectoryState, tangent: &[f64], cycles: u64) -> f64 {
-        let motion = self.of_felt(&start.state);
+        let motion = self.of_contact_modes(&start.state);
         let count = c_int::from(!tangent.is_empty());
         let tangent = match count {
             0 => vec![0.0; motion.len()],
-            _ => self.of_felt(tangent),
+            _ => self.of_contact_modes(tangent),
         };
         let closed = [0, 1].map(|flank| c_int::from(start.contact.holds(flank)));
         // SAFETY: the vectors have two numbers for each of the drive's modes, and there are two flanks.
@@ -151,7 +151,7 @@ fn description(model: &Model, felt: &[usize]) -> Value {
         assert_eq!(companion, [0.0, 1.0], "the modes are coupled");
         [-stiffness, -damping, block.static_input[1]]
     };
-    let of_felt = |all: Vec<f64>| -> Vec<f64> { felt.iter().map(|&i| all[i]).collect() };
+    let of_contact_modes = |all: Vec<f64>| -> Vec<f64> { felt.iter().map(|&i| all[i]).collect() };
     let flanks = participations(model)
         .into_iter()
         .zip(&model.contacts)
@@ -175,8 +175,8 @@ fn description(model: &Model, felt: &[usize]) -> Value {
             }
             let segment = |s: &gearatlas::model::Segment| (s.end, s.stiffness.mean());
             json!({
-                "w": of_felt(w),
-                "g": of_felt(g),
+                "w": of_contact_modes(w),
+                "g": of_contact_modes(g),
                 "error": [error.amplitude, error.phase],
                 "segments": cycle.segments.iter().map(segment).collect::<Vec<_>>(),
             })

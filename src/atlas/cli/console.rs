@@ -6,7 +6,7 @@ use super::progress::Display;
 use super::run_args::RunArgs;
 use crate::manifest::Job;
 use crate::store::{PointRow, RunRecord};
-use crate::sweep::{Begun, Progress, Watcher};
+use crate::sweep::{Progress, ProgressObserver, SweepPlan};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -37,16 +37,16 @@ impl<'a> Console<'a> {
         }
     }
 
-    fn each(&mut self, tell: impl Fn(&mut dyn Watcher)) {
-        tell(&mut self.display);
+    fn each(&mut self, visit: impl Fn(&mut dyn ProgressObserver)) {
+        visit(&mut self.display);
         if let Some(events) = &mut self.events {
-            tell(events);
+            visit(events);
         }
     }
 }
 
-impl Watcher for Console<'_> {
-    fn begun(&mut self, begun: &Begun<'_>) {
+impl ProgressObserver for Console<'_> {
+    fn begun(&mut self, begun: &SweepPlan<'_>) {
         self.each(|watcher| watcher.begun(begun));
     }
 

@@ -6,7 +6,7 @@ use super::fail;
 use crate::analysis::Class;
 use crate::manifest::Job;
 use crate::store::{PointRow, RunRecord, Shard};
-use crate::sweep::{Begun, Progress, Watcher};
+use crate::sweep::{Progress, ProgressObserver, SweepPlan};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
@@ -103,7 +103,7 @@ impl<'a> Events<'a> {
         }
     }
 
-    fn tell(&mut self, event: &Event<'_>) {
+    fn emit(&mut self, event: &Event<'_>) {
         if self.fault.is_some() {
             return;
         }
@@ -117,7 +117,7 @@ impl<'a> Events<'a> {
     fn progress(&mut self, progress: &Progress) {
         self.last_progress = progress.elapsed;
         let elapsed = progress.elapsed.as_secs_f64();
-        self.tell(&Event::Progress {
+        self.emit(&Event::Progress {
             points: progress.points,
             open: progress.open,
             done: progress.done,
@@ -139,7 +139,7 @@ impl<'a> Events<'a> {
         for warning in &record.warnings {
             self.warning(warning);
         }
-        self.tell(&Event::Finished {
+        self.emit(&Event::Finished {
             exit_status,
             record,
         });
@@ -152,10 +152,10 @@ impl<'a> Events<'a> {
     }
 }
 
-impl Watcher for Events<'_> {
-    fn begun(&mut self, begun: &Begun<'_>) {
+impl ProgressObserver for Events<'_> {
+    fn begun(&mut self, begun: &SweepPlan<'_>) {
         let job = self.job;
-        self.tell(&Event::Started {
+        self.emit(&Event::Started {
             job: &job.name,
             folder: self.folder,
             manifest_hash: &job.hash,
@@ -173,7 +173,7 @@ impl Watcher for Events<'_> {
 
     fn warning(&mut self, sentence: &str) {
         if self.warned.insert(sentence.to_owned()) {
-            self.tell(&Event::Warning { message: sentence });
+            self.emit(&Event::Warning { message: sentence });
         }
     }
 
@@ -183,7 +183,7 @@ impl Watcher for Events<'_> {
         let values = row.axis_values.iter().map(|&value| value.into());
         let (outcome, placement) = (&row.outcome, &row.placement);
         let lyapunov = outcome.lyapunov.as_ref();
-        self.tell(&Event::Point {
+        self.emit(&Event::Point {
             point_id: row.point_id,
             axes: names.zip(values).collect(),
             status: outcome.status.name(),

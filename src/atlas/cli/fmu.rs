@@ -72,8 +72,8 @@ const LONGEST: u64 = 1 << 30;
 
 /// Writes the file: status 0, 2 for bad input, 1 if it cannot be written.
 pub fn run(args: &FmuArgs) -> Status {
-    let job = args.manifest.admit()?;
-    let point = point::admit(&job, args.point.as_deref().unwrap_or("0"))?.spec;
+    let job = args.manifest.read_job()?;
+    let point = point::read_point(&job, args.point.as_deref().unwrap_or("0"))?.spec;
     let out = (args.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.fmu", job.name)));
     if !args.overwrite && out.symlink_metadata().is_ok() {
         let message =
@@ -122,7 +122,7 @@ pub fn run(args: &FmuArgs) -> Status {
 
 /// The library's path and bytes.
 fn library(args: &FmuArgs) -> Result<(PathBuf, Vec<u8>), String> {
-    let beside = || {
+    let sibling = || {
         Some(
             std::env::current_exe()
                 .ok()?
@@ -131,7 +131,7 @@ fn library(args: &FmuArgs) -> Result<(PathBuf, Vec<u8>), String> {
                 .with_file_name(LIBRARY),
         )
     };
-    let path = args.library.clone().or_else(beside);
+    let path = args.library.clone().or_else(sibling);
     let path = path.unwrap_or_else(|| PathBuf::from(LIBRARY));
     match input::read(&path, LONGEST) {
         Ok(bytes) => Ok((path, bytes)),

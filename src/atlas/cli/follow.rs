@@ -41,7 +41,7 @@ pub struct FollowArgs {
 
 /// Follows orbits: status 0 if done, 2 for bad input, 130 if interrupted.
 pub fn run(args: &FollowArgs) -> Status {
-    let job = args.manifest.admit()?;
+    let job = args.manifest.read_job()?;
     let process = Process::prepare(NOTHING_WRITTEN)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.count().unwrap_or(0))

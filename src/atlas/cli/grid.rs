@@ -35,11 +35,15 @@ fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
         all => varied.next().unwrap_or(all),
     };
     (job.dimensions.iter())
-        .map(|own| {
-            let names: Vec<&str> = own.axes.iter().map(|&axis| job.axes[axis].name()).collect();
+        .map(|dimension| {
+            let names: Vec<&str> = dimension
+                .axes
+                .iter()
+                .map(|&axis| job.axes[axis].name())
+                .collect();
             let names = names.join(" with ");
-            let of = if own.sampled { "samples of " } else { "" };
-            format!("{} {of}{names}", count(own.length))
+            let of = if dimension.sampled { "samples of " } else { "" };
+            format!("{} {of}{names}", count(dimension.length))
         })
         .collect()
 }
@@ -82,7 +86,10 @@ pub fn carried_json(job: &Job) -> Value {
 pub fn tied_json(job: &Job) -> Value {
     let names =
         |axes: &[usize]| -> Vec<&str> { axes.iter().map(|&axis| job.axes[axis].name()).collect() };
-    let groups = job.dimensions.iter().filter(|own| own.is_tied());
+    let groups = job
+        .dimensions
+        .iter()
+        .filter(|dimension| dimension.is_tied());
     json!(groups.map(|own| names(&own.axes)).collect::<Vec<_>>())
 }
 

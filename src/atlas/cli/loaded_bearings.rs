@@ -61,17 +61,17 @@ impl LoadedBearings {
             });
             cells.collect::<String>()
         };
-        for own in bearings {
-            let stiffness: Vec<f64> = (0..5).map(|i| own.bears.stiffness[i][i]).collect();
-            let moved = own.moved.map(|part| 1e6 * part);
+        for bearing in bearings {
+            let stiffness: Vec<f64> = (0..5).map(|i| bearing.bears.stiffness[i][i]).collect();
+            let moved = bearing.moved.map(|part| 1e6 * part);
             row(format!(
                 "{:<20} {} {} {} {} {:>8}",
-                own.name,
-                cells(&own.bears.load[..3], 10),
+                bearing.name,
+                cells(&bearing.bears.load[..3], 10),
                 cells(&moved[..3], 9),
                 cells(&stiffness[..3], 11),
                 cells(&stiffness[3..], 11),
-                own.bears.elements
+                bearing.bears.elements
             ));
         }
         lines
@@ -81,14 +81,14 @@ impl LoadedBearings {
     pub fn json(&self) -> Value {
         match &self.bearings {
             Ok(bearings) => {
-                let each = bearings.iter().map(|own| {
+                let each = bearings.iter().map(|bearing| {
                     json!({
-                        "name": own.name,
-                        "load": own.bears.load,
-                        "displacement": own.moved,
-                        "stiffness": own.bears.stiffness,
-                        "elements": own.bears.elements,
-                        "largest_element_force": own.bears.largest,
+                        "name": bearing.name,
+                        "load": bearing.bears.load,
+                        "displacement": bearing.moved,
+                        "stiffness": bearing.bears.stiffness,
+                        "elements": bearing.bears.elements,
+                        "largest_element_force": bearing.bears.largest,
                     })
                 });
                 json!({ "at_load": self.load, "bearings": each.collect::<Vec<_>>() })

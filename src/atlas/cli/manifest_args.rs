@@ -56,12 +56,12 @@ impl ManifestArgs {
 
     /// The job of a manifest, for a computation. Shows its warnings and configures the process as the job demands. On
     /// failure, shows its errors and returns the exit status.
-    pub fn admit(&self) -> Result<Job, ExitCode> {
+    pub fn read_job(&self) -> Result<Job, ExitCode> {
         let job = self.load().map_err(|errors| {
             report(&errors);
             ExitCode::from(BAD_INPUT)
         })?;
-        portable::obey(&job).map_err(|message| fail(BAD_INPUT, &message))?;
+        portable::restrict(&job).map_err(|message| fail(BAD_INPUT, &message))?;
         warn(&job.warnings);
         Ok(job)
     }
@@ -70,7 +70,7 @@ impl ManifestArgs {
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
 pub fn report(errors: &ManifestErrors) {
     let text = if colour() { errors.render_coloured() } else { errors.render() };
-    say(&format!("{text}{}\n", errors.summary()));
+    print_line(&format!("{text}{}\n", errors.summary()));
 }
 
 /// Shows the warnings of a manifest in the same way.
@@ -79,7 +79,7 @@ pub fn warn(warnings: &Warnings) {
         return;
     }
     let text = if colour() { warnings.render_coloured() } else { warnings.render() };
-    say(&format!("{text}{}\n", warnings.summary()));
+    print_line(&format!("{text}{}\n", warnings.summary()));
 }
 
 fn colour() -> bool {
@@ -87,6 +87,6 @@ fn colour() -> bool {
 }
 
 /// Ignores a closed standard error.
-fn say(text: &str) {
+fn print_line(text: &str) {
     _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

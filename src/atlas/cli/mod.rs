@@ -137,7 +137,7 @@ enum Command {
 pub fn main() -> ExitCode {
     silence_reported_panics();
     match process::end_when_interrupted() {
-        Ok(()) => process::attend(carry_out),
+        Ok(()) => process::run_interruptibly(carry_out),
         Err(error) => fail(1, &format!("cannot watch for signals: {error}")),
     }
 }

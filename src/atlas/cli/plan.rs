@@ -48,7 +48,7 @@ pub struct PlanArgs {
 
 /// Forecasts a run: status 0, or 2 for bad input.
 pub fn run(args: &PlanArgs) -> Status {
-    let job = args.manifest.admit()?;
+    let job = args.manifest.read_job()?;
     let refused = args.shard.and_then(|_| grid::refuses(&job, "--shard"));
     if let Some(refusal) = refused {
         return Err(fail(BAD_INPUT, &refusal));

@@ -14,8 +14,8 @@ use serde_json::json;
 use super::{BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, with_causes};
 use crate::manifest::Measured;
 use crate::report::{
-    Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, Unit, What, drawable,
-    plot,
+    Amount, Display, Drawn, Log, NoAmount, PictureKind, PictureRequest, PlotRequest, Resonance,
+    Unit, drawable, plot,
 };
 use crate::store::{ResultLayout, TableStore, points_table, write_atomically};
 use crate::sweep::Prepared;
@@ -32,7 +32,7 @@ pub struct PlotArgs {
     /// Draw these kinds of pictures and columns of the results, separated by commas; see below
     /// [default: all kinds possible with the data].
     #[arg(long, value_parser = Names, value_name = "KIND|COLUMN,...", hide_possible_values = true)]
-    pub what: Vec<Vec<Asked>>,
+    pub what: Vec<Vec<PictureRequest>>,
     /// Draw curves over this axis instead of maps [default: the axis with most values].
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
@@ -115,25 +115,25 @@ static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
 struct Names;
 
 impl TypedValueParser for Names {
-    type Value = Vec<Asked>;
+    type Value = Vec<PictureRequest>;
 
     fn parse_ref(
         &self,
         command: &clap::Command,
         argument: Option<&Arg>,
         value: &OsStr,
-    ) -> Result<Vec<Asked>, clap::Error> {
+    ) -> Result<Vec<PictureRequest>, clap::Error> {
         let text = String::from_utf8_lossy(value.as_encoded_bytes());
         let names = separated(&text).into_iter().map(OsStr::new);
         names
-            .map(|name| Asked::from_str.parse_ref(command, argument, name))
+            .map(|name| PictureRequest::from_str.parse_ref(command, argument, name))
             .collect()
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let kinds = What::value_variants()
+        let kinds = PictureKind::value_variants()
             .iter()
-            .filter_map(What::to_possible_value);
+            .filter_map(PictureKind::to_possible_value);
         let columns = COLUMNS.iter().map(|name| PossibleValue::new(&**name));
         Some(Box::new(kinds.chain(columns)))
     }
@@ -299,7 +299,7 @@ fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
 }
 
 /// A Campbell diagram, which this command computes itself.
-const CAMPBELL: Asked = Asked::Kind(What::Campbell);
+const CAMPBELL: PictureRequest = PictureRequest::Kind(PictureKind::Campbell);
 
 /// Resonances, one per line; empty if there are none.
 fn table(resonances: &[Resonance], unit: &Unit) -> String {

@@ -141,7 +141,7 @@ const LISTED: usize = 24;
 const NEAR: f64 = 5e-7;
 
 /// The point of a job from an argument. On failure, prints all errors and returns the exit status.
-pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
+pub fn read_point(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
     choose(job, text).map_err(|errors| fail(BAD_INPUT, &joined(&errors)))
 }
 
@@ -233,8 +233,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         }
     }
     let mut values: Vec<Option<f64>> = typed.iter().map(|typed| Some(typed.as_ref()?.1)).collect();
-    for own in &job.dimensions {
-        fill(job, own, &mut values);
+    for dimension in &job.dimensions {
+        fill(job, dimension, &mut values);
     }
     let missing: Vec<&Axis> = (job.axes.iter().zip(&named).zip(&values))
         .filter(|((axis, named), value)| !**named && value.is_none() && axis.values.len() > 1)

@@ -10,7 +10,7 @@ use crate::numerics::instructions::keep_portable;
 ///
 /// # Errors
 /// The process was started without the environment variable for the system's library. The text is the command to type.
-pub fn obey(job: &Job) -> Result<(), String> {
+pub fn restrict(job: &Job) -> Result<(), String> {
     if !job.portable() {
         return Ok(());
     }

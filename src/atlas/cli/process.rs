@@ -49,7 +49,7 @@ pub const NOTHING_WRITTEN: &str = "interrupted; nothing was written";
 
 /// Does the work of a command on a separate thread, and returns its status. Cancelled work that does not end in time is
 /// abandoned; the status is then that of an interruption.
-pub fn attend(work: fn() -> ExitCode) -> ExitCode {
+pub fn run_interruptibly(work: fn() -> ExitCode) -> ExitCode {
     let (done, waiting) = channel();
     let named = thread::Builder::new().name("main".to_owned());
     let worker = match named.stack_size(STACK).spawn(move || _ = done.send(work())) {

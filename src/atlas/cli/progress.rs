@@ -4,7 +4,7 @@ use super::activity::Activity;
 use super::line::{self, Part};
 use crate::input::printable;
 use crate::store::PointRow;
-use crate::sweep::{Begun, Progress, Watcher};
+use crate::sweep::{Progress, ProgressObserver, SweepPlan};
 use indicatif::{HumanDuration, ProgressBar};
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
@@ -37,7 +37,7 @@ impl Display {
     }
 
     /// Writes a line, above the bar if there is one.
-    fn say(&self, line: &str) {
+    fn write_line(&self, line: &str) {
         if self.quiet {
             return;
         }
@@ -63,7 +63,7 @@ impl Display {
         if plain && progress.elapsed >= self.last_line + LINE_INTERVAL {
             self.last_line = progress.elapsed;
             let words: Vec<&str> = parts.iter().map(|part| part.words.as_str()).collect();
-            self.say(&words.join(", "));
+            self.write_line(&words.join(", "));
         }
         if self.terminal && !self.quiet {
             let share = progress.done as f64 / progress.points as f64;
@@ -80,20 +80,20 @@ impl Drop for Display {
     }
 }
 
-impl Watcher for Display {
-    fn begun(&mut self, begun: &Begun<'_>) {
+impl ProgressObserver for Display {
+    fn begun(&mut self, begun: &SweepPlan<'_>) {
         let Progress {
             points, resumed, ..
         } = begun.progress;
         if resumed > 0 && !self.terminal {
-            self.say(&format!(
+            self.write_line(&format!(
                 "{resumed}/{points} points kept from an interrupted run"
             ));
         }
     }
 
     fn warning(&mut self, sentence: &str) {
-        self.say(&format!("warning: {sentence}"));
+        self.write_line(&format!("warning: {sentence}"));
     }
 
     fn prepared(&mut self, tables: u64) {

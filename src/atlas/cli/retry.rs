@@ -14,7 +14,7 @@ use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
     StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
 };
-use crate::sweep::{ChainSelection, Options, Prepared, Sweep, SweepError, Watcher};
+use crate::sweep::{ChainSelection, Options, Prepared, ProgressObserver, Sweep, SweepError};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,7 +57,7 @@ fn retry(
             .with(&found)
             .ids()
             .collect(),
-        anew: retry_folder(folder, args),
+        new_folder: retry_folder(folder, args),
     };
     retry.refuse_link()?;
     let mut voice = Console::new(args, job, folder);
@@ -70,8 +70,8 @@ fn retry(
             Err(status) => return Ok(status),
         };
         match retry.compute(&mut process, &mut record, &mut voice) {
-            Ok(Ended::Exchanged(text)) => text,
-            Ok(Ended::Cut(status, text)) => {
+            Ok(RetryEnd::Exchanged(text)) => text,
+            Ok(RetryEnd::Cut(status, text)) => {
                 lock.abandon();
                 return Ok(voice.close(&record, status, &text));
             }
@@ -88,7 +88,7 @@ fn retry(
     recount(&mut record, folder, args)?;
     write_run(folder, &record)?;
     // Last step: until the record is written, the same command must find the folder.
-    discard(&retry.anew)?;
+    discard(&retry.new_folder)?;
     lock.abandon();
     Ok(voice.close(&record, status(&record), &text))
 }
@@ -100,11 +100,11 @@ struct Retry<'a> {
     folder: &'a Path,
     points: BTreeSet<u64>,
     /// Folder of the new points.
-    anew: PathBuf,
+    new_folder: PathBuf,
 }
 
 /// How the computation ended, with the text to print.
-enum Ended {
+enum RetryEnd {
     Exchanged(String),
     /// Interrupted, with an exit status.
     Cut(u8, String),
@@ -113,11 +113,11 @@ enum Ended {
 impl Retry<'_> {
     /// Refuses a symbolic link instead of the folder.
     fn refuse_link(&self) -> Result<(), StoreError> {
-        if !self.anew.is_symlink() {
+        if !self.new_folder.is_symlink() {
             return Ok(());
         }
         let fault = IoFault {
-            path: self.anew.clone(),
+            path: self.new_folder.clone(),
             action: "create",
             purpose: Purpose::Results,
             refusal: Refusal::SymbolicLink,
@@ -131,9 +131,9 @@ impl Retry<'_> {
         process: &mut Process,
         record: &mut RunRecord,
         voice: &mut Console<'_>,
-    ) -> Result<Ended, SweepError> {
+    ) -> Result<RetryEnd, SweepError> {
         let (args, folder) = (self.args, self.folder);
-        let mut journal = journal(&self.anew, self.job, &self.points)?;
+        let mut journal = journal(&self.new_folder, self.job, &self.points)?;
         let parts = Prepared::new(args.tables.store());
         for warning in &process.warnings {
             voice.warning(warning);
@@ -141,7 +141,7 @@ impl Retry<'_> {
         let watch = Stopwatch::start();
         let sweep = Sweep {
             job: self.job,
-            folder: &self.anew,
+            folder: &self.new_folder,
             options: Options {
                 threads: args.threads.count(),
                 pinning: args.pinning(),
@@ -162,7 +162,7 @@ impl Retry<'_> {
                 finished.points,
                 folder.display()
             );
-            return Ok(Ended::Cut(status, text));
+            return Ok(RetryEnd::Cut(status, text));
         }
         self.exchange(record, &finished.written.tables)?;
         process.warnings.extend(parts.warnings());
@@ -185,7 +185,7 @@ impl Retry<'_> {
             folder.display()
         );
         record.retries.push(retry);
-        Ok(Ended::Exchanged(text))
+        Ok(RetryEnd::Exchanged(text))
     }
 
     /// Replaces the old points by those of the new tables.
@@ -195,7 +195,7 @@ impl Retry<'_> {
             shard: self.args.shard,
             tables: &record.tables,
             points: &self.points,
-            anew: &self.anew,
+            new_folder: &self.new_folder,
             added,
         };
         record.tables = replace(exchange, |tables| {
@@ -265,24 +265,24 @@ fn retry_folder(folder: &Path, args: &RunArgs) -> PathBuf {
 }
 
 /// The journal of this retry. A journal with other points or of another program is replaced.
-fn journal(anew: &Path, job: &Job, points: &BTreeSet<u64>) -> Result<Journal, StoreError> {
+fn journal(new_folder: &Path, job: &Job, points: &BTreeSet<u64>) -> Result<Journal, StoreError> {
     let ids: Vec<String> = points.iter().map(u64::to_string).collect();
     let hash = blake3::hash(format!("{} {}", job.hash, ids.join(",")).as_bytes()).to_hex();
-    match Journal::open(anew, &hash, None, false) {
+    match Journal::open(new_folder, &hash, None, false) {
         Err(
             StoreError::OtherJob { .. }
             | StoreError::OtherProgram { .. }
             | StoreError::ForeignJournal { .. },
-        ) => Journal::open(anew, &hash, None, true),
+        ) => Journal::open(new_folder, &hash, None, true),
         opened => opened,
     }
 }
 
 /// Removes the folder of the retry, if it exists.
-fn discard(anew: &Path) -> Result<(), StoreError> {
-    match std::fs::remove_dir_all(anew) {
+fn discard(new_folder: &Path) -> Result<(), StoreError> {
+    match std::fs::remove_dir_all(new_folder) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(StoreError::io(anew, "remove", error))
+            Err(StoreError::io(new_folder, "remove", error))
         }
         _ => Ok(()),
     }

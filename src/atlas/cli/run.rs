@@ -9,14 +9,15 @@ use super::{BAD_INPUT, FAILED_POINTS, OrFail, Status, fail, grid, with_causes};
 use crate::manifest::Job;
 use crate::store::{RunRecord, RunState};
 use crate::sweep::{
-    Earlier, Finished, JobRan, JobRun, JobRunError, Options, SweepError, look_for_earlier,
+    ExistingResults, Finished, JobRun, JobRunEnd, JobRunError, Options, SweepError,
+    inspect_existing_results,
 };
 use std::path::Path;
 
 /// Runs a job: status 0 if done, 2 for bad input, 3 if points failed, 4 if another process computes the same, 130 if
 /// interrupted.
 pub fn run(args: &RunArgs) -> Status {
-    let job = args.manifest.admit()?;
+    let job = args.manifest.read_job()?;
     let options = [
         ("--shard", args.shard.is_some()),
         ("--retry", args.retry.is_some()),
@@ -29,18 +30,20 @@ pub fn run(args: &RunArgs) -> Status {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
-    match look_for_earlier(&folder, &job, args.shard, args.overwrite).or_explain(BAD_INPUT)? {
-        Earlier::Nothing if args.retry.is_some() => {
+    match inspect_existing_results(&folder, &job, args.shard, args.overwrite)
+        .or_explain(BAD_INPUT)?
+    {
+        ExistingResults::Nothing if args.retry.is_some() => {
             let folder = folder.display();
             let message =
                 "holds no finished results of this manifest; run it without --retry first";
             Err(fail(BAD_INPUT, &format!("{folder} {message}")))
         }
-        Earlier::Nothing => execute(args, &job, &folder),
-        Earlier::Complete(record) if args.retry.is_some() => {
+        ExistingResults::Nothing => execute(args, &job, &folder),
+        ExistingResults::Complete(record) if args.retry.is_some() => {
             Ok(retry::run(args, &job, &folder, *record))
         }
-        Earlier::Complete(record) => {
+        ExistingResults::Complete(record) => {
             let text = format!(
                 "{} already holds the results of this manifest ({} points); --overwrite computes them again\n",
                 folder.display(),
@@ -73,7 +76,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
         warnings,
     };
     let mut voice = Console::new(args, job, folder);
-    let JobRan { finished, record } = match run.run(&called_off, &mut voice) {
+    let JobRunEnd { finished, record } = match run.run(&called_off, &mut voice) {
         Ok(ran) => ran,
         Err(error) => {
             drop(voice);

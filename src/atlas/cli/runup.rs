@@ -42,14 +42,14 @@ pub struct RunupArgs {
 /// Runs one drive up: status 0 if done, 2 for bad input, 3 if the motion could not be integrated to the end, 130 if
 /// interrupted.
 pub fn run(args: &RunupArgs) -> Status {
-    let job = args.manifest.admit()?;
+    let job = args.manifest.read_job()?;
     let Some(spec) = &job.run_up else {
         let message = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
         return Err(fail(BAD_INPUT, message));
     };
     // The speed of a point has no effect: the default is the first point.
     let has_point = !args.point.text.is_empty();
-    let point = point::admit(&job, if has_point { &args.point.text } else { "0" })?;
+    let point = point::read_point(&job, if has_point { &args.point.text } else { "0" })?;
     let label = if has_point { &point.label } else { "" };
     let folder = (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "runup", label));
     let occupied = recording::occupied(&folder, TableKind::Signals, "run-up");

@@ -46,8 +46,8 @@ pub struct SensitivityArgs {
 
 /// Prints the sensitivities of a point: status 0 if done, 2 for bad input, 130 if interrupted.
 pub fn run(args: &SensitivityArgs) -> Status {
-    let job = args.manifest.admit()?;
-    let point = point::admit(&job, &args.point.text)?.spec;
+    let job = args.manifest.read_job()?;
+    let point = point::read_point(&job, &args.point.text)?.spec;
     if !(args.step > 0.0 && args.step < 0.5) {
         return Err(fail(BAD_INPUT, "--step must be above 0 and below 0.5"));
     }

@@ -69,7 +69,7 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 
 /// Builds the tables: status 0 if all are kept, 1 if one cannot be, 2 for bad input.
 pub fn run(args: &TableArgs) -> Status {
-    let job = args.manifest.admit()?;
+    let job = args.manifest.read_job()?;
     start_threads(&args.threads)?;
     let drawings = drawings(&job);
     if drawings.is_empty() {

@@ -59,8 +59,8 @@ pub struct TraceArgs {
 /// Traces one operating point: status 0 if done, 2 for bad input, 3 if the trajectory could not be integrated to the
 /// end, 130 if interrupted.
 pub fn run(args: &TraceArgs) -> Status {
-    let job = args.manifest.admit()?;
-    let point = point::admit(&job, &args.point.text)?;
+    let job = args.manifest.read_job()?;
+    let point = point::read_point(&job, &args.point.text)?;
     let folder =
         (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "trace", &point.label));
     if let Some(message) =

@@ -5,19 +5,19 @@ use serde_json::{Value, json};
 
 /// Label and text of its lines; advice on several keys appears once.
 pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
-    let mut said: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
+    let mut groups: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
     for word in advice {
         let place = match word.place {
             Some(Place::Line(line)) => format!("{} (line {line})", word.key),
             Some(Place::Set) => format!("{} (--set)", word.key),
             None => word.key.clone(),
         };
-        match said
+        match groups
             .iter_mut()
             .find(|(kind, message, _)| *kind == word.kind && *message == word.message)
         {
             Some((.., places)) => places.push(place),
-            None => said.push((word.kind, word.message.as_str(), vec![place])),
+            None => groups.push((word.kind, word.message.as_str(), vec![place])),
         }
     }
     let line = |(kind, message, places): (AdviceKind, &str, Vec<String>)| {
@@ -26,7 +26,7 @@ pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
             format!("{}: {message}", places.join(", ")),
         )
     };
-    said.into_iter().map(line).collect()
+    groups.into_iter().map(line).collect()
 }
 
 fn head(kind: AdviceKind) -> &'static str {

@@ -96,7 +96,7 @@ impl Surveyed {
 
     /// Its columns with lists widened to one column per element, or left out. Equal names (elements `b x` and `b_x`)
     /// are numbered from the second on.
-    pub(super) fn flat(&self, lists: Lists) -> Vec<Flat> {
+    pub(super) fn flat(&self, lists: Lists) -> Vec<FlatColumn> {
         let mut taken = HashSet::new();
         let mut flat = Vec::new();
         for (index, column) in self.columns.iter().enumerate() {
@@ -111,7 +111,7 @@ impl Surveyed {
                     count += 1;
                     name = format!("{plain}_{count}");
                 }
-                flat.push(Flat {
+                flat.push(FlatColumn {
                     column: index,
                     place,
                     title: column.titled(name),
@@ -146,7 +146,7 @@ impl Surveyed {
 
 /// A column of a table without lists.
 #[derive(Debug)]
-pub(super) struct Flat {
+pub(super) struct FlatColumn {
     /// Index of its column in the table, from 0.
     pub column: usize,
     /// Index of the element of its lists, from 0.

@@ -114,20 +114,22 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
 }
 
 /// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. The axes with
-/// indices `held` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors` and
+/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors` and
 /// `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
     axes: &[Axis],
     along: usize,
-    held: &[usize],
+    fixed_axes: &[usize],
 ) -> Vec<usize> {
     let mut branch = vec![0; attractors.len()];
     let mut next = 0;
     let mut lines: BTreeMap<(Vec<u64>, Option<&str>), Vec<&PointSummary>> = BTreeMap::new();
     for point in points {
-        let values = held.iter().map(|&axis| point.axis_values[axis].to_bits());
+        let values = fixed_axes
+            .iter()
+            .map(|&axis| point.axis_values[axis].to_bits());
         let line = (values.collect(), point.direction.as_deref());
         lines.entry(line).or_default().push(point);
     }
@@ -236,8 +238,8 @@ mod tests {
                 ..PointSummary::default()
             })
             .collect();
-        let held: Vec<usize> = (0..axes.len()).filter(|axis| *axis != along).collect();
-        branches(attractors, &points, &axes, along, &held)
+        let fixed_axes: Vec<usize> = (0..axes.len()).filter(|axis| *axis != along).collect();
+        branches(attractors, &points, &axes, along, &fixed_axes)
     }
 
     #[test]

@@ -63,10 +63,10 @@ pub(super) fn read(folder: &Path, points: &[PointSummary]) -> Result<Vec<Coexist
             continue;
         };
         let attractor = attractors[row];
-        let alike = |ending: &&mut Ending| {
+        let same_ending = |ending: &&mut Ending| {
             ending.attractor == attractor && (attractor.is_some() || ending.status == status)
         };
-        if let Some(ending) = point.endings.iter_mut().find(alike) {
+        if let Some(ending) = point.endings.iter_mut().find(same_ending) {
             ending.probes += 1;
             continue;
         }

@@ -78,7 +78,7 @@ impl Map {
             },
         };
         let shown: Vec<usize> = down.into_iter().chain([across]).collect();
-        let held = tied.held(axes.len(), &shown).into_iter();
+        let held = tied.fixed_axes(axes.len(), &shown).into_iter();
         let further = held.filter(|axis| varied.contains(axis)).collect();
         let rows = Bins::new(down.map_or(1, |axis| axes[axis].values.len()), MOST[0]);
         let columns = Bins::new(axes[across].values.len(), MOST[1]);

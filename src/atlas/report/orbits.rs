@@ -182,9 +182,9 @@ fn distinct_points<'o>(orbits: impl Iterator<Item = &'o Orbit>) -> usize {
 }
 
 fn counts(orbits: &[Orbit]) -> Vec<OrbitCount> {
-    let mut alike: BTreeMap<(u64, bool), Vec<&Orbit>> = BTreeMap::new();
+    let mut groups: BTreeMap<(u64, bool), Vec<&Orbit>> = BTreeMap::new();
     for orbit in orbits {
-        alike
+        groups
             .entry((orbit.period, !orbit.stable))
             .or_default()
             .push(orbit);
@@ -208,5 +208,5 @@ fn counts(orbits: &[Orbit]) -> Vec<OrbitCount> {
             kick_over_linear: orbits.iter().filter_map(ratio).reduce(f64::max),
         }
     };
-    alike.into_iter().map(count).collect()
+    groups.into_iter().map(count).collect()
 }

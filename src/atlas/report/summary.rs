@@ -199,7 +199,7 @@ impl Summary {
         let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| {
-                let held = tied.held(axes.len(), &[along]);
+                let held = tied.fixed_axes(axes.len(), &[along]);
                 branches::branches(&attractors, &all, &axes, along, &held)
             },
         );

@@ -82,15 +82,15 @@ fn push_header(text: &mut String, summary: &Summary) {
         _ = write!(text, ": {}", statuses.join(", "));
     }
     text.push('\n');
-    let held: Vec<f64> = (summary.axes.iter())
+    let fixed_values: Vec<f64> = (summary.axes.iter())
         .map(|axis| axis.values.first().copied().unwrap_or(f64::NAN))
         .collect();
     let single = (0..summary.axes.len()).filter(|&axis| summary.axes[axis].values.len() == 1);
-    let held = place_words(summary, single, &held);
-    if !held.is_empty() && summary.points > 1 {
-        _ = writeln!(text, "  all at {held}");
-    } else if !held.is_empty() {
-        _ = writeln!(text, "  at {held}");
+    let fixed_values = place_words(summary, single, &fixed_values);
+    if !fixed_values.is_empty() && summary.points > 1 {
+        _ = writeln!(text, "  all at {fixed_values}");
+    } else if !fixed_values.is_empty() {
+        _ = writeln!(text, "  at {fixed_values}");
     }
     if let Some([found, expected]) = summary.shards {
         _ = writeln!(text, "  {found} of {expected} shards");

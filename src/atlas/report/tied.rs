@@ -56,7 +56,7 @@ impl Tied {
     }
 
     /// The fixed axes if some axes are free: all others except those tied to the free ones.
-    pub(super) fn held(&self, axes: usize, free: &[usize]) -> Vec<usize> {
+    pub(super) fn fixed_axes(&self, axes: usize, free: &[usize]) -> Vec<usize> {
         let with = |axis: usize, group: &Group| {
             group.axes.contains(&axis)
                 && match group.plane {
@@ -100,7 +100,7 @@ mod tests {
     fn without_ties_every_axis_is_free() {
         let tied = Tied::default();
         assert_eq!(tied.free(3), [0, 1, 2]);
-        assert_eq!(tied.held(3, &[2]), [0, 1]);
+        assert_eq!(tied.fixed_axes(3, &[2]), [0, 1]);
     }
 
     #[test]
@@ -109,12 +109,12 @@ mod tests {
         // Three gaps in addition to a list of twelve points over a course of loads and speeds.
         let course = Tied::new(list(), &axes(&[2, 3, 12, 12]), 36);
         assert_eq!(course.free(4), [1, 3]);
-        assert!(course.held(4, &[1, 3]).is_empty());
-        assert_eq!(course.held(4, &[2]), [1]);
+        assert!(course.fixed_axes(4, &[1, 3]).is_empty());
+        assert_eq!(course.fixed_axes(4, &[2]), [1]);
         // The same list over a plane of four loads by three speeds, one point missing.
         let plane = Tied::new(list(), &axes(&[1, 3, 4, 3]), 33);
         assert_eq!(plane.free(4), [1, 2, 3]);
-        assert_eq!(plane.held(4, &[1, 2]), [3]);
-        assert_eq!(plane.held(4, &[3]), [1, 2]);
+        assert_eq!(plane.fixed_axes(4, &[1, 2]), [3]);
+        assert_eq!(plane.fixed_axes(4, &[3]), [1, 2]);
     }
 }

@@ -472,10 +472,10 @@ mod tests {
             verdict(&noisy(2e-5, 1e-4)).class,
             Some(Class::QuasiPeriodic)
         );
-        for (lambda, said) in [(-2e-3, "raise run.transient by 6"), (-0.1, "has settled")] {
+        for (lambda, message) in [(-2e-3, "raise run.transient by 6"), (-0.1, "has settled")] {
             let v = verdict(&noisy(lambda, 1e-4));
             assert_eq!(v.class, Some(Class::NotConverged));
-            assert!(v.reason.contains(said), "{}", v.reason);
+            assert!(v.reason.contains(message), "{}", v.reason);
         }
     }
 

@@ -40,7 +40,7 @@ struct Period {
     /// A for the components with weight, in energy coordinates.
     felt: Mat<f64>,
     /// x₁ − x₀ in these coordinates.
-    felt_drift: Vec<f64>,
+    weighted_drift: Vec<f64>,
 }
 
 impl<'m> ContactJumps<'m> {
@@ -106,12 +106,12 @@ impl<'m> ContactJumps<'m> {
             return None;
         }
         let mut counters = Counters::default();
-        let mut ahead = start.clone();
+        let mut next_state = start.clone();
         // Detects rattle without the cost of tangents.
         kernel
             .advance(
                 u64::from(period),
-                &mut ahead,
+                &mut next_state,
                 workspace,
                 &mut (),
                 &mut counters,
@@ -120,17 +120,23 @@ impl<'m> ContactJumps<'m> {
         if counters.events > 0 {
             return None;
         }
-        let mut ahead = start.clone();
+        let mut next_state = start.clone();
         let mut tangents = Tangents::zeros(size / 2, size);
         for i in 0..size {
             tangents.vector_mut(i)[i] = 1.0;
         }
         for _ in 0..period {
             kernel
-                .advance_cycle(&mut ahead, &mut tangents, workspace, &mut (), &mut counters)
+                .advance_cycle(
+                    &mut next_state,
+                    &mut tangents,
+                    workspace,
+                    &mut (),
+                    &mut counters,
+                )
                 .ok()?;
         }
-        if counters.events > 0 || ahead.contact != start.contact {
+        if counters.events > 0 || next_state.contact != start.contact {
             return None;
         }
         let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
@@ -138,17 +144,17 @@ impl<'m> ContactJumps<'m> {
         for j in 0..size {
             self.norm.project(tangents.vector_mut(j));
         }
-        let (weights, felt) = (self.norm.weights(), self.norm.felt());
+        let (weights, felt) = (self.norm.weights(), self.norm.weighted_components());
         Some(Period {
             increment,
-            drift: (ahead.state.iter().zip(&start.state))
+            drift: (next_state.state.iter().zip(&start.state))
                 .map(|(end, start)| end - start)
                 .collect(),
             felt: Mat::from_fn(felt.len(), felt.len(), |row, column| {
                 let (i, j) = (felt[row], felt[column]);
                 weights[i] * tangents.vector(j)[i] / weights[j]
             }),
-            felt_drift: self.norm.difference(&ahead.state, &start.state),
+            weighted_drift: self.norm.difference(&next_state.state, &start.state),
         })
     }
 
@@ -161,17 +167,17 @@ impl<'m> ContactJumps<'m> {
         map: &Period,
         workspace: &mut K::Workspace,
     ) -> bool {
-        let size = map.felt_drift.len();
+        let size = map.weighted_drift.len();
         let rest = Mat::from_fn(size, size, |i, j| {
             f64::from(u8::from(i == j)) - map.felt[(i, j)]
         });
-        let ahead = solve(rest.as_ref(), &map.felt_drift);
+        let next_state = solve(rest.as_ref(), &map.weighted_drift);
         let mut end = start.clone();
-        for (row, &i) in self.norm.felt().iter().enumerate() {
-            end.state[i] += ahead[row] / self.norm.weights()[i];
+        for (row, &i) in self.norm.weighted_components().iter().enumerate() {
+            end.state[i] += next_state[row] / self.norm.weights()[i];
         }
         let lasting = LastingContact::new(self.model, &self.norm, &map.felt, (end, period));
-        let away: Vec<f64> = ahead.iter().map(|x| -x).collect();
+        let away: Vec<f64> = next_state.iter().map(|x| -x).collect();
         lasting.is_some_and(|mut lasting| lasting.is_certain(kernel, &away, workspace))
     }
 }

@@ -128,7 +128,7 @@ mod tests {
     use crate::model::fixtures::{constant_mesh, one_mode};
 
     /// Checks a motion with these deflections \[half gaps\] at the starts of cycles.
-    fn look(deflections: impl Iterator<Item = f64>) -> Option<Runaway> {
+    fn check_deflections(deflections: impl Iterator<Item = f64>) -> Option<Runaway> {
         let point = OperatingPoint {
             load: 1.0,
             speed: 1.0,
@@ -144,16 +144,16 @@ mod tests {
     #[test]
     fn growth_beyond_the_gap_is_found_and_beats_are_not() {
         let growing = |from: f64, rate: f64| (0..200).map(move |n| from * rate.powi(n));
-        let found = look(growing(100.0, 1.05)).unwrap();
+        let found = check_deflections(growing(100.0, 1.05)).unwrap();
         assert!((found.growth - 1.05).abs() < 1e-3, "{found:?}");
         assert!((found.half_gaps / (100.0 * 1.05_f64.powi(199)) - 1.0).abs() < 1e-2);
         assert!(found.to_string().contains("5.00 %"), "{found}");
         // Growth about the gap, slow growth, decay, a beat, and a short start.
-        assert_eq!(look(growing(1e-3, 1.05)), None);
-        assert_eq!(look(growing(1e4, 1.005)), None);
-        assert_eq!(look(growing(1e9, 0.95)), None);
+        assert_eq!(check_deflections(growing(1e-3, 1.05)), None);
+        assert_eq!(check_deflections(growing(1e4, 1.005)), None);
+        assert_eq!(check_deflections(growing(1e9, 0.95)), None);
         let beat = (0..200).map(|n| 1e5 * (0.1 * f64::from(n)).sin());
-        assert_eq!(look(beat), None);
-        assert_eq!(look(growing(1e4, 2.0).take(30)), None);
+        assert_eq!(check_deflections(beat), None);
+        assert_eq!(check_deflections(growing(1e4, 2.0).take(30)), None);
     }
 }

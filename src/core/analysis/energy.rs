@@ -27,7 +27,7 @@ mod impacts;
 use super::modal_series::ModalMotion;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};
-pub(super) use balance::{Balance, Edge};
+pub(super) use balance::{Balance, WindowEndContacts};
 pub(super) use cause::Cause;
 
 /// Residual above which a kernel without truncation error has failed. No valid row of a thousand random

@@ -75,9 +75,9 @@ impl Frequencies {
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         // Rigid stops and dry friction have no stiffness, and contacts that soften have none that vibrates.
         let stiff = |contact: &usize| {
-            let own = &model.contacts[*contact];
-            let stands = own.release.of_stop() || own.release.of_friction();
-            !stands && own.cycles[0].mean_stiffness() > 0.0
+            let contact = &model.contacts[*contact];
+            let stands = contact.release.of_stop() || contact.release.of_friction();
+            !stands && contact.cycles[0].mean_stiffness() > 0.0
         };
         let stops = (0..model.contacts.len()).filter(|contact| !stiff(contact));
         let stops = stops.fold(ActiveSet::FREE, ActiveSet::toggled);
@@ -145,11 +145,11 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
     };
     // Modes that neither a spring nor a contact holds stay exactly rigid.
     let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
-    let (held, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
+    let (constrained, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
         .partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
     let all = |matrix: Matrix| {
-        Mat::from_fn(held.len(), held.len(), |i, j| {
-            let (i, j) = (held[i], held[j]);
+        Mat::from_fn(constrained.len(), constrained.len(), |i, j| {
+            let (i, j) = (constrained[i], constrained[j]);
             let of = |spring: &Spring| {
                 let value = match matrix {
                     Matrix::Stiffness => spring.stiffness,
@@ -171,7 +171,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
         let image = &damping * shape;
         let decay: f64 = shape.iter().zip(image.iter()).map(|(a, b)| a * b).sum();
         let stored = |spring: &Spring| {
-            let along = held.iter().zip(shape.iter());
+            let along = constrained.iter().zip(shape.iter());
             let along: f64 = along.map(|(&i, a)| spring.along[i] * a).sum();
             spring.stiffness * along * along
         };

@@ -123,9 +123,12 @@ impl<'a> LastingContact<'a> {
             let mut both = vec![0.0_f64; self.model.contacts.len()];
             for v in self.modes.vectors[mode].clone() {
                 if v.iter().any(|x| *x != 0.0) {
-                    let beside = self.observe_period(kernel, Some(&v), workspace)?;
+                    let disturbed = self.observe_period(kernel, Some(&v), workspace)?;
                     let steady = &self.steady.as_ref()?.windows;
-                    for (both, one) in both.iter_mut().zip(apart(steady, &beside.windows)?) {
+                    for (both, one) in both
+                        .iter_mut()
+                        .zip(margin_differences(steady, &disturbed.windows)?)
+                    {
                         *both = both.hypot(one / (DISTURBANCE * self.norm.unit()));
                     }
                 }
@@ -144,7 +147,12 @@ impl<'a> LastingContact<'a> {
         workspace: &mut K::Workspace,
     ) -> Option<ObservedMargins> {
         let mut state = self.orbit.clone();
-        for (&i, v) in self.norm.felt().iter().zip(along.into_iter().flatten()) {
+        for (&i, v) in self
+            .norm
+            .weighted_components()
+            .iter()
+            .zip(along.into_iter().flatten())
+        {
             state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
         }
         let mut margins = Margins::new(self.model, &mut self.motion, along.is_none());
@@ -333,13 +341,13 @@ fn least(series: &Series, halvings: u32, known: f64) -> f64 {
 }
 
 /// Largest differences of margins, by contact; `None` if the windows differ.
-fn apart(steady: &[Vec<Series>], beside: &[Vec<Series>]) -> Option<Vec<f64>> {
-    if steady.len() != beside.len() {
+fn margin_differences(steady: &[Vec<Series>], disturbed: &[Vec<Series>]) -> Option<Vec<f64>> {
+    if steady.len() != disturbed.len() {
         return None;
     }
     let contacts = steady.first().map_or(0, Vec::len);
     let change = |contact: usize| {
-        (steady.iter().zip(beside))
+        (steady.iter().zip(disturbed))
             .map(|(a, b)| {
                 let terms = a[contact].iter().zip(&b[contact]);
                 terms.map(|(a, b)| (b - a).abs()).sum::<f64>()

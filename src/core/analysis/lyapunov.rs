@@ -103,8 +103,8 @@ impl TangentGrowth {
     }
 
     /// Modified Gram–Schmidt. Adds the logarithms of the lengths to the averages, passes every entry of the
-    /// triangular factor to `tell`, and returns the first logarithm.
-    fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) -> f64 {
+    /// triangular factor to `record`, and returns the first logarithm.
+    fn orthonormalise(&mut self, norm: &EnergyNorm, mut record: impl FnMut(f64)) -> f64 {
         let mut first = 0.0;
         let left = norm.dimension_when_stuck();
         for i in 0..self.tangents.count() {
@@ -113,14 +113,14 @@ impl TangentGrowth {
                 if i < left { 0.0 } else { ROUND_OFF * norm.length(self.tangents.vector(i)) };
             for j in 0..i {
                 let along = norm.product(self.tangents.vector(j), self.tangents.vector(i));
-                tell(along);
+                record(along);
                 let other = self.tangents.vector(j).to_vec();
                 for (x, y) in self.tangents.vector_mut(i).iter_mut().zip(&other) {
                     *x -= along * y;
                 }
             }
             let length = norm.length(self.tangents.vector(i));
-            tell(length);
+            record(length);
             let growth = if length > noise { length.ln() } else { f64::NEG_INFINITY };
             self.averages[i].push(growth);
             if i == 0 {

@@ -78,7 +78,7 @@ pub use outcome::*;
 pub use outputs::{OutputStatistics, Outputs, named as named_outputs};
 pub use poincare::{PoincareConfig, Section};
 pub use poincare_sample::{PoincareSample, SampleKind};
-pub use point::{Outlook, investigate, investigate_onward};
+pub use point::{ExpectedCycles, investigate, investigate_onward};
 pub use power::Power;
 pub use power_outcome::PowerOutcome;
 pub use recurrence::excitation_period;

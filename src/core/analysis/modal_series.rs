@@ -311,7 +311,7 @@ mod tests {
     }
 
     /// Compares the end of every window with the state that the next one starts from.
-    struct Chain<'m> {
+    struct ContinuityCheck<'m> {
         motion: ModalMotion<'m>,
         ends: Vec<[f64; 2]>,
         windows: u64,
@@ -320,7 +320,7 @@ mod tests {
         worst: [f64; 2],
     }
 
-    impl Observer for Chain<'_> {
+    impl Observer for ContinuityCheck<'_> {
         const WINDOWS: bool = true;
 
         fn window(&mut self, window: &Window<'_>) {
@@ -354,7 +354,7 @@ mod tests {
         let kernel = Volterra::new(&model, f64::EPSILON, 1000);
         let mut trajectory = model.start(&InitialState::Static);
         let mut workspace = kernel.workspace();
-        let mut chain = Chain {
+        let mut chain = ContinuityCheck {
             motion: ModalMotion::new(&model),
             ends: Vec::new(),
             windows: 0,
@@ -400,9 +400,9 @@ mod tests {
             first: &first,
             second: &second,
         };
-        let mut still = model.clone();
-        still.ripple.clear();
-        let mut motion = ModalMotion::new(&still);
+        let mut unloaded = model.clone();
+        unloaded.ripple.clear();
+        let mut motion = ModalMotion::new(&unloaded);
         let series = motion.on(&window);
         let (omega, zeta): (f64, f64) = (4288.0, 0.01);
         let nu = omega * (1.0 - zeta * zeta).sqrt();

@@ -49,7 +49,7 @@ impl EnergyNorm {
             weights[n + slider.block] = 0.0;
         }
         // The angle of the whole drive has no effect.
-        let unfelt = reduced(model.unfelt_displacements());
+        let unfelt = reduced(model.unrestrained_displacements());
         for (index, _) in &unfelt {
             weights[*index] = 0.0;
         }
@@ -57,7 +57,7 @@ impl EnergyNorm {
             weights,
             unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
-            taken: taken(model),
+            taken: event_dimensions(model),
         }
     }
 
@@ -74,7 +74,7 @@ impl EnergyNorm {
             weights,
             unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
-            taken: taken(model),
+            taken: event_dimensions(model),
         }
     }
 
@@ -85,7 +85,7 @@ impl EnergyNorm {
 
     /// Dimension of the space without the neutral pair: the number of exponents.
     pub fn dimension(&self) -> usize {
-        self.felt().len()
+        self.weighted_components().len()
     }
 
     /// Number of independent tangents if every dry slider slips and every rigid stop holds the structure.
@@ -94,7 +94,7 @@ impl EnergyNorm {
     }
 
     /// Indices of the components that count: all but the neutral pair.
-    pub fn felt(&self) -> Vec<usize> {
+    pub fn weighted_components(&self) -> Vec<usize> {
         (0..self.weights.len())
             .filter(|&i| self.weights[i] > 0.0)
             .collect()
@@ -113,8 +113,8 @@ impl EnergyNorm {
     /// Norm of a difference.
     pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
         if !self.unfelt.is_empty() {
-            let apart = self.difference(x, y);
-            return apart.iter().map(|d| d * d).sum::<f64>().sqrt();
+            let deviation = self.difference(x, y);
+            return deviation.iter().map(|d| d * d).sum::<f64>().sqrt();
         }
         let mut sum = 0.0;
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
@@ -126,7 +126,7 @@ impl EnergyNorm {
 
     /// Whether a difference is no longer than `limit`. Most longer ones exceed it with their first
     /// components.
-    pub fn within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
+    pub fn is_within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
         if !self.unfelt.is_empty() {
             return self.distance(x, y) <= limit;
         }
@@ -155,11 +155,11 @@ impl EnergyNorm {
         sum
     }
 
-    /// The weighted components of a difference, in the order of [`Self::felt`].
+    /// The weighted components of a difference, in the order of [`Self::weighted_components`].
     pub fn difference(&self, x: &[f64], y: &[f64]) -> Vec<f64> {
-        let mut apart: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
-        self.project(&mut apart);
-        let weighted = self.weights.iter().zip(&apart);
+        let mut deviation: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
+        self.project(&mut deviation);
+        let weighted = self.weights.iter().zip(&deviation);
         weighted
             .filter(|(w, _)| **w > 0.0)
             .map(|(w, a)| w * a)
@@ -184,7 +184,7 @@ impl EnergyNorm {
 
 /// How many dimensions events may take from the tangents: one for each dry slider and each element of dry friction, two for
 /// each rigid stop.
-fn taken(model: &Model) -> usize {
+fn event_dimensions(model: &Model) -> usize {
     model.sliders.len() + model.frictions.len() + 2 * model.stops.len()
 }
 

@@ -7,11 +7,11 @@
 
 use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
-use super::nvh::stretches::{Stretches, Summable};
+use super::nvh::block_sums::{BlockSums, Summable};
 use super::outcome::{OrderLine, SignalOrders};
 use super::signal::Signal;
 use crate::model::Model;
-use crate::numerics::fourier::{Stretch, add_lines};
+use crate::numerics::fourier::{ScaledWindow, add_lines};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::Window;
 use num_complex::Complex64;
@@ -53,7 +53,7 @@ struct Family {
     reference: String,
     /// The frequency `[p, q]`: p periods in q mesh cycles.
     periods: [u32; 2],
-    stretches: Stretches<Sums>,
+    stretches: BlockSums<Sums>,
 }
 
 impl Family {
@@ -67,7 +67,7 @@ impl Family {
         Self {
             reference,
             periods,
-            stretches: Stretches::new(empty, length),
+            stretches: BlockSums::new(empty, length),
         }
     }
 
@@ -229,7 +229,7 @@ impl Orders {
             let slowest = TAU * f64::from(p) / (f64::from(q) * self.period);
             let cycle = window.cycle % u64::from(q);
             let middle = window.start + 0.5 * window.duration;
-            let stretch = Stretch {
+            let stretch = ScaledWindow {
                 duration: window.duration,
                 half_turn: 0.5 * slowest * window.duration,
                 phase: slowest * (cycle as f64 * self.period + middle),

@@ -13,8 +13,8 @@
 
 use super::config::Signals;
 use super::modal_series::{ModalMotion, ModalSeries, Series, TERMS, add_multiple, padded};
-use super::nvh::stretches::Stretches;
-use super::precision::Size;
+use super::nvh::block_sums::BlockSums;
+use super::precision::SignalSize;
 use crate::model::{BearingOutput, DRIVE_FLANK, Model, NamedMesh, Output, Quantity};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::Window;
@@ -38,7 +38,10 @@ struct OutputWeights {
 impl OutputWeights {
     /// The law of a bearing, with its index in the model, and with the static share of omitted modes.
     fn of_bearing(model: &Model, (index, bearing): (usize, &BearingOutput)) -> Self {
-        let shares = model.directions.iter().map(|own| &own.on_bearings);
+        let shares = model
+            .directions
+            .iter()
+            .map(|direction| &direction.on_bearings);
         let by_force = shares.map(|shares| shares.get(index).copied().unwrap_or(0.0));
         Self {
             gain: bearing.gain.clone(),
@@ -89,10 +92,10 @@ const OF_MESH: [Quantity; 2] = [Quantity::MeshDeflection, Quantity::MeshForce];
 
 /// Name and quantity of the requested outputs of a model, in the order of their series.
 pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Quantity)> {
-    let bearings = (model.bearings.iter()).map(|own| (&own.name, Quantity::BearingForce));
-    let outputs = (model.outputs.iter()).map(|own| (&own.name, own.quantity));
+    let bearings = (model.bearings.iter()).map(|bearing| (&bearing.name, Quantity::BearingForce));
+    let outputs = (model.outputs.iter()).map(|output| (&output.name, output.quantity));
     let meshes =
-        (model.meshes.iter()).flat_map(|own| OF_MESH.map(|quantity| (&own.name, quantity)));
+        (model.meshes.iter()).flat_map(|mesh| OF_MESH.map(|quantity| (&mesh.name, quantity)));
     (bearings.chain(outputs).chain(meshes))
         .filter(move |(_, quantity)| wanted.has(*quantity))
         .map(|(name, quantity)| (format!("{} {name}", quantity.name()), quantity))
@@ -114,7 +117,7 @@ pub struct Outputs {
     /// Mean of the first window.
     centres: Vec<f64>,
     /// Time \[s\], ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
-    sums: Vec<Stretches<[f64; 3]>>,
+    sums: Vec<BlockSums<[f64; 3]>>,
     cycle: Option<u64>,
     /// Whether the present cycle is not counted yet.
     open: bool,
@@ -137,7 +140,7 @@ impl Outputs {
             .filter(|_| wanted.has(Quantity::BearingForce))
             .map(|bearing| OutputWeights::of_bearing(model, bearing));
         let outputs = (model.outputs.iter())
-            .filter(|own| wanted.has(own.quantity))
+            .filter(|output| wanted.has(output.quantity))
             .map(|output| OutputWeights::of(model, output));
         let names: Vec<_> = named(model, wanted).collect();
         let count = names.len();
@@ -146,7 +149,7 @@ impl Outputs {
             period: model.period(),
             series: vec![[0.0; TERMS]; count],
             centres: vec![0.0; count],
-            sums: vec![Stretches::new([0.0; 3], CYCLES_PER_STRETCH); count],
+            sums: vec![BlockSums::new([0.0; 3], CYCLES_PER_STRETCH); count],
             weights: bearings.chain(outputs).collect(),
             meshes: if wanted.meshes { model.meshes.clone() } else { Vec::new() },
             names,
@@ -158,7 +161,7 @@ impl Outputs {
 
     /// Forgets everything accumulated.
     pub fn restart(&mut self) {
-        self.sums.iter_mut().for_each(Stretches::restart);
+        self.sums.iter_mut().for_each(BlockSums::restart);
         self.cycle = None;
         self.open = false;
         self.cycles = 0;
@@ -280,7 +283,7 @@ impl Outputs {
     /// Counts the last integrated cycle, which is complete although no later window follows.
     fn finish(&mut self) {
         if std::mem::take(&mut self.open) {
-            self.sums.iter_mut().for_each(Stretches::advance);
+            self.sums.iter_mut().for_each(BlockSums::advance);
         }
     }
 
@@ -311,18 +314,18 @@ impl Outputs {
     }
 
     /// Mean minus centre, and root mean square about the mean, of an output with sums over whole cycles.
-    fn about_centre(&self, sums: &Stretches<[f64; 3]>) -> [f64; 2] {
+    fn about_centre(&self, sums: &BlockSums<[f64; 3]>) -> [f64; 2] {
         let time = self.cycles as f64 * self.period;
         let [_, first, square] = sums.total().map(|sum| sum / time);
         [first, (square - first * first).max(0.0).sqrt()]
     }
 
     /// Mean and root mean square about it of every output, by the name of its signal.
-    pub fn sizes(&self) -> Vec<(&str, Size)> {
+    pub fn sizes(&self) -> Vec<(&str, SignalSize)> {
         let own = self.sums.iter().zip(&self.centres);
-        let size = |(sums, centre): (&Stretches<[f64; 3]>, &f64)| {
+        let size = |(sums, centre): (&BlockSums<[f64; 3]>, &f64)| {
             let [first, rms] = self.about_centre(sums);
-            Size {
+            SignalSize {
                 mean: centre + first,
                 rms,
             }
@@ -367,7 +370,9 @@ mod tests {
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
-    use crate::structure::{BearingGain, ModalStructure, MotionKind, PlaceMotion, StaticShare};
+    use crate::structure::{
+        BearingGain, ModalStructure, MotionKind, OmittedModeForces, PlaceMotion,
+    };
 
     const ALL: Signals = Signals {
         bearings: true,
@@ -380,7 +385,7 @@ mod tests {
             name: name.to_owned(),
             gain: gain.to_vec(),
             rate_gain: gain.iter().map(|g| 1e-4 * g).collect(),
-            left_out: StaticShare::default(),
+            left_out: OmittedModeForces::default(),
         };
         let structure = ModalStructure {
             damping: vec![0.0, 0.01, 0.02],
@@ -444,8 +449,16 @@ mod tests {
             let (cycle, time) = (window.cycle, window.start);
             (self.model).derivative(segments, active, cycle, time, &state, &mut slope);
             for (i, series) in self.outputs.series().iter().enumerate() {
-                let bearings = self.model.bearings.iter().map(|own| (&own.gain, &state));
-                let accelerations = self.model.outputs.iter().map(|own| (&own.gain, &slope));
+                let bearings = self
+                    .model
+                    .bearings
+                    .iter()
+                    .map(|bearing| (&bearing.gain, &state));
+                let accelerations = self
+                    .model
+                    .outputs
+                    .iter()
+                    .map(|output| (&output.gain, &slope));
                 let (gain, seen) = bearings.chain(accelerations).nth(i).unwrap();
                 let pairs = gain
                     .iter()
@@ -524,9 +537,9 @@ mod tests {
     }
 
     /// Passes every window on.
-    struct Show<'a>(&'a mut dyn FnMut(&Window<'_>));
+    struct WindowForwarder<'a>(&'a mut dyn FnMut(&Window<'_>));
 
-    impl Observer for Show<'_> {
+    impl Observer for WindowForwarder<'_> {
         const WINDOWS: bool = true;
 
         fn window(&mut self, window: &Window<'_>) {
@@ -544,7 +557,7 @@ mod tests {
         let mut workspace = kernel.workspace();
         let mut record = |cycles: u64, watch: &mut dyn FnMut(&Window<'_>)| {
             let mut counters = Counters::default();
-            let mut show = Show(watch);
+            let mut show = WindowForwarder(watch);
             (kernel.advance(
                 cycles,
                 &mut trajectory,

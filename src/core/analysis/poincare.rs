@@ -144,13 +144,13 @@ impl Poincare {
     }
 
     /// Whether samples come from windows and events instead of [`Self::push`].
-    pub fn watches(&self) -> bool {
+    pub fn needs_windows(&self) -> bool {
         self.keep > 0 && self.section != Section::default()
     }
 
     /// Records a trajectory at the start of a mesh cycle.
     pub fn push(&mut self, model: &Model, trajectory: &TrajectoryState) {
-        if self.watches() {
+        if self.needs_windows() {
             return;
         }
         let (deflection, velocity) = model.deflection(&trajectory.state, 0.0);
@@ -307,7 +307,7 @@ impl Observer for Poincare {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        if !self.watches() {
+        if !self.needs_windows() {
             return;
         }
         match &self.section {
@@ -347,7 +347,7 @@ impl Observer for Poincare {
             }
             return;
         }
-        if !self.watches()
+        if !self.needs_windows()
             || self.section != Section::Entry
             || !(event.closes() && event.contact == DRIVE_FLANK)
         {
@@ -403,7 +403,9 @@ mod tests {
             let samples = section.take();
             assert_eq!(samples.len(), seen, "{height}: {samples:?}");
             assert!(
-                samples.iter().all(|own| (own.phase - 0.05).abs() < 1e-9),
+                samples
+                    .iter()
+                    .all(|sample| (sample.phase - 0.05).abs() < 1e-9),
                 "{samples:?}"
             );
         }

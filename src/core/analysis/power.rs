@@ -8,9 +8,9 @@
 //!
 //! For a periodic motion, the step at the start of the period is the step from the last window to the first.
 
-use super::energy::{Balance, Cause, Edge};
+use super::energy::{Balance, Cause, WindowEndContacts};
 use super::modal_series::ModalMotion;
-use super::nvh::stretches::Stretches;
+use super::nvh::block_sums::BlockSums;
 use super::power_outcome::PowerOutcome;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::standard_error;
@@ -32,10 +32,10 @@ type Sums = [f64; Cause::COUNT + 2];
 pub struct Power {
     balance: Balance<'static>,
     /// Start of the first window.
-    first: Option<Edge>,
+    first: Option<WindowEndContacts>,
     /// Energy stored at the end of the last cycle \[J\]; before that, at the start of the first window.
     energy: f64,
-    sums: Stretches<Sums>,
+    sums: BlockSums<Sums>,
     repeats: bool,
 }
 
@@ -46,7 +46,7 @@ impl Power {
             balance: Balance::new(ModalMotion::of(Cow::Owned(model.clone()))),
             first: None,
             energy: 0.0,
-            sums: Stretches::new(Sums::default(), CYCLES_PER_STRETCH),
+            sums: BlockSums::new(Sums::default(), CYCLES_PER_STRETCH),
             repeats: false,
         }
     }
@@ -111,7 +111,7 @@ impl Observer for Power {
 
     fn window(&mut self, window: &Window<'_>) {
         if self.first.is_none() {
-            self.first = Some(Edge::start(self.balance.model(), window));
+            self.first = Some(WindowEndContacts::start(self.balance.model(), window));
             self.energy = self.balance.stored_before(window);
         }
         let sums = self.sums.current();

@@ -22,14 +22,14 @@ const ROUND_OFF: f64 = 1e-9;
 
 /// Mean of a signal and root mean square about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Size {
+pub struct SignalSize {
     /// Mean.
     pub mean: f64,
     /// Root mean square about it.
     pub rms: f64,
 }
 
-impl Size {
+impl SignalSize {
     /// Scale of an error of the mean.
     fn whole(self) -> f64 {
         self.mean.hypot(self.rms)
@@ -48,14 +48,14 @@ impl Size {
 
 /// The least precise statistic.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loosest {
+pub struct LeastPrecise {
     /// The column, or the table and its signal.
     pub name: String,
     /// Its relative standard error; infinite if the record is too short.
     pub error: f64,
 }
 
-impl fmt::Display for Loosest {
+impl fmt::Display for LeastPrecise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.error.is_finite() {
             write!(
@@ -70,9 +70,9 @@ impl fmt::Display for Loosest {
 }
 
 /// The largest relative error so far.
-struct Search(Loosest);
+struct ErrorSearch(LeastPrecise);
 
-impl Search {
+impl ErrorSearch {
     /// Takes an error with its scale. A relative error of NaN counts as unknown.
     fn take(&mut self, name: &str, error: f64, scale: f64) {
         let relative = match error {
@@ -81,7 +81,7 @@ impl Search {
         };
         let relative = if relative.is_nan() { f64::INFINITY } else { relative };
         if relative > self.0.error {
-            self.0 = Loosest {
+            self.0 = LeastPrecise {
                 name: name.to_owned(),
                 error: relative,
             };
@@ -181,7 +181,7 @@ impl Search {
                 [&errors.torque_mean, &errors.torque_rms],
             ),
         ] {
-            let size = |index: usize| Size {
+            let size = |index: usize| SignalSize {
                 mean: means[index],
                 rms: rms[index],
             };
@@ -216,13 +216,13 @@ impl Search {
     }
 }
 
-fn mesh_sizes(found: &NvhOutcome) -> [Size; 2] {
+fn mesh_sizes(found: &NvhOutcome) -> [SignalSize; 2] {
     [
-        Size {
+        SignalSize {
             mean: found.deflection_mean,
             rms: found.deflection_rms,
         },
-        Size {
+        SignalSize {
             mean: found.force_mean,
             rms: found.force_std,
         },
@@ -235,9 +235,9 @@ pub fn loosest(
     found: &NvhOutcome,
     spectra: &[Spectrum],
     orders: &[SignalOrders],
-    outputs: &[(&str, Size)],
-) -> Loosest {
-    let mut search = Search(Loosest {
+    outputs: &[(&str, SignalSize)],
+) -> LeastPrecise {
+    let mut search = ErrorSearch(LeastPrecise {
         name: "deflection_rms".to_owned(),
         error: 0.0,
     });
@@ -356,7 +356,7 @@ mod tests {
         }
     }
 
-    fn near(found: &Loosest, name: &str, error: f64) -> bool {
+    fn near(found: &LeastPrecise, name: &str, error: f64) -> bool {
         found.name == name && (found.error / error - 1.0).abs() < 1e-12
     }
 
@@ -451,7 +451,7 @@ mod tests {
         };
         let found = even();
         let look = |spectra: &[Spectrum]| {
-            let bearing = Size {
+            let bearing = SignalSize {
                 mean: 1e3,
                 rms: 10.0,
             };
@@ -490,7 +490,7 @@ mod tests {
     /// The axial force on a spur gear's bearing is round-off: its errors do not prolong the measurement.
     #[test]
     fn round_off_about_a_mean_is_no_motion() {
-        let still = Size {
+        let still = SignalSize {
             mean: 1e3,
             rms: 1e-13,
         };

@@ -108,7 +108,7 @@ impl Recurrence {
         let repeats = |period: usize, tolerance: f64| {
             (0..self.short.max(period)).all(|back| {
                 let limit = tolerance * norm.unit();
-                norm.within(limit, self.past(back), self.past(back + period))
+                norm.is_within(limit, self.past(back), self.past(back + period))
             })
         };
         let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
@@ -129,19 +129,19 @@ impl Recurrence {
             return Vec::new();
         }
         let known = self.states.len().saturating_sub(1);
-        let apart = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
+        let distance_after = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
         let closest = (1..=known.min(self.short))
             .filter(|lag| lag.is_multiple_of(self.excitation))
-            .min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+            .min_by(|a, b| distance_after(*a).total_cmp(&distance_after(*b)));
         let Some(closest) = closest else {
             return Vec::new();
         };
-        let much_closer = MUCH_CLOSER * apart(closest).min(nearest) * norm.unit();
+        let much_closer = MUCH_CLOSER * distance_after(closest).min(nearest) * norm.unit();
         let beyond = (self.short + 1..=known.min(LONGEST))
             .filter(|lag| lag.is_multiple_of(self.excitation))
-            .find(|lag| norm.within(much_closer, self.past(0), self.past(*lag)));
+            .find(|lag| norm.is_within(much_closer, self.past(0), self.past(*lag)));
         let mut candidates = Vec::new();
-        if apart(closest) <= nearest {
+        if distance_after(closest) <= nearest {
             candidates.extend([self.excitation, 2 * self.excitation, closest]);
         }
         candidates.extend(beyond);

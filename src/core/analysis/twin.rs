@@ -82,12 +82,12 @@ impl Twin {
         tangent: f64,
     ) {
         self.largest = self.largest.max(norm.length(&trajectory.state));
-        let apart = norm.distance(&self.trajectory.state, &trajectory.state);
+        let distance = norm.distance(&self.trajectory.state, &trajectory.state);
         // Trajectories that merged to the last bit have contracted by at least round-off.
-        let apart = apart.max(f64::EPSILON * self.distance);
-        let growth = (apart / self.distance).ln();
+        let distance = distance.max(f64::EPSILON * self.distance);
+        let growth = (distance / self.distance).ln();
         self.differences.push(tangent - growth);
-        let scale = self.distance / apart;
+        let scale = self.distance / distance;
         let mut state = std::mem::take(&mut self.trajectory.state);
         for (x, y) in state.iter_mut().zip(&trajectory.state) {
             *x -= y;
@@ -142,7 +142,7 @@ mod tests {
         let mut along = vec![0.4, -0.2, 0.3, 0.1, -0.2, 0.5, 0.3, -0.6];
         norm.project(&mut along);
         let mut twin = Twin::new(&model, &norm, &trajectory, &along, 1e-3);
-        let [unfelt] = &model.unfelt_displacements()[..] else {
+        let [unfelt] = &model.unrestrained_displacements()[..] else {
             panic!("one displacement is not felt");
         };
         for (x, n) in twin.trajectory.state.iter_mut().zip(unfelt) {

@@ -197,15 +197,16 @@ impl Assembly<'_> {
     }
 
     /// Participations of a flank in the rotated modes. Rotations that do not move the flank have exactly zero.
-    fn turned(&self, own: &FlankParticipation) -> FlankParticipation {
+    fn turned(&self, flank: &FlankParticipation) -> FlankParticipation {
         let basis = self.basis;
-        let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
+        let independent =
+            (basis.rigid().split_last()).map_or(&[][..], |(_, independent)| independent);
         FlankParticipation {
-            mesh: unfelt(basis.turn(&own.mesh), apart),
-            tilt: untilted(basis.turn(&own.tilt), apart),
-            friction: basis.turn(&own.friction),
-            lever: basis.turn(&own.lever),
-            residual_flexibility: own.residual_flexibility,
+            mesh: unfelt(basis.turn(&flank.mesh), independent),
+            tilt: untilted(basis.turn(&flank.tilt), independent),
+            friction: basis.turn(&flank.friction),
+            lever: basis.turn(&flank.lever),
+            residual_flexibility: flank.residual_flexibility,
         }
     }
 
@@ -216,7 +217,8 @@ impl Assembly<'_> {
         flank_springs: usize,
         directions: &mut Directions,
     ) -> Result<Contact, ModelError> {
-        let own = &structure_contacts::with_own_law(&self.structure.contacts[number], self.drive)?;
+        let own =
+            &structure_contacts::with_complete_law(&self.structure.contacts[number], self.drive)?;
         let release = match (own.law.slider, own.law.stop, own.law.dry_friction) {
             (Some(SliderPart::Spring), ..) => Release::Stick,
             (Some(_), ..) => Release::Slip,

@@ -59,7 +59,7 @@ impl Basis {
     ) -> Result<(Self, Generators), ModelError> {
         let n = structure.modes();
         let rigid: Vec<usize> = (0..n).filter(|&i| structure.frequency[i] == 0.0).collect();
-        let (turned, unfelt) = turned_basis(&rigid, structure.felt_rotations());
+        let (turned, unfelt) = turned_basis(&rigid, structure.contact_rotations());
         let mut basis = Self {
             rigid,
             turned,
@@ -127,7 +127,7 @@ impl Basis {
     }
 
     /// The rotated rigid modes that deflect no contact.
-    pub fn unfelt(&self) -> &[usize] {
+    pub fn without_contact(&self) -> &[usize] {
         &self.rigid[..self.unfelt]
     }
 
@@ -192,7 +192,7 @@ impl Basis {
 
     /// The participations of the rotated modal displacements in a sum over the blocks' states, if it contains only
     /// displacements.
-    pub fn felt(&self, rows: &[[f64; 2]]) -> Vec<f64> {
+    pub fn displacement_gains(&self, rows: &[[f64; 2]]) -> Vec<f64> {
         let n = rows.len();
         let Some(coupled) = &self.coupled else {
             return rows.iter().map(|row| row[0]).collect();

@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::{DriveShaft, OperatingPoint, TorqueRipple};
-use crate::structure::{BearingGain, ModalStructure, StaticShare};
+use crate::structure::{BearingGain, ModalStructure, OmittedModeForces};
 
 /// The force on a bearing in one direction, of springs and dampers, `Σ gain·x` \[N\]. Omitted modes follow their loads
 /// statically and add the constant, an amplitude per ripple, and for every contact force the share in its
@@ -59,8 +59,11 @@ impl BearingOutput {
 }
 
 /// Static forces on every bearing per unit force of one kind of contact; empty if no mode is omitted.
-pub(super) fn on_each<T>(structure: &ModalStructure, pick: impl Fn(&StaticShare) -> T) -> Vec<T> {
-    let nothing = StaticShare::default();
+pub(super) fn on_each<T>(
+    structure: &ModalStructure,
+    pick: impl Fn(&OmittedModeForces) -> T,
+) -> Vec<T> {
+    let nothing = OmittedModeForces::default();
     let shares = structure.bearings.iter().map(|bearing| &bearing.left_out);
     if shares.clone().all(|share| *share == nothing) {
         Vec::new()

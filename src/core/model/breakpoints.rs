@@ -43,7 +43,7 @@ impl Model {
 
     /// Whether a contact may open or close at the start of a segment of its mesh cycle `cycle`, at
     /// a prescribed time: its line or its gap changes there.
-    pub fn turns(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
+    pub fn changes_direction(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
         let count = contact.cycles.len() as u64;
         let own = contact.cycle(cycle);
         let before = match segment.checked_sub(1) {
@@ -63,7 +63,8 @@ impl Model {
             let contact = &self.contacts[index];
             let mut segments = contact.cycle(cycle).segments.iter();
             let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
-            (segments.position(starts)).is_some_and(|own| self.turns(contact, cycle, own))
+            (segments.position(starts))
+                .is_some_and(|own| self.changes_direction(contact, cycle, own))
         })
     }
 
@@ -82,7 +83,7 @@ impl Model {
     pub fn ever_turns(&self, contact: &Contact) -> bool {
         (0..contact.cycles.len() as u64).any(|cycle| {
             let segments = contact.cycle(cycle).segments.len();
-            (0..segments).any(|segment| self.turns(contact, cycle, segment))
+            (0..segments).any(|segment| self.changes_direction(contact, cycle, segment))
         })
     }
 }
@@ -122,7 +123,7 @@ mod tests {
         let model = model();
         assert_eq!(model.segment_ends(0), [0.3, 0.7, 1.0]);
         let flank = &model.contacts[0];
-        let turns = [0, 1, 2].map(|segment| model.turns(flank, 5, segment));
+        let turns = [0, 1, 2].map(|segment| model.changes_direction(flank, 5, segment));
         assert_eq!(turns, [false, true, true]);
         for (phase, turning) in [
             (0.0, vec![]),
@@ -156,13 +157,13 @@ mod tests {
     #[test]
     fn what_was_before_is_of_the_cycle_before() {
         let mut model = model();
-        let lacking = Segment {
+        let with_gap_error = Segment {
             start: 0.0,
             ..model.first_cycle().segments[1]
         };
         let plain = Segment {
             error: FlankError::NONE,
-            ..lacking
+            ..with_gap_error
         };
         let period = model.period();
         let whole = |segment: Segment| MeshCycle {
@@ -173,8 +174,9 @@ mod tests {
             }],
         };
         // Only the second of three cycles has missing material.
-        model.contacts[0].cycles = [plain, lacking, plain].map(whole).to_vec();
-        let turns = [0, 1, 2, 3, 4, 5].map(|cycle| model.turns(&model.contacts[0], cycle, 0));
+        model.contacts[0].cycles = [plain, with_gap_error, plain].map(whole).to_vec();
+        let turns =
+            [0, 1, 2, 3, 4, 5].map(|cycle| model.changes_direction(&model.contacts[0], cycle, 0));
         assert_eq!(turns, [false, true, true, false, true, true]);
         assert!(model.ever_turns(&model.contacts[0]));
     }

@@ -27,7 +27,8 @@ pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result
         contact.half_gap + bounds.fold(f64::INFINITY, f64::min)
     };
     let bounds: Vec<f64> = contacts.iter().map(least).collect();
-    let is_solid = |own: &Contact| own.release != Release::Film && !own.release.of_friction();
+    let is_solid =
+        |contact: &Contact| contact.release != Release::Film && !contact.release.of_friction();
     let solid = || (contacts.iter().enumerate()).filter(|(_, own)| is_solid(own));
     for (i, one) in solid() {
         let facing = solid().filter(|(j, c)| *j > i && c.side != one.side);

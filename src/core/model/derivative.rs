@@ -38,9 +38,9 @@ impl Model {
 
     /// The derivative by a parameter without effect: all numbers are zero.
     pub fn unchanged(&self) -> Self {
-        let mut still = self.clone();
-        still.each_number(&mut |number| *number = 0.0);
-        still
+        let mut zero_derivative = self.clone();
+        zero_derivative.each_number(&mut |number| *number = 0.0);
+        zero_derivative
     }
 
     /// Visits every number that may depend on a parameter, always in the same order.
@@ -257,7 +257,7 @@ mod tests {
     fn a_difference_of_models_is_their_derivative() {
         let point = fixtures::strong_rattle();
         let base = build(&drive(), point);
-        let still = base.unchanged();
+        let zero_derivative = base.unchanged();
         let by = |step: f64, other: &Model| {
             Model::combined(&[(-1.0 / step, &base), (1.0 / step, other)]).unwrap()
         };
@@ -271,7 +271,7 @@ mod tests {
                 *input = 0.0;
             }
         }
-        assert_eq!(found, still);
+        assert_eq!(found, zero_derivative);
 
         let mut found = by(
             1e-6,
@@ -291,7 +291,7 @@ mod tests {
             assert!(near(*gap, 1.0), "{gap}");
             *gap = 0.0;
         }
-        assert_eq!(found, still);
+        assert_eq!(found, zero_derivative);
 
         let damping = drive().damping + 8.0;
         let mut found = by(8.0, &build(&Drive { damping, ..drive() }, point));
@@ -301,7 +301,7 @@ mod tests {
                 segment.damping = 0.0;
             }
         }
-        assert_eq!(found, still);
+        assert_eq!(found, zero_derivative);
 
         let transmission_error = vec![MeshHarmonic::new(1, 6e-6, 0.5)];
         let mut found = by(
@@ -317,8 +317,8 @@ mod tests {
         let harmonic = &mut found.lines[0].transmission_error[0];
         assert!(near(harmonic.amplitude, 2e-6) && near(harmonic.phase, 1.0));
         (harmonic.amplitude, harmonic.phase) = (0.0, 0.0);
-        assert_eq!(found, still);
-        assert_eq!(still.start(&InitialState::Rest).state, [0.0; 4]);
+        assert_eq!(found, zero_derivative);
+        assert_eq!(zero_derivative.start(&InitialState::Rest).state, [0.0; 4]);
     }
 
     #[test]
@@ -344,9 +344,9 @@ mod tests {
         let mut turned = base.clone();
         turned.contacts[0].side = -1.0;
         assert_eq!(what(&turned), "contacts");
-        let mut apart = base.clone();
-        apart.directions[0].line = 1;
-        assert_eq!(what(&apart), "lines of action");
+        let mut separate = base.clone();
+        separate.directions[0].line = 1;
+        assert_eq!(what(&separate), "lines of action");
         let mut free = base.clone();
         free.neutral.push(0);
         assert_eq!(what(&free), "modes");

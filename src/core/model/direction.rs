@@ -25,7 +25,7 @@ pub struct Direction {
 impl Direction {
     /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of the effect of a unit force on the rate
     /// of the deflection and on its acceleration \[1/kg\].
-    pub fn felt_at_most(&self) -> [f64; 2] {
+    pub fn effect_bounds(&self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             (self.gains.iter())
                 .map(|gain| {
@@ -39,14 +39,14 @@ impl Direction {
 
     /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along that one on the rate
     /// of this one's deflection and on its acceleration \[1/kg\].
-    pub fn felt_from(&self, other: &Self) -> [f64; 2] {
+    pub fn effect_of(&self, other: &Self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             let pairs = self.gains.iter().zip(&other.gains);
-            let felt = pairs.map(|(own, other)| {
+            let effects = pairs.map(|(own, other)| {
                 let ([r1, r2], [g1, g2]) = (row(own), other.mesh_input);
                 r1 * g1 + r2 * g2
             });
-            felt.sum::<f64>().abs()
+            effects.sum::<f64>().abs()
         };
         [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
     }
@@ -87,7 +87,7 @@ pub(super) struct Directions {
 impl Directions {
     /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
     /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: one index per division. `left_out` are the shares
-    /// of each bearing in a unit force of the flank ([`crate::structure::StaticShare`]).
+    /// of each bearing in a unit force of the flank ([`crate::structure::OmittedModeForces`]).
     pub fn of_flank(
         &mut self,
         flank: &FlankParticipation,

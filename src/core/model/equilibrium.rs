@@ -1,7 +1,9 @@
 //! What is the static equilibrium? The contacts that carry the mean load, and the deflection of the structure.
 
 use super::error::ModelError;
-use super::rest::{self, Bearer, Contacts, ROUND_OFF, Rest, Unrest, dot, dot_of_moduli};
+use super::rest::{
+    self, Contacts, NoStaticState, ROUND_OFF, StaticContact, StaticState, dot, dot_of_moduli,
+};
 use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
@@ -12,7 +14,7 @@ use std::f64::consts::TAU;
 const RIGID: f64 = 1e8;
 
 /// A contact in a static state, in the rotated modes.
-struct Standing {
+struct RotatedStaticContact {
     /// +1 or −1, as that of the contact.
     side: f64,
     /// Participation w of its deflection.
@@ -27,7 +29,7 @@ struct Standing {
     shut_rate: f64,
 }
 
-impl Standing {
+impl RotatedStaticContact {
     /// The static contact of a contact of a model.
     fn of(model: &Model, place: usize) -> Self {
         let contact = &model.contacts[place];
@@ -68,23 +70,29 @@ impl Standing {
     }
 
     /// The contact as a bearer: `at_load` are displacements of the elastic modes under the load, `push` its force on
-    /// the modes, `yielding` its displacement by the forces of all contacts, `felt` the rigid motions that deflect
+    /// the modes, `yielding` its displacement by the forces of all contacts, `rigid_motions` the rigid motions that deflect
     /// contacts.
-    fn bearer(&self, at_load: &[f64], push: &[f64], yielding: Vec<f64>, felt: &[usize]) -> Bearer {
-        Bearer {
+    fn static_contact(
+        &self,
+        at_load: &[f64],
+        push: &[f64],
+        yielding: Vec<f64>,
+        rigid_motions: &[usize],
+    ) -> StaticContact {
+        StaticContact {
             reach: self.side * (dot(&self.deflection, at_load) - self.shut),
             size: self.shut.abs() + dot_of_moduli(&self.deflection, at_load),
             stiffness: self.stiffness,
-            along: self.rigid_part(&self.deflection, felt),
-            push: self.rigid_part(push, felt),
+            along: self.rigid_part(&self.deflection, rigid_motions),
+            push: self.rigid_part(push, rigid_motions),
             yielding,
         }
     }
 
     /// Its participations in rigid motions, along its side and without round-off.
-    fn rigid_part(&self, values: &[f64], felt: &[usize]) -> Vec<f64> {
+    fn rigid_part(&self, values: &[f64], rigid_motions: &[usize]) -> Vec<f64> {
         let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
-        (felt.iter())
+        (rigid_motions.iter())
             .map(
                 |&r| {
                     if values[r].abs() > noise { self.side * values[r] } else { 0.0 }
@@ -139,7 +147,9 @@ impl Model {
         let modes = self.basis.turned_modes(&state);
         // Oil carries no static load.
         let solid = || (0..self.contacts.len()).filter(|&contact| !self.is_of_film(contact));
-        let all: Vec<Standing> = solid().map(|own| Standing::of(self, own)).collect();
+        let all: Vec<RotatedStaticContact> = solid()
+            .map(|own| RotatedStaticContact::of(self, own))
+            .collect();
         let pushes = force.is_finite() && all[flank].side * force >= 0.0;
         let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
         let bearing = (0..all.len())
@@ -161,14 +171,14 @@ impl Model {
     /// closes none, it stays where it is.
     fn shared_equilibrium(
         &self,
-        all: &[Standing],
+        all: &[RotatedStaticContact],
         modes: &[f64],
     ) -> Result<Equilibrium, ModelError> {
         let n = self.blocks.len();
-        let felt = &self.basis.rigid()[self.basis.unfelt().len()..];
+        let rigid_motions = &self.basis.rigid()[self.basis.without_contact().len()..];
         let load = self.load_on_modes();
         let at_load = self.elastic_response(&load);
-        let under = |force: &dyn Fn(&Standing) -> Vec<f64>| -> Vec<Vec<f64>> {
+        let under = |force: &dyn Fn(&RotatedStaticContact) -> Vec<f64>| -> Vec<Vec<f64>> {
             let forces = all.iter().map(|own| self.elastic_response(&force(own)));
             forces.collect()
         };
@@ -177,30 +187,30 @@ impl Model {
         let gives = |i: usize, j: usize, given: &[Vec<f64>]| {
             all[i].side * all[j].side * dot(&all[i].deflection, &given[j])
         };
-        let contacts = |bearer: &dyn Fn(usize) -> Bearer| Contacts {
-            bearers: (0..all.len()).map(bearer).collect(),
-            load: felt.iter().map(|&r| load[r]).collect(),
+        let contacts = |static_contact: &dyn Fn(usize) -> StaticContact| Contacts {
+            contacts_at_rest: (0..all.len()).map(static_contact).collect(),
+            load: rigid_motions.iter().map(|&r| load[r]).collect(),
         };
         let whole = contacts(&|i| {
             let yielding = (0..all.len()).map(|j| gives(i, j, &given)).collect();
-            all[i].bearer(&at_load, &all[i].force, yielding, felt)
+            all[i].static_contact(&at_load, &all[i].force, yielding, rigid_motions)
         });
         let smooth = contacts(&|i| {
             let half = |i, j| 0.5 * gives(i, j, &given_smooth);
             let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
-            all[i].bearer(&at_load, &all[i].deflection, yielding, felt)
+            all[i].static_contact(&at_load, &all[i].deflection, yielding, rigid_motions)
         });
-        let from = self.sought_from(all, modes, felt);
-        let found = rest::settle(&smooth, &whole, &from)?;
+        let from = self.sought_from(all, modes, rigid_motions);
+        let found = rest::static_state(&smooth, &whole, &from)?;
         let mut modes = at_load;
         for ((own, force), given) in all.iter().zip(&found.forces).zip(&given) {
             rest::add(&mut modes, -own.side * force, given);
         }
-        for (&r, place) in felt.iter().zip(&found.place) {
+        for (&r, place) in rigid_motions.iter().zip(&found.place) {
             modes[r] = *place;
         }
         modes.resize(2 * n, 0.0);
-        for (&r, rate) in felt.iter().zip(rates(all, &whole, &found)) {
+        for (&r, rate) in rigid_motions.iter().zip(rates(all, &whole, &found)) {
             modes[n + r] = rate;
         }
         Ok(Equilibrium {
@@ -210,14 +220,19 @@ impl Model {
     }
 
     /// Modal displacements as a start of the search, without forces.
-    fn sought_from(&self, all: &[Standing], modes: &[f64], felt: &[usize]) -> Rest {
+    fn sought_from(
+        &self,
+        all: &[RotatedStaticContact],
+        modes: &[f64],
+        rigid_motions: &[usize],
+    ) -> StaticState {
         let known = modes.iter().all(|q| q.is_finite());
-        Rest {
+        StaticState {
             forces: vec![0.0; all.len()],
-            place: (felt.iter())
+            place: (rigid_motions.iter())
                 .map(|&r| if known { modes[r] } else { 0.0 })
                 .collect(),
-            ..Rest::default()
+            ..StaticState::default()
         }
     }
 
@@ -289,14 +304,14 @@ impl Model {
     }
 }
 
-impl From<Unrest> for ModelError {
-    fn from(unrest: Unrest) -> Self {
-        let Unrest {
+impl From<NoStaticState> for ModelError {
+    fn from(no_state: NoStaticState) -> Self {
+        let NoStaticState {
             contacts,
             excess,
             friction,
             untried,
-        } = unrest;
+        } = no_state;
         Self::NoEquilibrium {
             contacts,
             excess,
@@ -307,18 +322,18 @@ impl From<Unrest> for ModelError {
 }
 
 /// Velocities of the rigid motions without relative motion of the touching contacts.
-fn rates(all: &[Standing], contacts: &Contacts, rest: &Rest) -> Vec<f64> {
+fn rates(all: &[RotatedStaticContact], contacts: &Contacts, rest: &StaticState) -> Vec<f64> {
     let stretches = contacts.stretches(&rest.forces, &rest.place);
     let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);
     let touching: Vec<usize> = (0..all.len()).filter(touches).collect();
     let mut rates = vec![0.0; contacts.load.len()];
-    let mut held: Vec<&[f64]> = Vec::new();
+    let mut constrained: Vec<&[f64]> = Vec::new();
     for i in touching {
-        let along = &contacts.bearers[i].along[..];
-        held.push(along);
-        let basis = rest::span(held.iter().copied());
-        if basis.len() < held.len() {
-            held.pop();
+        let along = &contacts.contacts_at_rest[i].along[..];
+        constrained.push(along);
+        let basis = rest::span(constrained.iter().copied());
+        if basis.len() < constrained.len() {
+            constrained.pop();
             continue;
         }
         let last = &basis[basis.len() - 1];
@@ -433,7 +448,7 @@ mod tests {
     /// The reference for round-off is the sum of moduli of the terms of a stretch: 30 m here.
     #[test]
     fn a_stretch_within_round_off_is_none() {
-        let mut standing = Standing {
+        let mut standing = RotatedStaticContact {
             side: 1.0,
             deflection: vec![2.0, -3.0],
             force: Vec::new(),

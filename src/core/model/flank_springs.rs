@@ -26,7 +26,10 @@ const IN_ORDER: f64 = 1e-11;
 ///
 /// # Errors
 /// [`ModelError::SpringsApart`] if springs on several lines, divisions or orders would have to share it.
-fn behind(springs: &[&[Division]], flexibility: f64) -> Result<Vec<Vec<Division>>, ModelError> {
+fn in_series_with_flexibility(
+    springs: &[&[Division]],
+    flexibility: f64,
+) -> Result<Vec<Vec<Division>>, ModelError> {
     if springs.len() == 1 || flexibility == 0.0 {
         let alone = |division: &Division| Division {
             stiffness: division.stiffness.in_series_with(flexibility),
@@ -41,9 +44,10 @@ fn behind(springs: &[&[Division]], flexibility: f64) -> Result<Vec<Vec<Division>
         let together: Option<Vec<&Division>> = (springs.iter())
             .map(|own| own.get(place).filter(|own| on_one_line(at_first, own)))
             .collect();
-        let joined = (together.filter(|_| springs.iter().all(|own| own.len() == first.len())))
-            .and_then(|together| joined(&together, flexibility))
-            .ok_or(ModelError::SpringsApart { flexibility })?;
+        let joined = (together
+            .filter(|_| springs.iter().all(|spring| spring.len() == first.len())))
+        .and_then(|together| joined(&together, flexibility))
+        .ok_or(ModelError::SpringsApart { flexibility })?;
         for (own, division) in out.iter_mut().zip(joined) {
             own.push(division);
         }
@@ -54,7 +58,7 @@ fn behind(springs: &[&[Division]], flexibility: f64) -> Result<Vec<Vec<Division>
 /// The springs of a flank, its first and further ones, behind its residual flexibility \[m/N\].
 ///
 /// # Errors
-/// As [`behind`].
+/// As [`in_series_with_flexibility`].
 pub(super) fn of_flank(
     first: &[Division],
     further: &[Vec<Division>],
@@ -63,7 +67,7 @@ pub(super) fn of_flank(
     let springs: Vec<&[Division]> = std::iter::once(first)
         .chain(further.iter().map(Vec::as_slice))
         .collect();
-    behind(&springs, flank.residual_flexibility)
+    in_series_with_flexibility(&springs, flank.residual_flexibility)
 }
 
 /// Whether two divisions have the same end and the same load centroid.
@@ -145,7 +149,7 @@ mod tests {
     }
 
     /// Force and friction force of springs at a position and an approach.
-    fn bears(springs: &[Division], x: f64, approach: f64) -> [f64; 2] {
+    fn forces_of(springs: &[Division], x: f64, approach: f64) -> [f64; 2] {
         springs.iter().fold([0.0; 2], |[force, turned], own| {
             let closing = (approach - own.error.at(x)).max(0.0);
             let bears = own.stiffness.at(x) * closing;
@@ -159,33 +163,37 @@ mod tests {
         let springs = springs();
         let own: Vec<&[Division]> = springs.iter().map(std::slice::from_ref).collect();
         let c = 1.3e-9;
-        let joined: Vec<Division> = behind(&own, c).unwrap().into_iter().flatten().collect();
+        let joined: Vec<Division> = in_series_with_flexibility(&own, c)
+            .unwrap()
+            .into_iter()
+            .flatten()
+            .collect();
         for x in [-0.9, -0.2, 0.4, 1.0] {
             for seen in [1e-6, 4e-6, 9e-6, 2e-5, 5e-5] {
-                let (mut low, mut high) = (0.0, bears(&springs, x, seen)[0]);
+                let (mut low, mut high) = (0.0, forces_of(&springs, x, seen)[0]);
                 for _ in 0..200 {
                     let force = 0.5 * (low + high);
-                    if bears(&springs, x, seen - c * force)[0] > force {
+                    if forces_of(&springs, x, seen - c * force)[0] > force {
                         low = force
                     } else {
                         high = force
                     }
                 }
-                let [force, _] = bears(&joined, x, seen);
+                let [force, _] = forces_of(&joined, x, seen);
                 assert!(
                     (force - high).abs() < 1e-7 * high.max(1.0),
                     "{x} {seen}: {force} {high}"
                 );
                 // Force if each spring were softened separately.
-                let apart: Vec<Division> = springs
+                let separate: Vec<Division> = springs
                     .iter()
-                    .map(|own| Division {
-                        stiffness: own.stiffness.in_series_with(c),
-                        ..*own
+                    .map(|spring| Division {
+                        stiffness: spring.stiffness.in_series_with(c),
+                        ..*spring
                     })
                     .collect();
                 let several = seen - c * high > springs[1].error.at(x);
-                let far = bears(&apart, x, seen)[0] / high - 1.0;
+                let far = forces_of(&separate, x, seen)[0] / high - 1.0;
                 assert!(!several || far > 1e-3, "{far}");
             }
         }
@@ -200,10 +208,14 @@ mod tests {
         });
         let own: Vec<&[Division]> = springs.iter().map(std::slice::from_ref).collect();
         let c = 2e-9;
-        let joined: Vec<Division> = behind(&own, c).unwrap().into_iter().flatten().collect();
+        let joined: Vec<Division> = in_series_with_flexibility(&own, c)
+            .unwrap()
+            .into_iter()
+            .flatten()
+            .collect();
         for seen in [2e-6, 7e-6, 3e-5] {
-            let [force, turned] = bears(&joined, 0.3, seen);
-            let exact = bears(&springs, 0.3, seen - c * force);
+            let [force, turned] = forces_of(&joined, 0.3, seen);
+            let exact = forces_of(&springs, 0.3, seen - c * force);
             assert!((force / exact[0] - 1.0).abs() < 1e-9);
             assert!(
                 (turned - exact[1]).abs() < 1e-9 * force,
@@ -217,8 +229,8 @@ mod tests {
         let [one, mut other, _] = springs();
         other.load_centre = 5e-3;
         let c = 1e-10;
-        let refused = behind(&[&[one], &[other]], c);
+        let refused = in_series_with_flexibility(&[&[one], &[other]], c);
         assert_eq!(refused, Err(ModelError::SpringsApart { flexibility: c }));
-        assert!(behind(&[&[one], &[other]], 0.0).is_ok());
+        assert!(in_series_with_flexibility(&[&[one], &[other]], 0.0).is_ok());
     }
 }

@@ -5,7 +5,7 @@
 //! `δ''/ρ`.
 
 use super::error::{ModelError, positive};
-use super::stop::{Hold, pushed};
+use super::stop::{Constraint, pushed};
 use super::{Contact, Direction};
 use crate::structure::{FrictionPart, ModalStructure};
 
@@ -31,7 +31,7 @@ pub struct DryFriction {
 
 /// Checks that no element is forced to stick by others, by elimination in the matrix `ρ_ij = r_i·g_j`.
 fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), ModelError> {
-    let gains = |own: &DryFriction| &directions[own.direction].gains[..];
+    let gains = |friction: &DryFriction| &directions[friction.direction].gains[..];
     let mut rows: Vec<Vec<f64>> = (all.iter())
         .map(|own| {
             (all.iter())
@@ -131,8 +131,8 @@ impl DryFriction {
     }
 
     /// The constraint while the element sticks.
-    pub fn hold(self) -> Hold {
-        Hold {
+    pub fn constraint(self) -> Constraint {
+        Constraint {
             contact: self.stick(),
             direction: self.direction,
             push: self.push,

@@ -56,7 +56,10 @@ fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
         column
     };
     let coast = structure.coast.iter().map(|flank| &flank.mesh);
-    let further = structure.contacts.iter().map(|own| &own.participation);
+    let further = structure
+        .contacts
+        .iter()
+        .map(|contact| &contact.participation);
     for column in std::iter::once(&structure.mesh).chain(coast).chain(further) {
         let rest = without(&felt, rigid(column));
         let length = size(&rest);
@@ -80,10 +83,16 @@ mod tests {
         let [one, two] = [2f64, 3.0].map(|inertia| 1.0 / inertia.sqrt());
         let mesh = [0.1 * one, -0.2 * two, 0.3];
         let structure = fixtures::structure(&[0.0, 0.0, 900.0], 0.01, &mesh, &mesh);
-        let seen = inertia(&structure, &[one, 0.0, 0.7]).unwrap();
-        assert!((seen - (2.0 + 3.0 / 4.0)).abs() < 1e-13, "{seen}");
-        let seen = inertia(&structure, &[0.0, two, 0.7]).unwrap();
-        assert!((seen - (3.0 + 2.0 * 4.0)).abs() < 1e-13, "{seen}");
+        let inertia_found = inertia(&structure, &[one, 0.0, 0.7]).unwrap();
+        assert!(
+            (inertia_found - (2.0 + 3.0 / 4.0)).abs() < 1e-13,
+            "{inertia_found}"
+        );
+        let inertia_found = inertia(&structure, &[0.0, two, 0.7]).unwrap();
+        assert!(
+            (inertia_found - (3.0 + 2.0 * 4.0)).abs() < 1e-13,
+            "{inertia_found}"
+        );
         let held = fixtures::structure(&[0.0, 900.0], 0.01, &mesh[..2], &mesh[..2]);
         assert_eq!(inertia(&held, &[one, 0.2]), None);
     }

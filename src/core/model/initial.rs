@@ -38,8 +38,8 @@ impl TrajectoryState {
     /// state beyond a rigid stop is moved onto it.
     pub fn new(model: &Model, mut state: Vec<f64>, cycle: u64) -> Self {
         let segments = model.segments_at(cycle, 0.0);
-        model.seat_sliders(&segments, cycle, &mut state);
-        model.seat_on_stops(&segments, cycle, &mut state);
+        model.clamp_sliders(&segments, cycle, &mut state);
+        model.move_onto_stops(&segments, cycle, &mut state);
         Self {
             contact: model.active_set(&segments, cycle, &state, 0.0),
             state,

@@ -53,7 +53,7 @@ mod stopping;
 mod structure_contacts;
 mod system;
 mod torque_curve;
-mod unfelt;
+mod unrestrained;
 
 pub use crate::structure::MeshHarmonic;
 pub use basis::{Basis, Coupled};
@@ -82,7 +82,7 @@ pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
-pub use stop::{Hold, Stop};
+pub use stop::{Constraint, Stop};
 pub use system::Model;
 pub use torque_curve::TorqueCurve;
 

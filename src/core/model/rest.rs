@@ -89,7 +89,7 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
 /// A contact in static equilibrium, with all quantities along its side. Lists over contacts have one entry each,
 /// lists over rigid motions one for each that deflects contacts.
 #[derive(Debug, Clone)]
-pub(super) struct Bearer {
+pub(super) struct StaticContact {
     /// Stretch without forces at y = 0, c \[m\].
     pub reach: f64,
     /// Sum of the moduli of the terms of this stretch \[m\].
@@ -104,7 +104,7 @@ pub(super) struct Bearer {
     pub yielding: Vec<f64>,
 }
 
-impl Bearer {
+impl StaticContact {
     /// Whether a motion or the load can stretch it.
     fn may_close(&self) -> bool {
         let moves = |gains: &[f64]| gains.iter().any(|gain| *gain != 0.0);
@@ -114,7 +114,7 @@ impl Bearer {
 
 /// A static state.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Rest {
+pub(super) struct StaticState {
     /// Forces of all contacts \[N\]; 0 of open ones.
     pub forces: Vec<f64>,
     /// Rigid motions y \[m √kg\].
@@ -127,7 +127,7 @@ pub(super) struct Rest {
 
 /// Contacts without a static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unrest {
+pub(super) struct NoStaticState {
     /// Those that pull or overlap.
     pub contacts: Vec<usize>,
     /// Largest size \[m\].
@@ -141,7 +141,7 @@ pub(super) struct Unrest {
 /// Contacts under a rigid load.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
-    pub bearers: Vec<Bearer>,
+    pub contacts_at_rest: Vec<StaticContact>,
     /// Load f on the rigid motions \[N/√kg\].
     pub load: Vec<f64>,
 }
@@ -149,14 +149,16 @@ pub(super) struct Contacts {
 impl Contacts {
     /// Stretch of each contact \[m\] under forces at a position.
     pub fn stretches(&self, forces: &[f64], place: &[f64]) -> Vec<f64> {
-        let stretch =
-            |own: &Bearer| own.reach + dot(&own.along, place) - dot(&own.yielding, forces);
-        self.bearers.iter().map(stretch).collect()
+        let stretch = |static_contact: &StaticContact| {
+            static_contact.reach + dot(&static_contact.along, place)
+                - dot(&static_contact.yielding, forces)
+        };
+        self.contacts_at_rest.iter().map(stretch).collect()
     }
 
     /// Round-off of the stretch of a contact \[m\].
     pub fn noise(&self, contact: usize, forces: &[f64], place: &[f64]) -> f64 {
-        let own = &self.bearers[contact];
+        let own = &self.contacts_at_rest[contact];
         let moved = dot_of_moduli(&own.along, place) + dot_of_moduli(&own.yielding, forces);
         ROUND_OFF * (own.size + moved)
     }
@@ -175,47 +177,57 @@ impl Contacts {
     /// ```text
     /// (B + 1/k) F − A H h = c + A y,      Hᵀ Gᵀ F = Hᵀ f
     /// ```
-    fn with_closed(&self, closed: ActiveSet, place: &[f64]) -> Rest {
+    fn with_closed(&self, closed: ActiveSet, place: &[f64]) -> StaticState {
         let among: Vec<usize> = closed.iter().collect();
-        let held = span(among.iter().map(|&i| &self.bearers[i].along[..]));
-        let (count, order) = (among.len(), among.len() + held.len());
+        let constrained = span(among.iter().map(|&i| &self.contacts_at_rest[i].along[..]));
+        let (count, order) = (among.len(), among.len() + constrained.len());
         let matrix = Mat::from_fn(order, order, |i, j| match (i < count, j < count) {
             (true, true) => {
-                let own = &self.bearers[among[i]];
+                let own = &self.contacts_at_rest[among[i]];
                 let spring = if i == j { 1.0 / own.stiffness } else { 0.0 };
                 own.yielding[among[j]] + spring
             }
-            (true, false) => -dot(&self.bearers[among[i]].along, &held[j - count]),
-            (false, true) => dot(&self.bearers[among[j]].push, &held[i - count]),
+            (true, false) => -dot(
+                &self.contacts_at_rest[among[i]].along,
+                &constrained[j - count],
+            ),
+            (false, true) => dot(
+                &self.contacts_at_rest[among[j]].push,
+                &constrained[i - count],
+            ),
             (false, false) => 0.0,
         });
         let right: Vec<f64> = (among.iter())
-            .map(|&i| self.bearers[i].reach + dot(&self.bearers[i].along, place))
-            .chain(held.iter().map(|held| dot(&self.load, held)))
+            .map(|&i| self.contacts_at_rest[i].reach + dot(&self.contacts_at_rest[i].along, place))
+            .chain(
+                constrained
+                    .iter()
+                    .map(|constrained| dot(&self.load, constrained)),
+            )
             .collect();
         let solution = match order {
             0 => Vec::new(),
             _ => linalg::solve(matrix.as_ref(), &right),
         };
-        let mut forces = vec![0.0; self.bearers.len()];
+        let mut forces = vec![0.0; self.contacts_at_rest.len()];
         let mut drift = self.load.clone();
         let mut size = largest(&drift);
         for (&contact, &force) in among.iter().zip(&solution) {
             forces[contact] = force;
-            let push = &self.bearers[contact].push;
+            let push = &self.contacts_at_rest[contact].push;
             add(&mut drift, -force, push);
             size = size.max(force.abs() * largest(push));
         }
         let mut place = place.to_vec();
-        for (held, shift) in held.iter().zip(&solution[count..]) {
-            add(&mut place, *shift, held);
-            let part = dot(&drift, held);
-            add(&mut drift, -part, held);
+        for (constrained, shift) in constrained.iter().zip(&solution[count..]) {
+            add(&mut place, *shift, constrained);
+            let part = dot(&drift, constrained);
+            add(&mut drift, -part, constrained);
         }
         if largest(&drift) <= SAME_MOTION * size {
             drift.fill(0.0);
         }
-        Rest {
+        StaticState {
             forces,
             place,
             closed,
@@ -224,16 +236,16 @@ impl Contacts {
     }
 
     /// Contacts that pull although closed, or overlap although open, each with its size \[m\].
-    fn faults(&self, rest: &Rest) -> Vec<(usize, f64)> {
+    fn faults(&self, rest: &StaticState) -> Vec<(usize, f64)> {
         let stretches = self.stretches(&rest.forces, &rest.place);
         let excess = |contact: usize| {
             if rest.closed.holds(contact) {
-                -rest.forces[contact] / self.bearers[contact].stiffness
+                -rest.forces[contact] / self.contacts_at_rest[contact].stiffness
             } else {
                 stretches[contact]
             }
         };
-        (0..self.bearers.len())
+        (0..self.contacts_at_rest.len())
             .map(|contact| (contact, excess(contact)))
             // Written so that a NaN is a fault.
             .filter(|&(contact, excess)| {
@@ -244,15 +256,18 @@ impl Contacts {
     }
 
     /// Whether the drift leads into an open contact beyond round-off.
-    fn drifts_into_one(&self, rest: &Rest) -> bool {
-        self.bearers.iter().enumerate().any(|(contact, own)| {
-            let felt = SAME_MOTION * dot_of_moduli(&own.along, &rest.drift);
-            !rest.closed.holds(contact) && dot(&own.along, &rest.drift) > felt
-        })
+    fn drifts_into_one(&self, rest: &StaticState) -> bool {
+        self.contacts_at_rest
+            .iter()
+            .enumerate()
+            .any(|(contact, own)| {
+                let felt = SAME_MOTION * dot_of_moduli(&own.along, &rest.drift);
+                !rest.closed.holds(contact) && dot(&own.along, &rest.drift) > felt
+            })
     }
 
     /// The state of least energy, starting from another one. The contacts have no friction. `None` if there is none.
-    fn least_energy(&self, from: &Rest) -> Option<Rest> {
+    fn least_energy(&self, from: &StaticState) -> Option<StaticState> {
         let (mut forces, mut place) = (from.forces.clone(), from.place.clone());
         for _ in 0..MOST_STEPS {
             let next = self.with_closed(self.stretched(&forces, &place), &place);
@@ -261,8 +276,8 @@ impl Contacts {
                     return Some(next);
                 }
                 (forces, place) = (next.forces, next.place);
-                let still = vec![0.0; forces.len()];
-                self.descend(&mut forces, &mut place, [&still, &next.drift]);
+                let zero = vec![0.0; forces.len()];
+                self.descend(&mut forces, &mut place, [&zero, &next.drift]);
                 continue;
             }
             let less = |to: &[f64], from: &[f64]| -> Vec<f64> {
@@ -278,10 +293,10 @@ impl Contacts {
     /// rises.
     fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
         let stretches = self.stretches(forces, place);
-        let given: Vec<f64> = (self.bearers.iter())
+        let given: Vec<f64> = (self.contacts_at_rest.iter())
             .map(|own| dot(&own.yielding, way[0]))
             .collect();
-        let rates: Vec<f64> = (self.bearers.iter().zip(&given))
+        let rates: Vec<f64> = (self.contacts_at_rest.iter().zip(&given))
             .map(|(own, given)| dot(&own.along, way[1]) - given)
             .collect();
         let [elastic, stiffening] = [dot(forces, &given), dot(way[0], &given)];
@@ -289,7 +304,7 @@ impl Contacts {
         let slope = |t: f64| {
             let springs = (0..rates.len()).map(|i| {
                 let stretch = (stretches[i] + t * rates[i]).max(0.0);
-                self.bearers[i].stiffness * stretch * rates[i]
+                self.contacts_at_rest[i].stiffness * stretch * rates[i]
             });
             constant + t * stiffening + springs.sum::<f64>()
         };
@@ -318,15 +333,15 @@ impl Contacts {
                 .map(|(own, other)| own + part * (other - own))
                 .collect()
         };
-        let bearers = (self.bearers.iter().zip(&other.bearers))
-            .map(|(own, other)| Bearer {
+        let contacts_at_rest = (self.contacts_at_rest.iter().zip(&other.contacts_at_rest))
+            .map(|(own, other)| StaticContact {
                 push: mixed(&own.push, &other.push),
                 yielding: mixed(&own.yielding, &other.yielding),
                 ..own.clone()
             })
             .collect();
         Self {
-            bearers,
+            contacts_at_rest,
             load: self.load.clone(),
         }
     }
@@ -334,10 +349,19 @@ impl Contacts {
     /// These contacts, with the additional effect of contacts with friction, under their forces, as a load.
     fn loaded_by(&self, other: &Self, forces: &[f64]) -> Self {
         let mut loaded = self.clone();
-        for (own, other) in loaded.bearers.iter_mut().zip(&other.bearers) {
+        for (own, other) in loaded
+            .contacts_at_rest
+            .iter_mut()
+            .zip(&other.contacts_at_rest)
+        {
             own.reach -= dot(&other.yielding, forces) - dot(&own.yielding, forces);
         }
-        for ((own, other), force) in self.bearers.iter().zip(&other.bearers).zip(forces) {
+        for ((own, other), force) in self
+            .contacts_at_rest
+            .iter()
+            .zip(&other.contacts_at_rest)
+            .zip(forces)
+        {
             add(&mut loaded.load, *force, &own.push);
             add(&mut loaded.load, -force, &other.push);
         }
@@ -345,15 +369,15 @@ impl Contacts {
     }
 
     /// The contacts that may close.
-    fn tried(&self) -> Vec<usize> {
-        (0..self.bearers.len())
-            .filter(|&contact| self.bearers[contact].may_close())
+    fn closable(&self) -> Vec<usize> {
+        (0..self.contacts_at_rest.len())
+            .filter(|&contact| self.contacts_at_rest[contact].may_close())
             .collect()
     }
 
     /// Any static state, from combinations of closed contacts near a position.
-    fn any_at(&self, place: &[f64]) -> Option<Rest> {
-        let tried = self.tried();
+    fn any_at(&self, place: &[f64]) -> Option<StaticState> {
+        let tried = self.closable();
         if tried.len() > MOST_TRIED {
             return None;
         }
@@ -370,7 +394,11 @@ impl Contacts {
 
     /// The static state of contacts with friction near another one; `self` are the same without friction. If there is
     /// none, the error has the faults of the last state found.
-    fn with_friction(&self, rubbing: &Self, from: &Rest) -> Result<Rest, Vec<(usize, f64)>> {
+    fn with_friction(
+        &self,
+        rubbing: &Self,
+        from: &StaticState,
+    ) -> Result<StaticState, Vec<(usize, f64)>> {
         let mut rest = from.clone();
         let mut faults = Vec::new();
         for _ in 0..MOST_RENEWALS {
@@ -393,9 +421,13 @@ impl Contacts {
 /// with a symmetric flexibility.
 ///
 /// # Errors
-/// [`Unrest`] if friction is so large, or the flexibility so far from symmetric, that contacts lock.
-pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result<Rest, Unrest> {
-    let unrest = |faults: Vec<(usize, f64)>, friction: f64| Unrest {
+/// [`NoStaticState`] if friction is so large, or the flexibility so far from symmetric, that contacts lock.
+pub(super) fn static_state(
+    smooth: &Contacts,
+    whole: &Contacts,
+    from: &StaticState,
+) -> Result<StaticState, NoStaticState> {
+    let no_state = |faults: Vec<(usize, f64)>, friction: f64| NoStaticState {
         excess: faults.iter().fold(0.0, |most, fault| fault.1.max(most)),
         contacts: faults.into_iter().map(|(contact, _)| contact).collect(),
         friction,
@@ -403,11 +435,17 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
     };
     let Some(mut rest) = smooth.least_energy(from) else {
         let last = smooth.with_closed(smooth.stretched(&from.forces, &from.place), &from.place);
-        return Err(unrest(smooth.faults(&last), 0.0));
+        return Err(no_state(smooth.faults(&last), 0.0));
     };
-    let differ =
-        |(own, other): (&Bearer, &Bearer)| own.push != other.push || own.yielding != other.yielding;
-    if !smooth.bearers.iter().zip(&whole.bearers).any(differ) {
+    let differ = |(own, other): (&StaticContact, &StaticContact)| {
+        own.push != other.push || own.yielding != other.yielding
+    };
+    if !smooth
+        .contacts_at_rest
+        .iter()
+        .zip(&whole.contacts_at_rest)
+        .any(differ)
+    {
         return Ok(rest);
     }
     let [mut step, least] = PARTS;
@@ -417,10 +455,10 @@ pub(super) fn settle(smooth: &Contacts, whole: &Contacts, from: &Rest) -> Result
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
             Ok(found) => (rest, part) = (found, next),
             Err(faults) if step < least => {
-                let count = whole.tried().len();
-                return whole.any_at(&rest.place).ok_or_else(|| Unrest {
+                let count = whole.closable().len();
+                return whole.any_at(&rest.place).ok_or_else(|| NoStaticState {
                     untried: (count > MOST_TRIED).then_some([count, MOST_TRIED]),
-                    ..unrest(faults, next)
+                    ..no_state(faults, next)
                 });
             }
             Err(_) => step *= 0.5,
@@ -436,7 +474,7 @@ mod tests {
     /// One contact among twenty that nothing stretches: only that one is tried.
     #[test]
     fn contacts_that_nothing_stretches_are_not_tried() {
-        let bearer = |felt: f64| Bearer {
+        let static_contact = |felt: f64| StaticContact {
             reach: -1.0,
             size: 1.0,
             stiffness: 2.0,
@@ -444,13 +482,13 @@ mod tests {
             push: vec![felt],
             yielding: vec![0.0; 21],
         };
-        let mut bearers = vec![bearer(0.0); 21];
-        bearers[20] = bearer(1.0);
+        let mut contacts_at_rest = vec![static_contact(0.0); 21];
+        contacts_at_rest[20] = static_contact(1.0);
         let contacts = Contacts {
-            bearers,
+            contacts_at_rest,
             load: vec![3.0],
         };
-        assert_eq!(contacts.tried(), [20]);
+        assert_eq!(contacts.closable(), [20]);
         let rest = contacts.any_at(&[0.0]).unwrap();
         assert_eq!((rest.forces[20], rest.place), (3.0, vec![2.5]));
     }

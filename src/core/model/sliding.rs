@@ -41,8 +41,8 @@ impl Model {
     /// The position of a slipping slider \[m\], from the deflection along its line in a state with 0 in its
     /// block.
     pub fn slid_to(&self, slip: usize, deflection: f64) -> f64 {
-        let own = &self.contacts[slip];
-        deflection - own.side * own.half_gap
+        let contact = &self.contacts[slip];
+        deflection - contact.side * contact.half_gap
     }
 
     /// Moves every slipping slider to the end of its slip, at a time \[s\] within a mesh cycle.
@@ -75,7 +75,7 @@ impl Model {
     }
 
     /// Moves sliders whose springs are stretched beyond their limits by the excess, at the start of a mesh cycle.
-    pub(super) fn seat_sliders(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
+    pub(super) fn clamp_sliders(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         for slider in &self.sliders {
             let segment = &segments[slider.spring()];
             let (stretch, _) = self.deflection_on(segment, cycle, state, 0.0);

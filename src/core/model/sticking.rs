@@ -47,7 +47,7 @@ impl Model {
         }
         // Elements are released one at a time, the one with the largest excess first.
         loop {
-            let forces = self.forces_of_holds(segments, active, at, state);
+            let forces = self.forces_of_constraints(segments, active, at, state);
             let overcome = (self.frictions.iter().zip(&forces[self.stops.len()..]))
                 .filter(|(own, force)| active.holds(own.stick()) && force.abs() > own.static_force)
                 .max_by(|(a, f), (b, g)| {

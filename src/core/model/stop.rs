@@ -32,7 +32,7 @@ pub struct Stop {
 /// A constraint that holds a structure along a line while a contact is closed: a rest on a rigid stop, or sticking dry
 /// friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hold {
+pub struct Constraint {
     /// The contact, whose line shows the force λ.
     pub contact: usize,
     /// Direction of the force along the line of δ, as an index among the model's directions.
@@ -51,8 +51,8 @@ pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
 
 /// `Σ r·g` of two directions: change of the second derivative of the deflection along the first by a unit force along
 /// the second \[1/kg\].
-pub(super) fn pushed(felt: &[MeshGain], force: &[MeshGain]) -> f64 {
-    let pairs = felt.iter().zip(force);
+pub(super) fn pushed(motion: &[MeshGain], force: &[MeshGain]) -> f64 {
+    let pairs = motion.iter().zip(force);
     pairs.map(|(a, b)| product(a.rate, b.mesh_input)).sum()
 }
 
@@ -122,8 +122,8 @@ impl Stop {
     }
 
     /// The constraint while the structure rests on the stop.
-    pub fn hold(self) -> Hold {
-        Hold {
+    pub fn constraint(self) -> Constraint {
+        Constraint {
             contact: self.rest(),
             direction: self.direction,
             push: self.push,
@@ -134,7 +134,7 @@ impl Stop {
 impl Directions {
     /// Adds the direction of a stop that holds the structure. Its force acts as that of `gains`, and its line shows
     /// this force.
-    pub fn add_resting(
+    pub fn add_stop_direction(
         &mut self,
         (gains, blocks): (&[MeshGain], &[Block]),
         error: &[TransmissionErrorHarmonic],
@@ -143,8 +143,8 @@ impl Directions {
         let push = pushed(gains, gains);
         let direct: Vec<[f64; 2]> = gains.iter().map(|own| own.rate.map(|r| r / push)).collect();
         let of_block = |(block, (own, direct)): (&Block, (&MeshGain, &[f64; 2]))| {
-            let quickening = MeshGain::new(block, *direct, own.mesh_input).rate;
-            MeshGain::new(block, quickening, own.mesh_input)
+            let acceleration = MeshGain::new(block, *direct, own.mesh_input).rate;
+            MeshGain::new(block, acceleration, own.mesh_input)
         };
         let resting = blocks.iter().zip(gains.iter().zip(&direct));
         let resting = resting.map(of_block).collect();

@@ -1,12 +1,16 @@
 //! How do rigid stops and sticking dry friction change the states of a model, and with what forces do they hold it?
 
 use super::stop::{product, pushed};
-use super::{ActiveSet, Hold, Model, Release, Segment, Stop};
+use super::{ActiveSet, Constraint, Model, Release, Segment, Stop};
 use crate::numerics::linalg;
 use faer::Mat;
 
 /// Subtracts a multiple of a column from a state, given by its first and second components.
-fn take(column: impl Iterator<Item = [f64; 2]>, amount: f64, [first, second]: [&mut [f64]; 2]) {
+fn subtract_column(
+    column: impl Iterator<Item = [f64; 2]>,
+    amount: f64,
+    [first, second]: [&mut [f64]; 2],
+) {
     for ([a, b], (x, y)) in column.zip(first.iter_mut().zip(second)) {
         *x -= amount * a;
         *y -= amount * b;
@@ -32,7 +36,7 @@ impl Model {
     }
 
     /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of dry friction.
-    pub fn is_hold(&self, contact: usize) -> bool {
+    pub fn is_constraint(&self, contact: usize) -> bool {
         matches!(
             self.contacts[contact].release,
             Release::Rest | Release::Grip
@@ -47,25 +51,25 @@ impl Model {
 
     /// The direction along which a contact moves on a segment. For a constraint it is the direction of its force.
     pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
-        let held = self.holds().find(|own| own.contact == contact);
-        held.map_or(segment.direction, |own| own.direction)
+        let constraint = self.constraints().find(|own| own.contact == contact);
+        constraint.map_or(segment.direction, |own| own.direction)
     }
 
     /// All constraints of the structure: stops, then dry friction.
-    pub fn holds(&self) -> impl Iterator<Item = Hold> {
-        let stops = self.stops.iter().map(|own| own.hold());
-        stops.chain(self.frictions.iter().map(|own| own.hold()))
+    pub fn constraints(&self) -> impl Iterator<Item = Constraint> {
+        let stops = self.stops.iter().map(|stop| stop.constraint());
+        stops.chain(self.frictions.iter().map(|friction| friction.constraint()))
     }
 
     /// Direct contribution of inputs of the blocks to the quantity that a line shows.
-    pub fn added_at_once(&self, line: usize, input: &[[f64; 2]]) -> f64 {
+    pub fn direct_increase(&self, line: usize, input: &[[f64; 2]]) -> f64 {
         let direct = self.lines[line].direct.iter().zip(input);
         direct.map(|(row, input)| product(*row, *input)).sum()
     }
 
     /// Direct reduction of the quantity that a line shows by a unit force along a direction; 0 for the line's own
     /// force.
-    pub fn taken_at_once(&self, line: usize, direction: usize) -> f64 {
+    pub fn direct_reduction(&self, line: usize, direction: usize) -> f64 {
         let force = &self.directions[direction];
         if force.line == line {
             return 0.0;
@@ -76,14 +80,14 @@ impl Model {
 
     /// Direct contribution of constant inputs and ripples to the quantity that a line shows, at a time \[s\] within a
     /// mesh cycle.
-    pub(super) fn loads_at_once(&self, line: usize, cycle: u64, time: f64) -> f64 {
+    pub(super) fn direct_loads(&self, line: usize, cycle: u64, time: f64) -> f64 {
         let rows = &self.lines[line].direct;
         let constant = rows.iter().zip(&self.blocks);
         let constant: f64 = constant
             .map(|(row, own)| product(*row, own.static_input))
             .sum();
         let of_ripple = |ripple: &super::Ripple| {
-            self.added_at_once(line, &ripple.input) * ripple.phase_at(cycle, time).cos()
+            self.direct_increase(line, &ripple.input) * ripple.phase_at(cycle, time).cos()
         };
         if rows.is_empty() {
             0.0
@@ -94,7 +98,7 @@ impl Model {
 
     /// Deflection along a direction, `w·x`, and its rate, `r·x`, from a state or a tangent, given by its first and
     /// second components.
-    pub fn felt_along(&self, direction: usize, [first, second]: [&[f64]; 2]) -> [f64; 2] {
+    pub fn deflection_along(&self, direction: usize, [first, second]: [&[f64]; 2]) -> [f64; 2] {
         let gains = self.directions[direction].gains.iter();
         let parts = gains.zip(first.iter().zip(second));
         parts.fold([0.0; 2], |sum, (own, (x, y))| {
@@ -110,7 +114,7 @@ impl Model {
     /// ρ times the impulse.
     pub fn push_along(&self, direction: usize, impulse: f64, parts: [&mut [f64]; 2]) {
         let along = self.directions[direction].gains.iter();
-        take(along.map(|own| own.mesh_input), impulse, parts);
+        subtract_column(along.map(|own| own.mesh_input), impulse, parts);
     }
 
     /// Subtracts a multiple of `A g`, where A includes the dampers of closed contacts. δ falls by ρ times the amount.
@@ -126,150 +130,183 @@ impl Model {
         let moved = self.blocks.iter().zip(gains);
         let moved =
             moved.map(|(block, own)| block.generator.map(|row| product(row, own.mesh_input)));
-        take(moved, amount, [&mut *first, &mut *second]);
+        subtract_column(moved, amount, [&mut *first, &mut *second]);
         let springs = active.iter().filter(|own| self.is_spring(*own));
         for segment in springs.map(|contact| &segments[contact]) {
             let own = self.gains(segment);
             let damped = -segment.damping * pushed(own, gains) * amount;
             let along = own.iter().map(|own| own.mesh_input);
-            take(along, damped, [&mut *first, &mut *second]);
+            subtract_column(along, damped, [&mut *first, &mut *second]);
         }
     }
 
     /// The constraints that hold a state with these closed contacts.
-    pub fn held(&self, active: ActiveSet) -> Vec<Hold> {
-        let held = |own: &Hold| active.holds(own.contact);
-        self.holds().filter(held).collect()
+    pub fn active_constraints(&self, active: ActiveSet) -> Vec<Constraint> {
+        let is_active = |constraint: &Constraint| active.holds(constraint.contact);
+        self.constraints().filter(is_active).collect()
     }
 
     /// The closed rests that hold while another stop is hit, each with its impulse per unit impulse of that stop. Also
     /// the change of the rate at that stop by a unit impulse \[1/kg\]. A rest that would have to pull opens, and dry
     /// friction has no impulse.
-    pub fn held_beside(&self, stop: Stop, active: ActiveSet) -> (Vec<(Hold, f64)>, f64) {
+    pub fn impulses_at_rests(
+        &self,
+        stop: Stop,
+        active: ActiveSet,
+    ) -> (Vec<(Constraint, f64)>, f64) {
         let gains = |direction: usize| &self.directions[direction].gains[..];
         let own = gains(stop.direction);
-        let mut held = self.held(active);
-        held.retain(|other| self.is_rest(other.contact));
+        let mut constraints = self.active_constraints(active);
+        constraints.retain(|other| self.is_rest(other.contact));
         loop {
-            let moved: Vec<f64> = (held.iter())
+            let moved: Vec<f64> = (constraints.iter())
                 .map(|other| -pushed(gains(other.direction), own))
                 .collect();
-            let shares = self.against(&held, &moved);
+            let shares = self.forces_against(&constraints, &moved);
             let least = (0..shares.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
             let Some(pulls) = least.filter(|own| shares[*own] < 0.0) else {
-                let beside = held.iter().zip(&shares);
-                let beside =
-                    beside.map(|(other, share)| share * pushed(own, gains(other.direction)));
-                let push = stop.push + beside.sum::<f64>();
-                return (held.into_iter().zip(shares).collect(), push);
+                let contributions = constraints.iter().zip(&shares);
+                let contributions =
+                    contributions.map(|(other, share)| share * pushed(own, gains(other.direction)));
+                let push = stop.push + contributions.sum::<f64>();
+                return (constraints.into_iter().zip(shares).collect(), push);
             };
-            held.remove(pulls);
+            constraints.remove(pulls);
         }
     }
 
     /// Changes the rates of a state at constraints to the rates `levels` \[m/s\], or those of a tangent.
-    pub fn still(&self, held: &[Hold], levels: &[f64], [first, second]: [&mut [f64]; 2]) {
-        let rates: Vec<f64> = (held.iter().zip(levels))
-            .map(|(own, level)| self.felt_along(own.direction, [&*first, &*second])[1] - level)
+    pub fn set_rates(
+        &self,
+        constraints: &[Constraint],
+        levels: &[f64],
+        [first, second]: [&mut [f64]; 2],
+    ) {
+        let rates: Vec<f64> = (constraints.iter().zip(levels))
+            .map(|(own, level)| {
+                self.deflection_along(own.direction, [&*first, &*second])[1] - level
+            })
             .collect();
-        for (own, impulse) in held.iter().zip(self.against(held, &rates)) {
+        for (own, impulse) in constraints
+            .iter()
+            .zip(self.forces_against(constraints, &rates))
+        {
             self.push_along(own.direction, impulse, [&mut *first, &mut *second]);
         }
     }
 
     /// Moves a state or a tangent to the `levels` of constraints and to their rates \[m, m/s\]. Dry friction constrains
     /// no position.
-    pub fn seat(
+    pub fn move_to_levels(
         &self,
-        held: &[Hold],
+        constraints: &[Constraint],
         levels: &[(Option<f64>, f64)],
         closed: (ActiveSet, &[Segment]),
         [first, second]: [&mut [f64]; 2],
     ) {
-        let beyond: Vec<f64> = (held.iter().zip(levels))
+        let excess: Vec<f64> = (constraints.iter().zip(levels))
             .map(|(own, (level, _))| {
-                let felt = self.felt_along(own.direction, [&*first, &*second])[0];
-                level.map_or(0.0, |level| felt - level)
+                let deflection = self.deflection_along(own.direction, [&*first, &*second])[0];
+                level.map_or(0.0, |level| deflection - level)
             })
             .collect();
         if levels.iter().any(|(level, _)| level.is_some()) {
-            for (own, amount) in held.iter().zip(self.against(held, &beyond)) {
+            for (own, amount) in constraints
+                .iter()
+                .zip(self.forces_against(constraints, &excess))
+            {
                 self.shift_along(own.direction, amount, closed, [&mut *first, &mut *second]);
             }
         }
         let rates: Vec<f64> = levels.iter().map(|level| level.1).collect();
-        self.still(held, &rates, [first, second]);
+        self.set_rates(constraints, &rates, [first, second]);
     }
 
     /// Positions and rates of constraining surfaces along their lines \[m, m/s\], at a time \[s\] within a mesh cycle.
     /// Dry friction has a rate only.
-    pub fn levels(&self, held: &[Hold], cycle: u64, time: f64) -> Vec<(Option<f64>, f64)> {
-        let of_hold = |own: &Hold| {
-            if let Some(friction) = self.friction_of(own.contact) {
+    pub fn levels(
+        &self,
+        constraints: &[Constraint],
+        cycle: u64,
+        time: f64,
+    ) -> Vec<(Option<f64>, f64)> {
+        let of_hold = |constraint: &Constraint| {
+            if let Some(friction) = self.friction_of(constraint.contact) {
                 return (None, friction.belt_speed);
             }
-            let line = &self.lines[self.directions[own.direction].line];
+            let line = &self.lines[self.directions[constraint.direction].line];
             let (error, rate) = line.transmission_error_at(cycle, time);
             let gap = self
-                .stop_of(own.contact)
+                .stop_of(constraint.contact)
                 .map_or(0.0, |stop| self.contacts[stop.impact].half_gap);
             (Some(error + gap), rate)
         };
-        held.iter().map(of_hold).collect()
+        constraints.iter().map(of_hold).collect()
     }
 
     /// Subtracts the forces of constraints, `Σ g λ`, from the derivative of a state, so that δ'' vanishes.
-    pub(super) fn hold(&self, active: ActiveSet, (cycle, time): (u64, f64), slope: &mut [f64]) {
-        let held = self.held(active);
-        let forces = self.holding(&held, (cycle, time), slope);
-        for (own, force) in held.iter().zip(forces) {
+    pub(super) fn apply_constraints(
+        &self,
+        active: ActiveSet,
+        (cycle, time): (u64, f64),
+        slope: &mut [f64],
+    ) {
+        let constraints = self.active_constraints(active);
+        let forces = self.holding_forces(&constraints, (cycle, time), slope);
+        for (own, force) in constraints.iter().zip(forces) {
             self.push_along(own.direction, force, halves(slope));
         }
     }
 
     /// Forces \[N\] that reduce all δ'' to zero, from the derivative of a state without these forces.
-    fn holding(&self, held: &[Hold], (cycle, time): (u64, f64), slope: &[f64]) -> Vec<f64> {
+    fn holding_forces(
+        &self,
+        constraints: &[Constraint],
+        (cycle, time): (u64, f64),
+        slope: &[f64],
+    ) -> Vec<f64> {
         let n = self.blocks.len();
-        let quickening: Vec<f64> = (held.iter())
+        let accelerations: Vec<f64> = (constraints.iter())
             .map(|own| {
                 let direction = &self.directions[own.direction];
                 let gains = direction.gains.iter().enumerate();
-                let felt = gains.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
+                let deflection = gains.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
                 let line = &self.lines[direction.line];
-                let curved = (line.transmission_error.iter()).map(|own| {
+                let error_accelerations = (line.transmission_error.iter()).map(|own| {
                     let turned = own.turned(cycle, time) + own.phase;
                     own.amplitude * own.angular_frequency.powi(2) * turned.cos()
                 });
-                felt.chain(curved).sum()
+                deflection.chain(error_accelerations).sum()
             })
             .collect();
-        self.against(held, &quickening)
+        self.forces_against(constraints, &accelerations)
     }
 
     /// Forces or impulses that together remove given accelerations or rates at constraints.
-    fn against(&self, held: &[Hold], taken: &[f64]) -> Vec<f64> {
-        match held {
+    fn forces_against(&self, constraints: &[Constraint], removed: &[f64]) -> Vec<f64> {
+        match constraints {
             [] => Vec::new(),
-            [only] => vec![taken[0] / only.push],
+            [only] => vec![removed[0] / only.push],
             _ => {
-                let gains = |own: usize| &self.directions[held[own].direction].gains[..];
-                let matrix =
-                    Mat::from_fn(held.len(), held.len(), |i, j| pushed(gains(i), gains(j)));
-                linalg::solve(matrix.as_ref(), taken)
+                let gains = |own: usize| &self.directions[constraints[own].direction].gains[..];
+                let matrix = Mat::from_fn(constraints.len(), constraints.len(), |i, j| {
+                    pushed(gains(i), gains(j))
+                });
+                linalg::solve(matrix.as_ref(), removed)
             }
         }
     }
 
-    /// Forces \[N\] of the constraints, in the order of [`Self::holds`]. For an open one, the force that would be
+    /// Forces \[N\] of the constraints, in the order of [`Self::constraints`]. For an open one, the force that would be
     /// needed in addition to those that act.
-    pub fn forces_of_holds(
+    pub fn forces_of_constraints(
         &self,
         segments: &[Segment],
         active: ActiveSet,
         (cycle, time): (u64, f64),
         state: &[f64],
     ) -> Vec<f64> {
-        let contacts = self.holds().map(|own| own.contact);
+        let contacts = self.constraints().map(|own| own.contact);
         let without = contacts.fold(ActiveSet::FREE, ActiveSet::toggled);
         let mut slope = vec![0.0; state.len()];
         self.derivative(
@@ -280,40 +317,44 @@ impl Model {
             state,
             &mut slope,
         );
-        let held = self.held(active);
-        let mut forces = self.holding(&held, (cycle, time), &slope).into_iter();
-        self.hold(active, (cycle, time), &mut slope);
-        let mut force = |own: Hold| {
-            if active.holds(own.contact) {
+        let constraints = self.active_constraints(active);
+        let mut forces = self
+            .holding_forces(&constraints, (cycle, time), &slope)
+            .into_iter();
+        self.apply_constraints(active, (cycle, time), &mut slope);
+        let mut force = |constraint: Constraint| {
+            if active.holds(constraint.contact) {
                 forces.next()
             } else {
-                self.holding(&[own], (cycle, time), &slope).pop()
+                self.holding_forces(&[constraint], (cycle, time), &slope)
+                    .pop()
             }
         };
-        self.holds().filter_map(&mut force).collect()
+        self.constraints().filter_map(&mut force).collect()
     }
 
     /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there. If
     /// this move takes it beyond another stop, that stop is included.
-    pub(super) fn seat_on_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
-        let holds: Vec<Hold> = self.stops.iter().map(|stop| stop.hold()).collect();
-        let levels = self.levels(&holds, cycle, 0.0);
-        let (mut seated, mut kept): (Vec<Hold>, Vec<(Option<f64>, f64)>) = Default::default();
+    pub(super) fn move_onto_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
+        let of_stops: Vec<Constraint> = self.stops.iter().map(|stop| stop.constraint()).collect();
+        let levels = self.levels(&of_stops, cycle, 0.0);
+        let (mut reached, mut targets): (Vec<Constraint>, Vec<(Option<f64>, f64)>) =
+            Default::default();
         loop {
-            let before = seated.len();
-            for (hold, &(level, level_rate)) in holds.iter().zip(&levels) {
+            let before = reached.len();
+            for (stop, &(level, level_rate)) in of_stops.iter().zip(&levels) {
                 let [first, second] = halves(state);
-                let [felt, rate] = self.felt_along(hold.direction, [&*first, &*second]);
-                if !seated.contains(hold) && level.is_some_and(|level| felt > level) {
-                    seated.push(*hold);
-                    kept.push((level, level_rate + (rate - level_rate).min(0.0)));
+                let [deflection, rate] = self.deflection_along(stop.direction, [&*first, &*second]);
+                if !reached.contains(stop) && level.is_some_and(|level| deflection > level) {
+                    reached.push(*stop);
+                    targets.push((level, level_rate + (rate - level_rate).min(0.0)));
                 }
             }
-            if seated.len() == before {
+            if reached.len() == before {
                 return;
             }
             let closed = (ActiveSet::FREE, segments);
-            self.seat(&seated, &kept, closed, halves(state));
+            self.move_to_levels(&reached, &targets, closed, halves(state));
         }
     }
 }

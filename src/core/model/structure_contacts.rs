@@ -17,12 +17,12 @@ use std::f64::consts::{PI, TAU};
 ///
 /// # Errors
 /// [`ModelError::NoCopy`] if that flank has a property that no other contact can have.
-pub(super) fn with_own_law<'c>(
-    own: &'c StructureContact,
+pub(super) fn with_complete_law<'c>(
+    contact: &'c StructureContact,
     drive: &Drive,
 ) -> Result<Cow<'c, StructureContact>, ModelError> {
-    let Some(flank) = own.copies else {
-        return Ok(Cow::Borrowed(own));
+    let Some(flank) = contact.copies else {
+        return Ok(Cow::Borrowed(contact));
     };
     let of_coast = drive.coast.as_ref().filter(|_| flank == COAST_FLANK);
     let (mesh, errors, further) = match of_coast {
@@ -32,7 +32,7 @@ pub(super) fn with_own_law<'c>(
     let of_mesh = |error: &MeshHarmonic| error.cycles == 1;
     if !further.is_empty() || !errors.iter().all(of_mesh) {
         return Err(ModelError::NoCopy {
-            contact: own.name.clone(),
+            contact: contact.name.clone(),
         });
     }
     // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
@@ -40,18 +40,24 @@ pub(super) fn with_own_law<'c>(
     let law = ContactLaw {
         gap: drive.half_gap,
         damping: drive.damping,
-        phase: own.law.phase,
-        error: errors.iter().map(|error| error.ahead(turned)).collect(),
+        phase: contact.law.phase,
+        error: errors
+            .iter()
+            .map(|error| error.with_phase_lead(turned))
+            .collect(),
         ..Division::law(mesh, drive.friction)
     };
-    Ok(Cow::Owned(StructureContact { law, ..own.clone() }))
+    Ok(Cow::Owned(StructureContact {
+        law,
+        ..contact.clone()
+    }))
 }
 
 impl Division {
     /// The law of a contact with the properties of divisions and a coefficient of friction; everything else is 0.
     pub fn law(divisions: &[Self], friction: f64) -> ContactLaw {
-        let off_middle = divisions.iter().any(|own| own.centre() != 0.0);
-        let lacking = divisions.iter().any(|own| !own.error.is_none());
+        let off_middle = divisions.iter().any(|division| division.centre() != 0.0);
+        let lacking = divisions.iter().any(|division| !division.error.is_none());
         let each = |any: bool| divisions.iter().filter(move |_| any);
         ContactLaw {
             stiffness: each(true)
@@ -82,7 +88,11 @@ impl ContactLaw {
             damping: self.damping,
             phase: self.phase,
             // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
-            error: self.error.iter().map(|own| own.ahead(turned)).collect(),
+            error: self
+                .error
+                .iter()
+                .map(|own| own.with_phase_lead(turned))
+                .collect(),
             ..Division::law(divisions, friction)
         })
     }
@@ -123,7 +133,10 @@ fn side(law: &ContactLaw) -> f64 {
 /// # Errors
 /// [`ModelError::OutOfRange`].
 fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), ModelError> {
-    let smallest = (divisions.iter().map(|own| own.stiffness.smallest())).reduce(f64::min);
+    let smallest = (divisions
+        .iter()
+        .map(|division| division.stiffness.smallest()))
+    .reduce(f64::min);
     let smallest = smallest.unwrap_or(0.0);
     let [name, accepted] = match law.dry_friction {
         Some(_) => ["force of dry friction", "above 0 N"],
@@ -137,7 +150,7 @@ fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), Model
 }
 
 /// Converts a contact of a structure to a contact of the model, with a separate gap b and direction, on the positive
-/// side. `on_bearings` are the shares of each bearing in a unit of its force ([`crate::structure::StaticShare`]).
+/// side. `on_bearings` are the shares of each bearing in a unit of its force ([`crate::structure::OmittedModeForces`]).
 /// `slider` is the block with the position of the slider to which the contact belongs, if any.
 ///
 /// # Errors
@@ -183,7 +196,7 @@ pub(super) fn contact(
         column => basis.turn(column),
     });
     // Rotations without an effect on any contact have only round-off of the transformation here.
-    for &i in basis.unfelt() {
+    for &i in basis.without_contact() {
         g[i] -= w[i];
         w[i] = 0.0;
         tilt[i] = 0.0;
@@ -200,7 +213,7 @@ pub(super) fn contact(
             return same;
         }
         let off = |i: usize| law[0] * tilt[i];
-        let seen: Vec<f64> = (0..w.len()).map(|i| w[i] + off(i)).collect();
+        let participation: Vec<f64> = (0..w.len()).map(|i| w[i] + off(i)).collect();
         let acts: Vec<f64> = (0..w.len())
             .map(|i| g[i] + off(i) + turn * along[i] + arm * lever[i])
             .collect();
@@ -208,9 +221,9 @@ pub(super) fn contact(
         let on_bearings = (on_bearings.iter())
             .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
             .collect();
-        let gains = basis.gains(blocks, &seen, &acts);
+        let gains = basis.gains(blocks, &participation, &acts);
         let added = if holds {
-            directions.add_resting((&gains, blocks), &error, on_bearings)
+            directions.add_stop_direction((&gains, blocks), &error, on_bearings)
         } else {
             directions.add(gains, -arm * own.sliding, &error, on_bearings)
         };

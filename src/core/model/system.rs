@@ -154,7 +154,7 @@ impl Model {
             (structure.harmonic_loads.iter()).map(|load| Ripple::of_load(load, period, &basis));
         let ripple = ripples.chain(loads).collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|own| BearingOutput::new(own, structure, &torques, point, &basis))
+            .map(|bearing| BearingOutput::new(bearing, structure, &torques, point, &basis))
             .collect();
         let outputs = Output::of_structure(structure, &basis);
         let model = Self {
@@ -192,7 +192,7 @@ impl Model {
 
     /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each
     /// block, without the rotation of the whole drive.
-    pub fn seen_by_modes(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
+    pub fn block_gains_of(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let mut gains = self.basis.output(&self.basis.turn(participation));
         for &block in &self.neutral {
             gains.iter_mut().for_each(|gain| gain[block] = [0.0; 2]);
@@ -278,7 +278,7 @@ impl Model {
             deflection += w[0] * x + w[1] * y;
             rate += r[0] * x + r[1] * y;
         }
-        deflection += self.loads_at_once(direction.line, cycle, time);
+        deflection += self.direct_loads(direction.line, cycle, time);
         (deflection, rate)
     }
 
@@ -330,7 +330,10 @@ impl Model {
             out[i] = a[0] * x + a[1] * y + s[0];
             out[n + i] = b[0] * x + b[1] * y + s[1];
         }
-        for contact in active.iter().filter(|contact| !self.is_hold(*contact)) {
+        for contact in active
+            .iter()
+            .filter(|contact| !self.is_constraint(*contact))
+        {
             let segment = &segments[contact];
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
             let force = self.contacts[contact].force(segment, time, deflection, rate);
@@ -346,7 +349,7 @@ impl Model {
                 out[n + i] += input[1] * cos;
             }
         }
-        self.hold(active, (cycle, time), out);
+        self.apply_constraints(active, (cycle, time), out);
     }
 
     /// The rigid relative rotation: the rotated rigid mode that deflects the mesh.

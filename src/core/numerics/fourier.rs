@@ -18,7 +18,7 @@ const MOST_TURNED: usize = 8;
 
 /// A window relative to the slowest of the frequencies.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch {
+pub struct ScaledWindow {
     /// Length τ \[s\].
     pub duration: f64,
     /// κ, half the phase change over the window, at most π \[rad\].
@@ -30,10 +30,10 @@ pub struct Stretch {
 /// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the slowest
 /// frequency. The result is the same on every instruction set, as no operations are fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex64>]) {
+pub fn add_lines(stretch: ScaledWindow, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex64>]) {
     let count = sums.iter().map(Vec::len).max().unwrap_or(0);
-    let mut halves = Turning::new(stretch.half_turn);
-    let mut places = Turning::new(stretch.phase);
+    let mut halves = AngleMultiples::new(stretch.half_turn);
+    let mut places = AngleMultiples::new(stretch.phase);
     let mut bessel = [[0.0; LANES]; ORDERS];
     for first in (0..count).step_by(LANES) {
         let mut x = [0.0; LANES];
@@ -67,7 +67,7 @@ fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
 }
 
 /// Cosines and sines of the multiples of an angle, in groups of sixteen.
-struct Turning {
+struct AngleMultiples {
     angle: f64,
     /// Those of the multiples 1 … 16.
     low: [Lanes; 2],
@@ -76,7 +76,7 @@ struct Turning {
     now: [Lanes; 2],
 }
 
-impl Turning {
+impl AngleMultiples {
     #[inline(always)]
     fn new(angle: f64) -> Self {
         let mut low = [[0.0; LANES]; 2];
@@ -133,7 +133,7 @@ mod tests {
         let series: [[f64; ORDERS]; 2] = [0.5_f64, 0.9]
             .map(|ratio| std::array::from_fn(|n| ratio.powi(n as i32) * (1.3 * n as f64).cos()));
         for half_turn in [1e-6, 4e-3, 0.05, 0.4, 1.1, std::f64::consts::PI] {
-            let stretch = Stretch {
+            let stretch = ScaledWindow {
                 duration: 0.7,
                 half_turn,
                 phase: 2.0 + half_turn,

@@ -190,8 +190,8 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
         c64((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
     });
     // An exact eigenvalue would make the shifted matrix singular; so might a shift close to it.
-    let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|beside| {
-        let shift = near + beside * f64::EPSILON * size;
+    let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|offset| {
+        let shift = near + offset * f64::EPSILON * size;
         let shifted = Mat::from_fn(n, n, |i, j| {
             let diagonal = if i == j { shift } else { Complex64::ZERO };
             c64(matrix[(i, j)], 0.0) - diagonal

@@ -241,8 +241,8 @@ mod tests {
                 let nearest = (0..known.len())
                     .min_by(|&a, &b| far(&known[a]).total_cmp(&far(&known[b])))
                     .unwrap();
-                let apart = far(&known.swap_remove(nearest));
-                assert!(apart < 1e-12 * a.nrows() as f64, "{value}: {apart}");
+                let distance = far(&known.swap_remove(nearest));
+                assert!(distance < 1e-12 * a.nrows() as f64, "{value}: {distance}");
             }
         }
         assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
@@ -260,8 +260,8 @@ mod tests {
                 let far = |v: &Complex64| (v - root).norm();
                 let nearest =
                     (0..found.len()).min_by(|&a, &b| far(&found[a]).total_cmp(&far(&found[b])));
-                let apart = far(&found.swap_remove(nearest.unwrap()));
-                assert!(apart < 1e-14, "{n} {k}: {apart:e}");
+                let distance = far(&found.swap_remove(nearest.unwrap()));
+                assert!(distance < 1e-14, "{n} {k}: {distance:e}");
             }
         }
     }
@@ -307,8 +307,8 @@ mod tests {
                 let far = |v: &Complex64| (v - root).norm();
                 let nearest =
                     (0..found.len()).min_by(|&a, &b| far(&found[a]).total_cmp(&far(&found[b])));
-                let apart = far(&found.swap_remove(nearest.unwrap()));
-                assert!(apart < 1e-9, "{number}: {apart:e}");
+                let distance = far(&found.swap_remove(nearest.unwrap()));
+                assert!(distance < 1e-9, "{number}: {distance:e}");
             }
         }
     }

@@ -60,7 +60,7 @@ pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
         search.exit = Some(-1.0);
         return search;
     }
-    match judge::<P, A>(transforms, margin, bounds, noise, 0, &mut search) {
+    match decide::<P, A>(transforms, margin, bounds, noise, 0, &mut search) {
         Verdict::Clear => {}
         Verdict::Exit(x) => search.exit = Some(x),
         Verdict::Undecided => {
@@ -155,12 +155,12 @@ fn examine<const P: usize, A: Arithmetic<P>>(
     if series[0] > bounds.variation + noise {
         return Verdict::Clear;
     }
-    judge::<P, A>(transforms, series, bounds, noise, depth, search)
+    decide::<P, A>(transforms, series, bounds, noise, depth, search)
 }
 
 /// Decides by further certificates if the size of the series does not.
 #[inline(always)]
-fn judge<const P: usize, A: Arithmetic<P>>(
+fn decide<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
     series: &[f64; P],
     bounds: Bounds,

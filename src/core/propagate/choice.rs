@@ -72,7 +72,7 @@ impl KernelChoice {
             Self::ClosedModes => {
                 let systems = kept()?;
                 let set = InstructionSet::best();
-                let kernel = ClosedModes::of_kept(model, event_limit, &*systems, set)?;
+                let kernel = ClosedModes::from_kept(model, event_limit, &*systems, set)?;
                 let done = user.with(&kernel);
                 // Part of the result is missing.
                 kernel.refusal().map_or(Ok(done), Err)?

@@ -39,7 +39,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let mut attentive = Attentive {
+        let mut attentive = FlagObserver {
             observer,
             called_off: self.called_off,
         };
@@ -48,12 +48,12 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
 }
 
 /// An observer that checks the flag.
-struct Attentive<'a, O> {
+struct FlagObserver<'a, O> {
     observer: &'a mut O,
     called_off: &'a AtomicBool,
 }
 
-impl<O: Observer> Observer for Attentive<'_, O> {
+impl<O: Observer> Observer for FlagObserver<'_, O> {
     const WINDOWS: bool = O::WINDOWS;
 
     fn states(&self) -> bool {

@@ -23,7 +23,7 @@ pub struct TableArray {
 }
 
 /// Storage beside kept tables for data that kernels create on demand and share.
-pub type Beside = OnceLock<Arc<dyn Any + Send + Sync>>;
+pub type SharedStorage = OnceLock<Arc<dyn Any + Send + Sync>>;
 
 /// Stored tables, by the names under which they were written.
 pub trait KeptTables {
@@ -32,7 +32,7 @@ pub trait KeptTables {
 
     /// Storage for data that kernels of the same structure create on demand and share; `None` if these tables have
     /// none.
-    fn beside(&self) -> Option<&Beside> {
+    fn shared_storage(&self) -> Option<&SharedStorage> {
         None
     }
 }

@@ -27,7 +27,7 @@ pub use choice::{KernelChoice, KernelUse};
 pub use closed_modes::ClosedModes;
 pub use counters::Counters;
 pub use interrupt::Interruptible;
-pub use kept::{Beside, KeptReader, KeptTables, KeptWriter, TableArray};
+pub use kept::{KeptReader, KeptTables, KeptWriter, SharedStorage, TableArray};
 pub use observer::{ClosedContact, Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use table_error::{TableError, TableSize};

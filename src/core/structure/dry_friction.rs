@@ -49,7 +49,7 @@ impl StructureContact {
 impl ModalStructure {
     /// Number of elements of dry friction.
     pub fn dry_frictions(&self) -> usize {
-        let parts = self.contacts.iter().map(|own| own.law.dry_friction);
+        let parts = self.contacts.iter().map(|contact| contact.law.dry_friction);
         parts
             .filter(|part| *part == Some(FrictionPart::Forwards))
             .count()

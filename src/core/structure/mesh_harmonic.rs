@@ -26,7 +26,7 @@ impl MeshHarmonic {
 
     /// The same with `turned` added to the phase \[rad\].
     #[must_use]
-    pub fn ahead(self, turned: f64) -> Self {
+    pub fn with_phase_lead(self, turned: f64) -> Self {
         Self {
             phase: self.phase + turned,
             ..self

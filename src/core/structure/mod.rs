@@ -19,5 +19,5 @@ pub use modal::{
     TurningFrame,
 };
 pub use slider_part::SliderPart;
-pub use static_share::StaticShare;
+pub use static_share::OmittedModeForces;
 pub use stop_part::StopPart;

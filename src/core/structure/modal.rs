@@ -1,6 +1,6 @@
 //! How does a structure appear to the mesh? Frequencies, damping, participations.
 
-use crate::structure::{FrictionPart, MeshHarmonic, SliderPart, StaticShare, StopPart};
+use crate::structure::{FrictionPart, MeshHarmonic, OmittedModeForces, SliderPart, StopPart};
 
 /// Largest number of cycles of a contact, and of the mesh, in its base period: tables of a varying contact grow with
 /// it.
@@ -346,7 +346,7 @@ pub struct BearingGain {
     /// Force per unit modal velocity \[N s/(m √kg)\], one entry per mode; empty for none.
     pub rate_gain: Vec<f64>,
     /// Contribution of omitted modes at rest.
-    pub left_out: StaticShare,
+    pub left_out: OmittedModeForces,
 }
 
 /// The torque in a shaft or a coupling, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and its damper, in the
@@ -387,7 +387,11 @@ pub struct PlaceMotion {
 
 impl BearingGain {
     /// Contribution of omitted modes, including those of its structure after the `retained` first.
-    fn left_out_behind(&self, structure: &ModalStructure, retained: usize) -> StaticShare {
+    fn forces_of_omitted_modes(
+        &self,
+        structure: &ModalStructure,
+        retained: usize,
+    ) -> OmittedModeForces {
         let known = &self.left_out;
         let share = |before: f64, column: &[f64]| -> f64 {
             let felt = self.gain.iter().zip(&structure.frequency).zip(column);
@@ -411,7 +415,7 @@ impl BearingGain {
                 .collect()
         };
         let [pinion, wheel] = known.shaft_torques;
-        StaticShare {
+        OmittedModeForces {
             drive: flank(known.drive, &structure.drive_flank()),
             coast: (structure.coast.as_ref()).map_or(known.coast, |own| flank(known.coast, own)),
             contacts: (structure.contacts.iter().enumerate())
@@ -512,18 +516,18 @@ impl ModalStructure {
 
     /// Number of rigid rotations that deflect no contact.
     pub fn neutral_modes(&self) -> usize {
-        self.rigid_modes() - self.felt_rotations().len()
+        self.rigid_modes() - self.contact_rotations().len()
     }
 
     /// Number of positions and speeds of these rotations that still matter: the speed of each
     /// with dampers or gyroscopic terms, both of each with springs.
-    pub fn felt_of_neutral(&self) -> usize {
+    pub fn restrained_neutral_count(&self) -> usize {
         let Some(coupling) = &self.coupling else {
             return 0;
         };
         let (modes, rigid) = (self.modes(), self.rigid_modes());
         let mut felt = Vec::new();
-        for row in self.felt_rotations() {
+        for row in self.contact_rotations() {
             widen(&mut felt, &row, 0.0);
         }
         let by_contacts = felt.len();
@@ -541,7 +545,7 @@ impl ModalStructure {
 
     /// Linearly independent directions in the space of the rigid rotations that deflect contacts, that
     /// of the mesh first: participations in the rigid modes only.
-    pub fn felt_rotations(&self) -> Vec<Vec<f64>> {
+    pub fn contact_rotations(&self) -> Vec<Vec<f64>> {
         let rigid = self.rigid_modes();
         let further = self.contacts.iter().map(|contact| &contact.participation);
         let mut felt: Vec<Vec<f64>> = Vec::new();
@@ -563,7 +567,7 @@ impl ModalStructure {
     /// With `mta` (modal-truncation augmentation) the omitted modes return as their static
     /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to that of the
     /// structure; without it the residual flexibility is 0. Their static share in bearing forces stays in both cases
-    /// ([`StaticShare`]). Their coupling to the retained modes and
+    /// ([`OmittedModeForces`]). Their coupling to the retained modes and
     /// to each other is omitted.
     ///
     /// # Errors
@@ -616,7 +620,7 @@ impl ModalStructure {
                     left_out: if retained == self.modes() {
                         bearing.left_out.clone()
                     } else {
-                        bearing.left_out_behind(self, retained)
+                        bearing.forces_of_omitted_modes(self, retained)
                     },
                 })
                 .collect(),

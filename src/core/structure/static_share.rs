@@ -3,7 +3,7 @@
 /// Static force on a bearing \[N\] per unit of each load of a structure, from the omitted modes:
 /// `Σ gain f/ω²` with the modal force f of the load. A force of a flank acts with a minus sign.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
-pub struct StaticShare {
+pub struct OmittedModeForces {
     /// By a unit force on the drive flanks: at mid-face and without friction \[1\], by the load centroid \[1/m\],
     /// by the friction force \[1\], by its lever \[1/m\].
     pub drive: [f64; 4],

@@ -28,7 +28,7 @@ impl StructureContact {
 impl ModalStructure {
     /// Number of rigid stops.
     pub fn rigid_stops(&self) -> usize {
-        let parts = self.contacts.iter().map(|own| own.law.stop);
+        let parts = self.contacts.iter().map(|contact| contact.law.stop);
         parts.filter(|part| *part == Some(StopPart::Rest)).count()
     }
 }

@@ -83,11 +83,11 @@ impl EvenSharing {
         friction_direction(&places, &lengths)
     }
 
-    /// Ends of the stretches with a constant direction, in order, 1 last. No stretch is shorter than `apart`.
-    pub fn direction_breaks(&self, apart: f64) -> Vec<f64> {
+    /// Ends of the stretches with a constant direction, in order, 1 last. No stretch is shorter than `least_distance`.
+    pub fn direction_breaks(&self, least_distance: f64) -> Vec<f64> {
         self.ends_at(
             &[0.0, self.pitch_phase, self.contact_ratio],
-            apart,
+            least_distance,
             |mark| mark,
         )
     }
@@ -98,7 +98,7 @@ impl EvenSharing {
     }
 
     /// Ends at marks of a pair, mapped by `moved`.
-    fn ends_at(&self, marks: &[f64], apart: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn ends_at(&self, marks: &[f64], least_distance: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         let half = 0.5 * self.overlap_ratio;
         let mut ends: Vec<f64> = (marks.iter())
             .flat_map(|mark| [mark - half, mark + half])
@@ -108,9 +108,9 @@ impl EvenSharing {
             let parts = (1.0 / LONGEST).round() as u32;
             ends.extend((1..parts).map(|part| f64::from(part) * LONGEST));
         }
-        ends.retain(|end| *end > apart && *end < 1.0 - apart);
+        ends.retain(|end| *end > least_distance && *end < 1.0 - least_distance);
         ends.sort_by(f64::total_cmp);
-        ends.dedup_by(|later, earlier| *later - *earlier < apart);
+        ends.dedup_by(|later, earlier| *later - *earlier < least_distance);
         ends.push(1.0);
         ends
     }

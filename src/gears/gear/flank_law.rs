@@ -31,7 +31,7 @@ pub trait FlankLaw: Sync {
     /// Compliance of a pair at s within the reach; off the path that of its nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
-    /// How much the gear bodies yield at the pair at s under a unit line load on the pair `ahead`
+    /// How much the gear bodies yield at the pair at s under a unit line load on the pair `pairs_ahead`
     /// base pitches further, both in contact, and the other way round \[m²/N\]. 0 if every pair has
     /// a separate body.
     fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
@@ -92,8 +92,8 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
         }
     }
 
-    fn coupling(&self, s: f64, ahead: usize) -> f64 {
-        self.law.coupling(s, ahead)
+    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
+        self.law.coupling(s, pairs_ahead)
     }
 
     fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
@@ -141,8 +141,8 @@ impl<L: FlankLaw> FlankLaw for IndependentSlices<'_, L> {
         self.0.compliance(s)
     }
 
-    fn coupling(&self, s: f64, ahead: usize) -> f64 {
-        self.0.coupling(s, ahead)
+    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
+        self.0.coupling(s, pairs_ahead)
     }
 
     fn relief(&self, s: f64) -> f64 {
@@ -200,8 +200,8 @@ impl FlankLaw for Flanks {
         }
     }
 
-    fn coupling(&self, s: f64, ahead: usize) -> f64 {
-        let gears = self.coupled(s, ahead);
+    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
+        let gears = self.coupled(s, pairs_ahead);
         gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
     }
 

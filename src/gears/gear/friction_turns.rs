@@ -107,7 +107,8 @@ pub(super) mod tests {
         let segments = pitch.cut(&segments);
         assert_eq!(segments.len(), 61);
         // Equal segments between two cuts have the same direction, so they merge.
-        let mut different: Vec<[f64; 2]> = segments.iter().map(|own| own.friction).collect();
+        let mut different: Vec<[f64; 2]> =
+            segments.iter().map(|segment| segment.friction).collect();
         different.dedup();
         assert_eq!(different.len(), 3);
     }
@@ -120,7 +121,10 @@ pub(super) mod tests {
         let coast = Division::mirrored(&drive, symmetry);
         let at = |divisions: &[Division], phase: f64| {
             let phase = phase.rem_euclid(1.0);
-            let found = divisions.iter().find(|own| phase < own.end).unwrap();
+            let found = divisions
+                .iter()
+                .find(|division| phase < division.end)
+                .unwrap();
             found.friction
         };
         for ahead in [-0.4, -0.2, -0.13, 0.03, 0.12, 0.28, 0.45] {

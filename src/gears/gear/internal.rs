@@ -237,11 +237,11 @@ impl InternalPair {
         let at_tip = |base: f64, tip: f64| involute((base / tip).acos());
         // Intersection of the tip circles, as angles about both axes.
         let apart = (ring_tip * ring_tip - gear_tip * gear_tip - a * a) / (2.0 * a * gear_tip);
-        let beside = (a * a + ring_tip * ring_tip - gear_tip * gear_tip) / (2.0 * a * ring_tip);
-        if apart.abs() < 1.0 && beside.abs() < 1.0 {
+        let cosine = (a * a + ring_tip * ring_tip - gear_tip * gear_tip) / (2.0 * a * ring_tip);
+        if apart.abs() < 1.0 && cosine.abs() < 1.0 {
             let own = apart.acos() + at_tip(gear_base, gear_tip) - involute(working);
             let ring = ratio * own + involute(working) - at_tip(ring_base, ring_tip);
-            let overlap = beside.acos() - ring;
+            let overlap = cosine.acos() - ring;
             if overlap > 0.0 {
                 return Err(InternalError::Tips { overlap });
             }

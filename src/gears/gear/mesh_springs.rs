@@ -68,14 +68,14 @@ pub struct SpringPiece {
 }
 
 /// The springs at a phase.
-struct Column {
+struct PhaseSprings {
     phase: f64,
     springs: Vec<PairSpring>,
     /// One entry per spring.
     friction: Vec<[f64; 2]>,
 }
 
-impl Column {
+impl PhaseSprings {
     /// The pairs in their order of contact, slice by slice.
     fn order(&self) -> impl Iterator<Item = usize> {
         self.springs.iter().map(|spring| spring.pair)
@@ -90,14 +90,14 @@ impl Column {
         }
         let [own, others] = [self, other].map(|column| column.springs.chunks(on_slice));
         own.zip(others).all(|(own, other)| {
-            let apart = |springs: &[PairSpring], [one, later]: [usize; 2]| {
+            let distance = |springs: &[PairSpring], [one, later]: [usize; 2]| {
                 let gap = |pair| springs.iter().find(|s| s.pair == pair).map(|s| s.gap);
                 gap(later).zip(gap(one)).map(|(b, a)| b - a)
             };
             let mut pairs = (own.iter().enumerate())
                 .flat_map(|(i, one)| own[i + 1..].iter().map(|later| [one.pair, later.pair]));
             pairs.all(|pair| {
-                let [here, there] = [own, other].map(|springs| apart(springs, pair));
+                let [here, there] = [own, other].map(|springs| distance(springs, pair));
                 match (here, there) {
                     (Some(here), Some(there)) => here.min(there.abs()) <= TOGETHER || there > 0.0,
                     _ => false,
@@ -119,7 +119,7 @@ impl MeshSprings {
             return Err(MeshTableError::HelicalPairs { helix: law.helix() });
         }
         let pitch_point = law.path().pitch_point;
-        let column = |phase: f64| -> Result<Column, MeshTableError> {
+        let column = |phase: f64| -> Result<PhaseSprings, MeshTableError> {
             let sharing = |source| MeshTableError::Sharing { phase, source };
             let pairs = pairs_at(law, phase, face).map_err(sharing)?;
             let springs: Vec<PairSpring> = (LoadSharing::of_slices(&pairs, face, misalignment))
@@ -131,7 +131,7 @@ impl MeshSprings {
                 .map(|spring| friction_direction(&positions, &spring.share))
                 .map(|friction| [friction.direction, friction.lever])
                 .collect();
-            Ok(Column {
+            Ok(PhaseSprings {
                 phase,
                 springs,
                 friction,
@@ -142,8 +142,8 @@ impl MeshSprings {
         let mut stretches = Vec::new();
         while let Some([from, to]) = left.pop() {
             match check_piece(&column, [from, to], face.slices)? {
-                Examined::Follows(springs) => stretches.push(SpringStretch { end: to, springs }),
-                Examined::Cut(_, error)
+                FitResult::Follows(springs) => stretches.push(SpringStretch { end: to, springs }),
+                FitResult::Cut(_, error)
                     if to - from < SHORTEST || left.len() + stretches.len() > MOST =>
                 {
                     return Err(MeshTableError::Unresolved {
@@ -153,7 +153,7 @@ impl MeshSprings {
                         tolerance: TOLERANCE,
                     });
                 }
-                Examined::Cut(at, _) => left.extend([[at, to], [from, at]]),
+                FitResult::Cut(at, _) => left.extend([[at, to], [from, at]]),
             }
         }
         let width = face.width / face.slices as f64;
@@ -176,7 +176,7 @@ impl MeshSprings {
 }
 
 /// Result of a fit to a stretch.
-enum Examined {
+enum FitResult {
     /// Polynomials follow its springs.
     Follows(Vec<Vec<SpringPiece>>),
     /// It must be cut at this phase; error of the polynomials.
@@ -184,27 +184,27 @@ enum Examined {
 }
 
 fn check_piece(
-    column: &impl Fn(f64) -> Result<Column, MeshTableError>,
+    column: &impl Fn(f64) -> Result<PhaseSprings, MeshTableError>,
     [from, to]: [f64; 2],
     slices: usize,
-) -> Result<Examined, MeshTableError> {
+) -> Result<FitResult, MeshTableError> {
     let transforms = transforms8();
     let phase = |x: f64| 0.5 * ((to - from) * x + (to + from));
     let inset = SHORTEST.min(0.125 * (to - from));
-    let nodes: Vec<Column> = (transforms.nodes().iter())
+    let nodes: Vec<PhaseSprings> = (transforms.nodes().iter())
         .map(|&x| column(phase(x)))
         .collect::<Result<_, _>>()?;
     let between = transforms
         .nodes()
         .windows(2)
         .map(|pair| phase(0.5 * (pair[0] + pair[1])));
-    let mut checks: Vec<Column> = ([from + inset].into_iter().chain(between))
+    let mut checks: Vec<PhaseSprings> = ([from + inset].into_iter().chain(between))
         .chain([to - inset])
         .map(column)
         .collect::<Result<_, _>>()?;
-    let mut seen: Vec<&Column> = nodes.iter().chain(&checks).collect();
-    seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
-    if let Some(pair) = seen
+    let mut fitted_phases: Vec<&PhaseSprings> = nodes.iter().chain(&checks).collect();
+    fitted_phases.sort_by(|a, b| a.phase.total_cmp(&b.phase));
+    if let Some(pair) = fitted_phases
         .windows(2)
         .find(|pair| !pair[0].same_order(pair[1], slices))
     {
@@ -217,12 +217,12 @@ fn check_piece(
                 high = middle
             }
         }
-        return Ok(Examined::Cut(0.5 * (low + high), f64::INFINITY));
+        return Ok(FitResult::Cut(0.5 * (low + high), f64::INFINITY));
     }
     // Springs of pairs that come into contact together have the same sum in any order.
     checks.retain(|check| check.order().eq(nodes[0].order()));
     let count = nodes[0].springs.len();
-    let through = |value: &dyn Fn(&Column) -> f64| -> [f64; NODES] {
+    let through = |value: &dyn Fn(&PhaseSprings) -> f64| -> [f64; NODES] {
         transforms.interpolate(&std::array::from_fn(|node| value(&nodes[node])))
     };
     let mut error: f64 = 0.0;
@@ -233,10 +233,10 @@ fn check_piece(
             let [turn, lever] = [0, 1].map(|part| through(&|c| c.friction[spring][part])[0]);
             for check in &checks {
                 let x = (2.0 * check.phase - from - to) / (to - from);
-                let own = &check.springs[spring];
-                let off = (evaluate(&stiffness, x) / own.stiffness - 1.0).abs();
+                let spring = &check.springs[spring];
+                let off = (evaluate(&stiffness, x) / spring.stiffness - 1.0).abs();
                 error = error.max(off);
-                error = error.max((evaluate(&gap, x) - own.gap).abs() / GAP_SCALE);
+                error = error.max((evaluate(&gap, x) - spring.gap).abs() / GAP_SCALE);
             }
             // Windows that start in a stretch extend beyond its end.
             let end = evaluate(&stiffness, 1.0);
@@ -253,12 +253,12 @@ fn check_piece(
         })
         .collect();
     if error > TOLERANCE {
-        return Ok(Examined::Cut(0.5 * (from + to), error));
+        return Ok(FitResult::Cut(0.5 * (from + to), error));
     }
     // The same number on every slice: the same pairs are within reach.
     let on_slice = count / slices;
     debug_assert!(on_slice <= MOST_PAIRS);
-    Ok(Examined::Follows(
+    Ok(FitResult::Follows(
         pieces.chunks(on_slice).map(joined_at_once).collect(),
     ))
 }
@@ -328,10 +328,10 @@ mod tests {
             let stretch = &springs.stretches[index];
             let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
             for force in [10.0, 300.0, 2e3, 2e4] {
-                let borne = sharing.distribute(force);
+                let shared = sharing.distribute(force);
                 let (mut sum, mut stiffness) = (0.0, 0.0);
                 for spring in &stretch.springs[0] {
-                    let closing = borne.deflection - evaluate(&spring.gap, x);
+                    let closing = shared.deflection - evaluate(&spring.gap, x);
                     if closing > 0.0 {
                         let own = evaluate(&spring.stiffness, x);
                         sum += own * closing;
@@ -340,7 +340,7 @@ mod tests {
                 }
                 assert!((sum / force - 1.0).abs() < 1e-6, "{phase} {force}: {sum}");
                 assert!(
-                    (stiffness / borne.stiffness - 1.0).abs() < 1e-8,
+                    (stiffness / shared.stiffness - 1.0).abs() < 1e-8,
                     "{phase} {force}"
                 );
             }
@@ -375,7 +375,7 @@ mod tests {
             whole,
             misalignment,
         );
-        let borne = exact.unwrap().distribute(2e3);
+        let shared = exact.unwrap().distribute(2e3);
         let off = |slices: usize| {
             let face = Face { slices, ..whole };
             let springs = MeshSprings::new(&flanks, face, misalignment).unwrap();
@@ -385,7 +385,7 @@ mod tests {
             let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
             let forces = stretch.springs.iter().flatten().map(|spring| {
                 evaluate(&spring.stiffness, x)
-                    * (borne.deflection - evaluate(&spring.gap, x)).max(0.0)
+                    * (shared.deflection - evaluate(&spring.gap, x)).max(0.0)
             });
             (forces.sum::<f64>() / 2e3 - 1.0).abs()
         };

@@ -33,9 +33,9 @@ pub use error::{MOST_PAIRS, SharingError};
 pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
-pub(super) use coupled::Touching;
+pub(super) use coupled::ContactRegion;
 use coupled::{ContactSolution, Coupled, PairLoad};
-use pairs::Span;
+use pairs::FaceSlice;
 use ramp::ContactRamp;
 
 /// How the mesh carries a load.
@@ -78,7 +78,7 @@ pub struct LoadSharing {
     /// One per pair and slice.
     ramps: Vec<ContactRamp>,
     /// The slices of a helical face; empty for a spur face, whose slices are equal.
-    spans: Vec<Span>,
+    spans: Vec<FaceSlice>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
     /// Whether each pair is on the path of contact.
@@ -162,7 +162,7 @@ impl LoadSharing {
     /// Their number depends on pairs and slices only. On a helical face there are none, as pairs come
     /// into contact gradually.
     pub fn distribute_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
-        let (load, margins, _) = self.distribute_from(force, &Touching::default());
+        let (load, margins, _) = self.distribute_from(force, &ContactRegion::default());
         (load, margins)
     }
 
@@ -171,12 +171,16 @@ impl LoadSharing {
     pub(in crate::gear) fn distribute_from(
         &self,
         force: f64,
-        near: &Touching,
-    ) -> (SharedLoad, Vec<f64>, Touching) {
+        near: &ContactRegion,
+    ) -> (SharedLoad, Vec<f64>, ContactRegion) {
         match self.coupled.as_ref().filter(|_| force > 0.0) {
             None => {
                 let load = self.distribute(force);
-                (load, self.margins(load.deflection), Touching::default())
+                (
+                    load,
+                    self.margins(load.deflection),
+                    ContactRegion::default(),
+                )
             }
             Some(coupled) => {
                 let solution = coupled.solve_from(force, near);

@@ -38,18 +38,22 @@ fn place_on_line(pair: &GearPair, side: f64, lean: f64, angle: f64) -> f64 {
         [along * c - across * s, along * s + across * c]
     };
     // Distance from the line, which is tangent to the base circle.
-    let beside = |roll: f64| {
+    let flank_position = |roll: f64| {
         let [x, y] = point(roll);
         (x - pitch_radius) * cos - lean * y * sin
     };
     let (mut low, mut high) = (tooth.form_roll, tooth.tip_roll);
-    let rises = beside(high) > beside(low);
+    let rises = flank_position(high) > flank_position(low);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if (beside(middle) > 0.0) == rises { high = middle } else { low = middle }
+        if (flank_position(middle) > 0.0) == rises {
+            high = middle
+        } else {
+            low = middle
+        }
     }
     let [x, y] = point(low);
-    assert!(beside(low).abs() < 1e-15, "not on the line");
+    assert!(flank_position(low).abs() < 1e-15, "not on the line");
     (x - pitch_radius) * lean * sin + y * cos
 }
 

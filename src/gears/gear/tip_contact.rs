@@ -137,13 +137,13 @@ mod tests {
                     beyond / tip.base_radius - tip.pressure_angle,
                     tip.tip_roll,
                 );
-                let seen = [tip.centre_distance - edge[0], -edge[1]].map(|place| sense * place);
+                let position = [tip.centre_distance - edge[0], -edge[1]].map(|place| sense * place);
                 let start = tip.pressure_angle.tan()
                     - tip.pressure_angle
                     - (end(tip) + beyond) / tip.mate_base_radius;
                 let distance = |roll: f64| {
                     let [x, y] = point(tip.mate_base_radius.abs(), start - roll, roll);
-                    (x - seen[0]).hypot(y - seen[1])
+                    (x - position[0]).hypot(y - position[1])
                 };
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..200 {

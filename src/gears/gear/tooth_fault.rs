@@ -60,7 +60,7 @@ pub struct FaultyTeeth {
 
 /// The course of a flank: forwards, or as the mirror image about twice a phase.
 #[derive(Debug, Clone, Copy)]
-enum Course {
+enum FlankOrder {
     Drive,
     Coast { twice: f64 },
 }
@@ -76,25 +76,25 @@ impl FaultyTeeth {
     }
 
     /// The cycles of drive flanks, from the cycle of flanks with equal teeth.
-    pub fn on_drive(&self, alike: &[Division]) -> Vec<Vec<Division>> {
-        self.cycles(alike, Course::Drive)
+    pub fn on_drive(&self, sound: &[Division]) -> Vec<Vec<Division>> {
+        self.cycles(sound, FlankOrder::Drive)
     }
 
     /// The cycles of coast flanks, mirror images of the drive flanks about the phase at which tooth 0 of the pinion
     /// is on the line of centres.
-    pub fn on_coast(&self, alike: &[Division]) -> Vec<Vec<Division>> {
+    pub fn on_coast(&self, sound: &[Division]) -> Vec<Vec<Division>> {
         let centred = self.pairs.pitch_phase + HALF_TOOTH;
         let twice = 2.0 * self.symmetry;
         let twice = twice + (2.0 * centred - twice).round();
-        self.cycles(alike, Course::Coast { twice })
+        self.cycles(sound, FlankOrder::Coast { twice })
     }
 
-    fn cycles(&self, alike: &[Division], course: Course) -> Vec<Vec<Division>> {
+    fn cycles(&self, sound: &[Division], course: FlankOrder) -> Vec<Vec<Division>> {
         let ends = self.pairs.contact_breaks(|mark| match course {
-            Course::Drive => mark,
-            Course::Coast { twice } => twice - mark,
+            FlankOrder::Drive => mark,
+            FlankOrder::Coast { twice } => twice - mark,
         });
-        let pieces = EvenSharing::cut_at(alike, &ends);
+        let pieces = EvenSharing::cut_at(sound, &ends);
         (0..self.base_cycles())
             .map(|cycle| {
                 let starts = std::iter::once(0.0).chain(pieces.iter().map(|piece| piece.end));
@@ -104,20 +104,20 @@ impl FaultyTeeth {
                         self.changed(piece, middle, course)
                     })
                     .collect();
-                if changed == pieces { alike.to_vec() } else { changed }
+                if changed == pieces { sound.to_vec() } else { changed }
             })
             .collect()
     }
 
     /// A division with the faults around a time \[cycles\].
-    fn changed(&self, division: &Division, time: f64, course: Course) -> Division {
+    fn changed(&self, division: &Division, time: f64, course: FlankOrder) -> Division {
         let (mean, mut left, mut missing) = (division.stiffness.mean(), 1.0, 0.0);
         for fault in &self.faults {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
-                Course::Drive => (time - number, 0),
+                FlankOrder::Drive => (time - number, 0),
                 // On the coast flank a tooth of the wheel meets the pinion tooth before the one that drives it.
-                Course::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
+                FlankOrder::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
             };
             let since = self.pairs.within_turn(since, self.teeth[fault.gear]);
             let share = self.pairs.share(since);
@@ -157,7 +157,13 @@ mod tests {
 
     /// Stiffness and gap in the middle of each division, and its end.
     fn summary(cycle: &[Division]) -> Vec<[f64; 3]> {
-        let one = |own: &Division| [own.end, own.stiffness.mean(), own.error.coefficients()[0]];
+        let one = |division: &Division| {
+            [
+                division.end,
+                division.stiffness.mean(),
+                division.error.coefficients()[0],
+            ]
+        };
         cycle.iter().map(one).collect()
     }
 
@@ -171,25 +177,25 @@ mod tests {
     /// Tooth 3 shares the load with tooth 2, carries it alone, and shares it with tooth 4.
     #[test]
     fn a_tooth_changes_the_cycles_of_its_pair() {
-        let alike = Division::levels(&[4.0, 3.0], &[0.6]);
-        let cycles = teeth(0, 3).on_drive(&alike);
+        let sound = Division::levels(&[4.0, 3.0], &[0.6]);
+        let cycles = teeth(0, 3).on_drive(&sound);
         assert_eq!(cycles.len(), 5);
         near(&summary(&cycles[3]), &[[0.6, 3.2, 2e-6], [1.0, 1.8, 4e-6]]);
         near(&summary(&cycles[4]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
-        assert!(cycles[..3].iter().all(|cycle| *cycle == alike));
+        assert!(cycles[..3].iter().all(|cycle| *cycle == sound));
         // The last tooth stays in contact into the next revolution.
-        let cycles = teeth(1, 6).on_drive(&alike);
+        let cycles = teeth(1, 6).on_drive(&sound);
         near(&summary(&cycles[0]), &[[0.6, 3.2, 2e-6], [1.0, 3.0, 0.0]]);
-        assert_eq!((cycles.len(), &cycles[1]), (7, &alike));
+        assert_eq!((cycles.len(), &cycles[1]), (7, &sound));
     }
 
     /// About 0.98, where tooth 0 of the pinion is in the middle, its coast flank mirrors its drive flank.
     #[test]
     fn coast_flanks_mirror_the_tooth() {
         let drive = Division::levels(&[4.0, 3.0], &[0.6]);
-        let alike = Division::mirrored(&drive, 0.98);
+        let sound = Division::mirrored(&drive, 0.98);
         // Touches from 2 · 0.98 − 1.6 = 0.36 to 1.96, alone from 0.96 to 1.36.
-        let cycles = teeth(0, 0).on_coast(&alike);
+        let cycles = teeth(0, 0).on_coast(&sound);
         near(
             &summary(&cycles[0]),
             &[[0.36, 3.0, 0.0], [0.96, 3.2, 5e-7], [1.0, 1.8, 1e-6]],
@@ -199,7 +205,7 @@ mod tests {
             &[[0.36, 1.8, 1e-6], [0.96, 3.2, 5e-7], [1.0, 3.0, 0.0]],
         );
         // Tooth 1 of the wheel is behind tooth 0 of the pinion.
-        let of_wheel = teeth(1, 1).on_coast(&alike);
+        let of_wheel = teeth(1, 1).on_coast(&sound);
         assert_eq!(of_wheel[..2], cycles[..2]);
         assert_eq!(of_wheel.len(), 7);
     }

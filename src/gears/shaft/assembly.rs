@@ -48,7 +48,7 @@ impl Freedom {
 
 /// How a freedom enters the matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Bond {
+enum FreedomKind {
     Free,
     Fixed,
     Tied {
@@ -64,7 +64,7 @@ enum Bond {
 /// A structure under construction.
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
-    bonds: Vec<Bond>,
+    bonds: Vec<FreedomKind>,
     /// Sums of `(row, column, value)` over all freedoms.
     mass: Vec<(usize, usize, f64)>,
     stiffness: Vec<(usize, usize, f64)>,
@@ -79,7 +79,7 @@ impl Assembly {
 
     /// Adds a node with six free freedoms and returns its index.
     pub fn add_node(&mut self) -> usize {
-        self.bonds.extend([Bond::Free; NODE_FREEDOMS]);
+        self.bonds.extend([FreedomKind::Free; NODE_FREEDOMS]);
         self.bonds.len() / NODE_FREEDOMS - 1
     }
 
@@ -231,7 +231,7 @@ impl Assembly {
     /// [`ShaftError::NoSuchNode`].
     pub fn fix(&mut self, node: usize, freedom: Freedom) -> Result<(), ShaftError> {
         let index = self.freedom(node, freedom)?;
-        self.bonds[index] = Bond::Fixed;
+        self.bonds[index] = FreedomKind::Fixed;
         Ok(())
     }
 
@@ -249,10 +249,10 @@ impl Assembly {
         ratio: f64,
     ) -> Result<(), ShaftError> {
         let (index, target) = (self.freedom(node, freedom)?, self.freedom(master, freedom)?);
-        if index == target || self.bonds[target] != Bond::Free {
+        if index == target || self.bonds[target] != FreedomKind::Free {
             return Err(ShaftError::TiedToBound { node, master });
         }
-        self.bonds[index] = Bond::Tied {
+        self.bonds[index] = FreedomKind::Tied {
             master: target,
             ratio,
         };
@@ -267,14 +267,14 @@ impl Assembly {
     /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`]; [`ShaftError::TiedToBound`] from
     /// [`Assembly::matrices`] if `body` is itself tied or carried.
     pub fn add_carried_node(&mut self, body: usize, offset: f64) -> Result<usize, ShaftError> {
-        self.add_node_beside(body, [0.0, 0.0, offset])
+        self.add_offset_node(body, [0.0, 0.0, offset])
     }
 
     /// The same at a distance `offset` \[m\] in any direction.
     ///
     /// # Errors
     /// As [`Self::add_carried_node`].
-    pub fn add_node_beside(&mut self, body: usize, offset: [f64; 3]) -> Result<usize, ShaftError> {
+    pub fn add_offset_node(&mut self, body: usize, offset: [f64; 3]) -> Result<usize, ShaftError> {
         let first = self.freedom(body, Freedom::X)?;
         for part in offset {
             finite("offset on a rigid body [m]", part)?;
@@ -293,7 +293,7 @@ impl Assembly {
                 _ => [None; 2],
             };
             let [one, two] = turns;
-            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried {
+            self.bonds[NODE_FREEDOMS * node + same - first] = FreedomKind::Carried {
                 of: [Some((same, 1.0)), one, two],
             };
         }
@@ -315,7 +315,7 @@ impl Assembly {
         for (offset, unit) in (0..NODE_FREEDOMS).zip(frame.into_iter().cycle()) {
             let start = first + offset / 3 * 3;
             let part = |axis: usize| (unit[axis] != 0.0).then_some((start + axis, unit[axis]));
-            self.bonds[NODE_FREEDOMS * turned + offset] = Bond::Carried {
+            self.bonds[NODE_FREEDOMS * turned + offset] = FreedomKind::Carried {
                 of: [part(0), part(1), part(2)],
             };
         }
@@ -352,7 +352,7 @@ impl Assembly {
 
     /// Number of free freedoms.
     pub fn free_freedoms(&self) -> usize {
-        let free = self.bonds.iter().filter(|bond| **bond == Bond::Free);
+        let free = self.bonds.iter().filter(|bond| **bond == FreedomKind::Free);
         free.count()
     }
 
@@ -364,7 +364,7 @@ impl Assembly {
         let mut free = vec![None; self.bonds.len()];
         let mut count = 0;
         for (index, bond) in self.bonds.iter().enumerate() {
-            if *bond == Bond::Free {
+            if *bond == FreedomKind::Free {
                 free[index] = Some(count);
                 count += 1;
             }
@@ -399,18 +399,22 @@ impl Assembly {
         };
         let mut terms = Position::new();
         match self.bonds[index] {
-            Bond::Free => terms.extend(free[index].map(|column| (column, 1.0))),
-            Bond::Fixed => {}
+            FreedomKind::Free => terms.extend(free[index].map(|column| (column, 1.0))),
+            FreedomKind::Fixed => {}
             // The master may have been fixed or tied after the tie was made.
-            Bond::Tied { master, ratio } => {
+            FreedomKind::Tied { master, ratio } => {
                 terms.push((free[master].ok_or(bound(master))?, ratio));
             }
-            Bond::Carried { of } => {
+            FreedomKind::Carried { of } => {
                 for (master, factor) in of.into_iter().flatten() {
                     match self.bonds[master] {
-                        Bond::Free => terms.extend(free[master].map(|column| (column, factor))),
-                        Bond::Fixed => {}
-                        Bond::Tied { .. } | Bond::Carried { .. } => return Err(bound(master)),
+                        FreedomKind::Free => {
+                            terms.extend(free[master].map(|column| (column, factor)))
+                        }
+                        FreedomKind::Fixed => {}
+                        FreedomKind::Tied { .. } | FreedomKind::Carried { .. } => {
+                            return Err(bound(master));
+                        }
                     }
                 }
             }

@@ -254,18 +254,24 @@ impl Shaft {
             |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
         // Two springs hold a line in a plane, or one and a tilt spring.
         let upright = motion == Motion::Translation || supports(|b| b.tilt) > 0;
-        let held = |count: usize| count == 2 || (count == 1 && upright);
+        let is_supported = |count: usize| count == 2 || (count == 1 && upright);
         let needed = match motion {
             Motion::Rotation | Motion::None => return Ok(()),
             Motion::Translation => 2,
             Motion::All | Motion::Lateral => 3,
         };
         let directions = [
-            ("along the line of centres", held(supports(|b| b.x))),
-            ("across the line of centres", held(supports(|b| b.y))),
+            ("along the line of centres", is_supported(supports(|b| b.x))),
+            (
+                "across the line of centres",
+                is_supported(supports(|b| b.y)),
+            ),
             ("axially", supports(|b| b.axial) > 0),
         ];
-        match directions[..needed].iter().find(|(_, held)| !held) {
+        match directions[..needed]
+            .iter()
+            .find(|(_, is_supported)| !is_supported)
+        {
             Some(&(direction, _)) => Err(ShaftError::NotHeld {
                 shaft: number,
                 direction,

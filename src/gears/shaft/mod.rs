@@ -24,8 +24,8 @@ pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
 pub use rolling::{RING_FREEDOMS, Ring, RollingBearing, RollingElement, RollingLaw, RollingLoad};
 pub use train::{
-    BesideEachOther, DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode,
-    HousingPoint, Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, Planet,
+    DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode, HousingPoint,
+    Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, ParallelPlacement, Planet,
     PlanetarySet, ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError,
     TrainGear, TrainMesh, TrainShaft, phase_of_planet,
 };

@@ -39,16 +39,16 @@ pub(super) fn coupling(
     };
     // Skew or symmetric in every bit.
     let parted = |matrix: &Mat<f64>, sign: f64| {
-        let felt = project(matrix);
-        let part = |i: usize, j: usize| 0.5 * (felt[(i, j)] + sign * felt[(j, i)]);
-        rows(&Mat::from_fn(felt.nrows(), felt.ncols(), part))
+        let projected = project(matrix);
+        let part = |i: usize, j: usize| 0.5 * (projected[(i, j)] + sign * projected[(j, i)]);
+        rows(&Mat::from_fn(projected.nrows(), projected.ncols(), part))
     };
     let coupling = Coupling {
         damping: rows(&project(damping)),
         gyroscopic: parted(gyroscopic, -1.0),
         stiffness: rows(&project(cross_stiffness)),
     };
-    let felt = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness]
+    let projected = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness]
         .into_iter()
         .flatten()
         .any(|&entry| entry != 0.0);
@@ -57,7 +57,7 @@ pub(super) fn coupling(
     } else {
         parted(frame_stiffness, 1.0)
     };
-    (felt.then_some(coupling), of_frame)
+    (projected.then_some(coupling), of_frame)
 }
 
 /// The shapes of the structure's modes, freedoms × modes, with round-off of zeros removed.

@@ -29,7 +29,7 @@ mod structure;
 #[cfg(test)]
 mod tests;
 
-pub use axes::BesideEachOther;
+pub use axes::ParallelPlacement;
 pub use bearings::LoadedBearing;
 pub use error::TrainError;
 pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint, JoinedHousing};
@@ -309,7 +309,7 @@ impl TrainDrive {
 
     /// The drawing of the first mesh on its shafts; `None` for bevel gears.
     pub fn spur_pair(&self) -> Option<GearPair> {
-        let parallel = self.beside(self.gears).ok()?;
+        let parallel = self.parallel_placement(self.gears).ok()?;
         parallel.map(|_| self.on_shafts(&self.pair, self.gears))
     }
 
@@ -395,9 +395,9 @@ impl TrainDrive {
         free.sort_unstable();
         free.dedup();
         let shafts = self.shafts.iter().enumerate();
-        let held = shafts.filter(|(_, shaft)| !shaft.motion.may_rotate());
-        let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
-        free.retain(|group| !held.contains(group));
+        let fixed_groups = shafts.filter(|(_, shaft)| !shaft.motion.may_rotate());
+        let fixed_groups: Vec<usize> = fixed_groups.map(|(shaft, _)| group[shaft]).collect();
+        free.retain(|group| !fixed_groups.contains(group));
         free
     }
 }

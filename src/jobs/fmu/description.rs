@@ -147,7 +147,7 @@ impl Description {
 
     /// Values of the inputs before the importer sets any.
     pub fn inputs_at_start(&self) -> [f64; INPUTS] {
-        let of = |role| self.variables.iter().find(|own| own.role == role);
+        let of = |role| self.variables.iter().find(|variable| variable.role == role);
         Input::ALL.map(|input| {
             of(Role::Input(input))
                 .and_then(|own| own.start)

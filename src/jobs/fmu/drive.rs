@@ -33,7 +33,7 @@ impl Drive {
             keep_portable();
         }
         let parts = Prepared::new(tables);
-        let structure = alone(|| parts.structure(&point.model))?;
+        let structure = in_temporary_pool(|| parts.structure(&point.model))?;
         let description = Description::new(&job, &point, &structure)?;
         Ok(Self {
             job,
@@ -83,7 +83,7 @@ impl Drive {
         let values: Vec<(&Parameter, f64)> = (self.description.parameters.iter())
             .zip(parameters.iter().copied())
             .collect();
-        alone(|| {
+        in_temporary_pool(|| {
             let point =
                 (self.job.between.changed(&self.point, &values)).map_err(FmuError::Parameters)?;
             let structure: Arc<ModalStructure> = self.parts.structure(&point.model)?;
@@ -100,7 +100,7 @@ impl Drive {
 
 /// Does `work` in a thread pool whose threads have all ended on return. The importer may unload the library at any
 /// time. A thread that is waiting or ending would then run in unloaded memory.
-fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+fn in_temporary_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     let mut threads = Vec::new();
     let pool = rayon::ThreadPoolBuilder::new()
         .spawn_handler(|thread| {

@@ -4,7 +4,7 @@
 //!   0  "atlasfmu"
 //!   8  version  u32, little-endian
 //!  12  length of all  u32
-//!  16  what follows: see `Live::write`
+//!  16  what follows: see `LiveState::write`
 //! ```
 
 use super::inputs::INPUTS;
@@ -49,7 +49,7 @@ impl Mode {
 
 /// The variable state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Live {
+pub struct LiveState {
     /// Stage in its life.
     pub mode: Mode,
     /// Values of the parameters.
@@ -109,7 +109,7 @@ impl Reader<'_> {
     }
 }
 
-impl Live {
+impl LiveState {
     /// Copies another state, without allocation if both belong to one drive.
     pub fn copy(&mut self, from: &Self) {
         self.parameters.clone_from(&from.parameters);
@@ -182,10 +182,10 @@ impl Live {
     }
 }
 
-fn read(reader: &mut Reader<'_>) -> Option<Live> {
+fn read(reader: &mut Reader<'_>) -> Option<LiveState> {
     let [parameters, state] = [reader.list()?, reader.list()?];
     let mode = usize::try_from(reader.word()?).ok()?;
-    let mut live = Live {
+    let mut live = LiveState {
         mode: *Mode::ALL.get(mode)?,
         parameters,
         inputs: reader.numbers()?,
@@ -214,8 +214,8 @@ fn read(reader: &mut Reader<'_>) -> Option<Live> {
 mod tests {
     use super::*;
 
-    fn live() -> Live {
-        Live {
+    fn live() -> LiveState {
+        LiveState {
             mode: Mode::Step,
             parameters: vec![0.1, -0.0],
             inputs: [1.0, 2.0, 3.0],
@@ -239,37 +239,44 @@ mod tests {
     fn a_state_is_its_bytes() {
         for own in [
             live(),
-            Live {
+            LiveState {
                 motion: None,
                 ..live()
             },
         ] {
             let bytes = own.bytes();
-            assert_eq!(Live::of_bytes(&bytes).unwrap(), own);
+            assert_eq!(LiveState::of_bytes(&bytes).unwrap(), own);
             for end in 0..bytes.len() {
-                assert!(Live::of_bytes(&bytes[..end]).is_err(), "{end}");
+                assert!(LiveState::of_bytes(&bytes[..end]).is_err(), "{end}");
             }
-            assert!(Live::of_bytes(&[&bytes[..], &[0]].concat()).is_err());
+            assert!(LiveState::of_bytes(&[&bytes[..], &[0]].concat()).is_err());
         }
         let mut other = live().bytes();
         other[8] = 2;
-        assert!(Live::of_bytes(&other).unwrap_err().contains("version 2"));
+        assert!(
+            LiveState::of_bytes(&other)
+                .unwrap_err()
+                .contains("version 2")
+        );
         // More parameters than any number of bytes could hold.
         let mut longer = live().bytes();
         longer[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
-        assert_eq!(Live::of_bytes(&longer).unwrap_err(), "the state is damaged");
+        assert_eq!(
+            LiveState::of_bytes(&longer).unwrap_err(),
+            "the state is damaged"
+        );
     }
 
     #[test]
     fn a_state_is_taken_over_whole() {
-        let mut other = Live {
+        let mut other = LiveState {
             parameters: vec![9.0],
             motion: None,
             ..live()
         };
         other.copy(&live());
         assert_eq!(other, live());
-        other.copy(&Live {
+        other.copy(&LiveState {
             motion: None,
             ..live()
         });

@@ -27,6 +27,6 @@ pub use drive::Drive;
 pub use error::FmuError;
 pub use export::{MARK, Platform, export};
 pub use inputs::{INPUTS, Input};
-pub use live::{Live, Mode};
+pub use live::{LiveState, Mode};
 pub use plant::Plant;
 pub use xml::{MODEL_IDENTIFIER, Version};

@@ -7,11 +7,11 @@
 use super::FmuError;
 use super::description::Role;
 use super::inputs::Input;
-use super::live::{Live, copy};
+use super::live::{LiveState, copy};
 use super::sensors::{Sensors, contact};
 use crate::manifest::PointSpec;
 use crate::model::Model;
-use crate::propagate::varying_speed::{Motion, Stretch, VaryingSpeed, Workspace};
+use crate::propagate::varying_speed::{Motion, SpeedInterval, VaryingSpeed, Workspace};
 use crate::propagate::{Counters, InstructionSet, Stop};
 use crate::structure::ModalStructure;
 
@@ -53,14 +53,14 @@ impl Plant {
     }
 
     /// Puts a state at the start of the motion.
-    pub fn begin(&self, live: &mut Live) {
+    pub fn begin(&self, live: &mut LiveState) {
         live.motion = Some(self.start.clone());
         live.speed = self.speed;
         live.events = 0;
     }
 
     /// Whether a motion can belong to this drive.
-    pub fn owns(&self, motion: &Motion) -> bool {
+    pub fn accepts(&self, motion: &Motion) -> bool {
         let contacts = self.kernel.model().contacts.len();
         motion.state.len() == self.start.state.len()
             && motion.state.iter().all(|number| number.is_finite())
@@ -72,7 +72,7 @@ impl Plant {
     ///
     /// # Errors
     /// The drive comes to rest, its motion diverges, or more events fall in a mesh cycle than are allowed.
-    pub fn step(&mut self, live: &mut Live, length: f64) -> Result<(), Stop> {
+    pub fn step(&mut self, live: &mut LiveState, length: f64) -> Result<(), Stop> {
         let Some(motion) = &mut live.motion else {
             return Ok(());
         };
@@ -86,7 +86,7 @@ impl Plant {
         };
         let first = acceleration(0.0);
         let growth = acceleration(length) - first;
-        let mut stretch = Stretch::steady(length, live.speed, 0.0);
+        let mut stretch = SpeedInterval::steady(length, live.speed, 0.0);
         stretch.turned[2] = 0.5 * first;
         stretch.turned[3] = growth / length / 6.0;
         let mut counters = Counters::default();
@@ -118,13 +118,13 @@ impl Plant {
     }
 
     /// The value of an output that is a number; `None` if the state has no motion yet.
-    pub fn value(&self, live: &Live, role: Role) -> Option<f64> {
+    pub fn value(&self, live: &LiveState, role: Role) -> Option<f64> {
         let motion = live.motion.as_ref()?;
         Some(self.sensors.value(self.kernel.model(), live, motion, role))
     }
 
     /// The value of an output that counts; `None` if the state has no motion yet.
-    pub fn count(&self, live: &Live, role: Role) -> Option<i64> {
+    pub fn count(&self, live: &LiveState, role: Role) -> Option<i64> {
         let motion = live.motion.as_ref()?;
         match role {
             Role::Events => Some(i64::try_from(live.events).unwrap_or(i64::MAX)),
@@ -140,7 +140,7 @@ mod tests {
     use crate::fmu::{Drive, Mode};
     use crate::manifest::ManifestText;
     use crate::model::Quantity;
-    use crate::propagate::varying_speed::{Instant, MovingSignal, MovingWindow, Watch};
+    use crate::propagate::varying_speed::{Instant, MotionObserver, MovingSignal, MovingWindow};
     use crate::store::TableStore;
     use std::path::Path;
 
@@ -159,9 +159,9 @@ mod tests {
         Drive::new(job, point, TableStore::in_memory()).unwrap()
     }
 
-    fn begun(drive: &Drive, plant: &Plant) -> Live {
+    fn begun(drive: &Drive, plant: &Plant) -> LiveState {
         let description = drive.description();
-        let mut live = Live {
+        let mut live = LiveState {
             mode: Mode::Step,
             parameters: description.parameters_at_start(),
             inputs: description.inputs_at_start(),
@@ -182,13 +182,13 @@ mod tests {
         values: Vec<f64>,
     }
 
-    impl Watch for Last {
+    impl MotionObserver for Last {
         fn window(&mut self, window: &MovingWindow<'_>) {
-            window.look(window.part, true, &mut self.instant);
+            window.evaluate_at(window.part, true, &mut self.instant);
             let values = self
                 .signals
                 .iter()
-                .map(|own| own.value(window, &self.instant));
+                .map(|signal| signal.value(window, &self.instant));
             self.values = values.collect();
         }
     }
@@ -222,7 +222,7 @@ mod tests {
             let before = (live.inputs, live.speed);
             plant.step(&mut live, length).unwrap();
             // The torque is linear in time, so the rotation is a cubic polynomial.
-            let mut stretch = Stretch::steady(length, before.1, before.0[2]);
+            let mut stretch = SpeedInterval::steady(length, before.1, before.0[2]);
             let at = |inputs: [f64; 3]| kernel.mean_acceleration([inputs[0], inputs[1]]).unwrap();
             let [first, end] = [at(before.0), at(live.inputs)];
             stretch.turned[2] = 0.5 * first;
@@ -298,7 +298,10 @@ mod tests {
         let [pinion, wheel, load] = description.inputs_at_start();
         assert!((pinion - 5.0).abs() < 1e-8 && (wheel + 7.5).abs() < 1e-8 && load == 0.0);
         let start = |name: &str| {
-            let own = description.variables.iter().find(|own| own.name == name);
+            let own = description
+                .variables
+                .iter()
+                .find(|variable| variable.name == name);
             own.and_then(|own| own.start)
         };
         assert_eq!(start("start.load"), Some(0.1));
@@ -313,7 +316,7 @@ mod tests {
             description
                 .variables
                 .iter()
-                .any(|own| own.name == name && own.feeds_through)
+                .any(|variable| variable.name == name && variable.feeds_through)
         };
         assert!(feeds("bearing.'pinion 1 y'") && !feeds("mesh.force"));
     }

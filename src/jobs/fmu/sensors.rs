@@ -6,7 +6,7 @@
 
 use super::description::Role;
 use super::inputs::Input;
-use super::live::Live;
+use super::live::LiveState;
 use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, Segment};
 use crate::propagate::varying_speed::Motion;
 use crate::structure::ModalStructure;
@@ -36,7 +36,7 @@ impl Sensors {
     pub fn new(model: &Model, structure: &ModalStructure) -> Self {
         let shaft = |turns: f64, torque: &Option<Vec<f64>>| Shaft {
             turns,
-            gains: model.seen_by_modes(torque.as_deref().unwrap_or_default()),
+            gains: model.block_gains_of(torque.as_deref().unwrap_or_default()),
         };
         let cycles_per_turn = structure.cycles_per_turn();
         let wheel = structure.wheel_teeth.map_or(f64::NAN, f64::from);
@@ -51,8 +51,8 @@ impl Sensors {
     }
 
     /// The value of an output that is a number.
-    pub fn value(&self, model: &Model, live: &Live, motion: &Motion, role: Role) -> f64 {
-        let look = Look {
+    pub fn value(&self, model: &Model, live: &LiveState, motion: &Motion, role: Role) -> f64 {
+        let look = ModelView {
             model,
             motion,
             pace: live.speed * self.cycles_per_radian * model.period(),
@@ -82,7 +82,7 @@ impl Sensors {
         }
     }
 
-    fn bearing(&self, look: &Look<'_>, live: &Live, bearing: usize) -> f64 {
+    fn bearing(&self, look: &ModelView<'_>, live: &LiveState, bearing: usize) -> f64 {
         let own = &look.model.bearings[bearing];
         let mut force = look.sum(&own.gain);
         for (term, share) in self.on_bearings[bearing].iter().enumerate() {
@@ -102,7 +102,7 @@ impl Sensors {
 }
 
 /// The value of a load term.
-fn load_term(live: &Live, term: usize) -> f64 {
+fn load_term(live: &LiveState, term: usize) -> f64 {
     let input = |input: Input| live.inputs[input.place()];
     let is = |known: LoadTerm| known as usize == term;
     if is(LoadTerm::Rated) {
@@ -125,7 +125,7 @@ pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
     let [drive, coast] = model.meshes[mesh].flanks;
     let closed = motion.contact;
     let flanks = if drive == 0 {
-        own_flanks(model, closed)
+        closed_flanks(model, closed)
     } else {
         [closed.holds(drive), closed.holds(coast)]
     };
@@ -139,7 +139,7 @@ pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
 
 /// Whether any spring of the first mesh's drive flank is closed, and any of its coast flank. The springs alternate
 /// between both.
-fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
+fn closed_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     if model.flank_springs == 2 {
         return closed.flanks().closed();
     }
@@ -151,14 +151,14 @@ fn own_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
 }
 
 /// A model at a moment of its motion.
-struct Look<'a> {
+struct ModelView<'a> {
     model: &'a Model,
     motion: &'a Motion,
     /// Speed, divided by the model's speed.
     pace: f64,
 }
 
-impl Look<'_> {
+impl ModelView<'_> {
     /// Time within the mesh cycle at the model's speed \[s\].
     fn time(&self) -> f64 {
         self.motion.phase * self.model.period()

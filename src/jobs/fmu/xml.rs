@@ -70,7 +70,10 @@ impl Description {
 
     fn head(&self, version: Version, token: &str, out: &mut String) {
         // Structured names may have ASCII characters only, even in quotes.
-        let ascii = self.variables.iter().all(|own| own.name.is_ascii());
+        let ascii = self
+            .variables
+            .iter()
+            .all(|variable| variable.name.is_ascii());
         let convention = if ascii { "structured" } else { "flat" };
         let (number, attribute, abilities) = match version {
             Version::Two => (

@@ -235,10 +235,10 @@ fn rows_of(issues: &Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option
         let extra = entries
             .iter()
             .find(|entry| !columns.iter().any(|column| column.name.key == entry.key));
-        let lacking = columns
+        let without_column = columns
             .iter()
             .find(|column| row.entry(&column.name.key).is_none());
-        let fault = match (extra, lacking) {
+        let fault = match (extra, without_column) {
             (Some(entry), _) => Some((
                 entry.key_span,
                 format!(

@@ -16,19 +16,19 @@ pub(super) struct Combinations {
     /// The dimension of each model key.
     of_keys: Vec<usize>,
     /// Equal places of each dimension along which values may repeat.
-    alike: Vec<Option<Alike>>,
+    alike: Vec<Option<EqualPlaces>>,
 }
 
 /// Groups of places along a dimension with equal values of all model keys.
 #[derive(Debug)]
-struct Alike {
+struct EqualPlaces {
     /// For each place, the first place with the same values.
     first: Vec<u32>,
     /// These first places, ascending.
     distinct: Vec<u32>,
 }
 
-impl Alike {
+impl EqualPlaces {
     /// For a dimension along which several axes advance in step; `None` if no values repeat.
     fn new(axes: &[GridAxis], dimension: &GridDimension) -> Option<Self> {
         if !dimension.is_tied() {
@@ -38,17 +38,17 @@ impl Alike {
             .filter(|axis| axis.is_model_key())
             .map(|axis| &axis.axis.values)
             .collect();
-        let mut seen = HashMap::<Vec<u64>, u32>::new();
+        let mut first_place = HashMap::<Vec<u64>, u32>::new();
         let mut values = Vec::new();
         let (mut first, mut distinct) = (Vec::with_capacity(dimension.length), Vec::new());
         for place in 0..dimension.length as u32 {
             values.clear();
             values.extend(keys.iter().map(|key| key.get(place as usize).to_bits()));
-            if let Some(&known) = seen.get(&values) {
+            if let Some(&known) = first_place.get(&values) {
                 first.push(known);
                 continue;
             }
-            seen.insert(values.clone(), place);
+            first_place.insert(values.clone(), place);
             first.push(place);
             distinct.push(place);
         }
@@ -65,7 +65,7 @@ impl Combinations {
             of_keys: keys
                 .map(|(axis, _)| GridDimension::of(dimensions, axis))
                 .collect(),
-            alike: own().map(|own| Alike::new(axes, own)).collect(),
+            alike: own().map(|own| EqualPlaces::new(axes, own)).collect(),
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
             of_keys: vec![0, 1],
             alike: vec![
                 None,
-                Some(Alike {
+                Some(EqualPlaces {
                     first: vec![0, 1, 0, 1],
                     distinct: vec![0, 1],
                 }),

@@ -53,13 +53,13 @@ const MOST_KEPT: usize = 4096;
 
 /// The judged combinations of values of the model keys, the last key fastest.
 #[derive(Debug)]
-pub(super) struct Judged {
+pub(super) struct JudgedCombinations {
     variants: Vec<Variant>,
     /// Their numbers; `None` if all combinations were judged.
     numbers: Option<Vec<usize>>,
 }
 
-impl Judged {
+impl JudgedCombinations {
     /// The variants without faults.
     pub fn variants(&self) -> &[Variant] {
         &self.variants
@@ -78,7 +78,7 @@ pub(super) fn expand(
     issues: &Issues,
     context: &mut Context,
     hash: &mut JobHash,
-) -> Judged {
+) -> JudgedCombinations {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
     let combinations = Combinations::new(axes, dimensions);
     // A grid of an accepted size has a countable number of combinations.
@@ -97,12 +97,12 @@ pub(super) fn expand(
     let numbers = (looked_at.into_iter().map(|number| (number, true)))
         .chain(others.into_iter().flatten().map(|number| (number, false)));
     let mut variants = BTreeMap::<usize, Variant>::new();
-    let mut looked = HashSet::new();
+    let mut checked_numbers = HashSet::new();
     let mut faults = Faults::new();
-    let (mut tried, mut faulty) = (0, 0);
+    let (mut checked, mut faulty) = (0, 0);
     for (number, hashed) in numbers {
         let number = combinations.first_like(number);
-        if !looked.insert(number) {
+        if !checked_numbers.insert(number) {
             if let Some(known) = variants.get(&number).filter(|_| hashed) {
                 hash.resolved(known);
             }
@@ -114,7 +114,7 @@ pub(super) fn expand(
         let resolved = substitute(tree, &keys, &index, issues)
             .then(|| resolve(&Section::root(tree, issues, MANIFEST), context))
             .flatten();
-        tried += 1;
+        checked += 1;
         if resolved.is_none() && issues.count() == 0 {
             // A combination that cannot be resolved is an error, even if no section gives a reason.
             Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", NO_DRIVE)
@@ -122,7 +122,7 @@ pub(super) fn expand(
                 .report(issues);
         }
         faulty += usize::from(issues.count() > counted);
-        sift(issues, before, &mut faults, &keys, &index);
+        keep_new_faults(issues, before, &mut faults, &keys, &index);
         if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
             if hashed {
                 hash.resolved(&resolved);
@@ -143,7 +143,7 @@ pub(super) fn expand(
     let mut sometimes = HashSet::new();
     let mut found = issues.found.borrow_mut();
     for occurrence in faults.values() {
-        if occurrence.combinations == tried {
+        if occurrence.combinations == checked {
             found[occurrence.index].at_point = None
         } else {
             _ = sometimes.insert(occurrence.index)
@@ -157,7 +157,7 @@ pub(super) fn expand(
     });
     let every = variants.len() == all;
     let (numbers, variants) = variants.into_iter().unzip();
-    Judged {
+    JudgedCombinations {
         variants,
         numbers: (!every).then_some(numbers),
     }
@@ -190,7 +190,13 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
 }
 
 /// Drops faults of earlier combinations, and adds the combination to new ones.
-fn sift(issues: &Issues, before: usize, faults: &mut Faults, keys: &[&GridAxis], index: &[usize]) {
+fn keep_new_faults(
+    issues: &Issues,
+    before: usize,
+    faults: &mut Faults,
+    keys: &[&GridAxis],
+    index: &[usize],
+) {
     let place = keys
         .iter()
         .zip(index)
@@ -232,10 +238,10 @@ fn sift(issues: &Issues, before: usize, faults: &mut Faults, keys: &[&GridAxis],
 
 /// The text of a job, kept to resolve combinations that were not judged, and points outside the grid.
 #[derive(Debug, Clone)]
-pub struct PointResolver(Arc<Kept>);
+pub struct PointResolver(Arc<KeptPoint>);
 
 #[derive(Debug)]
-struct Kept {
+struct KeptPoint {
     tree: Node,
     keys: Vec<GridAxis>,
     combinations: Combinations,
@@ -264,7 +270,7 @@ impl PointResolver {
         tree.retain("grid", |key| matches!(key, "order" | "along"));
         let changed = modal_keys::detach(&mut tree);
         let file = || context.modal_files.values().flatten().next();
-        Self(Arc::new(Kept {
+        Self(Arc::new(KeptPoint {
             tree,
             modal_changed: changed.is_some(),
             modal_tree: changed.or_else(|| file().map(|file| file.tree.clone())),
@@ -407,7 +413,7 @@ impl PointResolver {
 /// demand.
 #[derive(Debug, Clone)]
 pub(super) struct Expansion {
-    judged: Arc<Judged>,
+    judged: Arc<JudgedCombinations>,
     between: PointResolver,
     /// Recently computed ones of the others, by number.
     made: Arc<Mutex<HashMap<usize, Variant>>>,
@@ -415,7 +421,7 @@ pub(super) struct Expansion {
 
 impl Expansion {
     /// Requires at least one judged combination, and none with a fault.
-    pub fn new(judged: Judged, between: PointResolver) -> Self {
+    pub fn new(judged: JudgedCombinations, between: PointResolver) -> Self {
         Self {
             judged: Arc::new(judged),
             between,
@@ -451,7 +457,7 @@ impl Expansion {
             Ok(place) => return (Cow::Borrowed(&self.judged.variants[place]), None),
             Err(place) => &self.judged.variants[place],
         };
-        let Kept {
+        let KeptPoint {
             keys, combinations, ..
         } = &*self.between.0;
         let number = combinations.first_like(number);

@@ -3,7 +3,7 @@
 use super::ManifestErrors;
 use super::csv::{self, ListOf, SheetColumn};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::text::{self, NoText};
+use super::text::{self, TextError};
 use crate::units;
 use std::path::{Path, PathBuf};
 
@@ -86,8 +86,8 @@ impl From<SheetColumn> for MeasuredColumn {
 fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     let source = match text::read(issues, path, "the list of measured points") {
         Ok(source) => source,
-        Err(NoText::Reported) => return None,
-        Err(NoText::Unreadable(error)) => {
+        Err(TextError::Reported) => return None,
+        Err(TextError::Unreadable(error)) => {
             let name = path.display().to_string();
             let message = format!("the measured points `{name}` cannot be read: {error}");
             let span = Span {
@@ -102,12 +102,12 @@ fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     };
     let sheet = csv::read(source, &issues.text(source), &POINTS, issues);
     let columns = sheet?.columns;
-    judge(issues, &columns);
+    check_columns(issues, &columns);
     Some(columns)
 }
 
 /// Records faults in the columns of a file.
-fn judge(issues: &Issues, columns: &[SheetColumn]) {
+fn check_columns(issues: &Issues, columns: &[SheetColumn]) {
     let header = format!("begin with a header such as {}", POINTS.header);
     let refuse = |kind, span, message: String| {
         let fault = Diagnostic::new(kind, span, POINTS.path, message);

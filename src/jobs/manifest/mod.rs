@@ -67,7 +67,7 @@ use reader::Section;
 use sections::Context;
 use std::io::Read;
 use std::path::Path;
-use text::NoText;
+use text::TextError;
 use tree::Node;
 
 /// Reads a manifest file.
@@ -89,7 +89,7 @@ pub fn load_changed(path: &Path, changes: &[String]) -> Result<Job, ManifestErro
     let issues = Issues::default();
     let found = text::read(&issues, path, "the manifest");
     let base_dir = path.parent().unwrap_or(Path::new(""));
-    judge_found(
+    resolve_read_manifest(
         issues,
         found,
         &path.display().to_string(),
@@ -111,20 +111,20 @@ pub fn read_changed(
 ) -> Result<Job, ManifestErrors> {
     let issues = Issues::default();
     let found = text::read_stream(&issues, stream, name, "the manifest");
-    judge_found(issues, found, name, Path::new(""), changes)
+    resolve_read_manifest(issues, found, name, Path::new(""), changes)
 }
 
-fn judge_found(
+fn resolve_read_manifest(
     issues: Issues,
-    found: Result<usize, NoText>,
+    found: Result<usize, TextError>,
     name: &str,
     base_dir: &Path,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
     match found {
-        Ok(source) => judge(issues, source, base_dir, changes),
-        Err(NoText::Reported) => Err(ManifestErrors::new(issues)),
-        Err(NoText::Unreadable(error)) => {
+        Ok(source) => resolve_manifest(issues, source, base_dir, changes),
+        Err(TextError::Reported) => Err(ManifestErrors::new(issues)),
+        Err(TextError::Unreadable(error)) => {
             let message = format!("the manifest `{name}` cannot be read: {error}");
             let source = issues.add_source(name.to_owned(), String::new());
             let span = Span {
@@ -159,12 +159,12 @@ impl ManifestText<'_> {
     pub fn job(self, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
         let issues = Issues::default();
         let source = issues.add_source(name.to_owned(), self.text.to_owned());
-        judge(issues, source, base_dir, self.changes)
+        resolve_manifest(issues, source, base_dir, self.changes)
     }
 }
 
 /// Checks and resolves a manifest that was read, with some keys changed.
-fn judge(
+fn resolve_manifest(
     issues: Issues,
     source: usize,
     base_dir: &Path,

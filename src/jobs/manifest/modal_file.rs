@@ -16,7 +16,7 @@ use super::sections::Context;
 use super::tree::entries;
 use super::tree::{self, Node, Value};
 use super::{text, unknown};
-use crate::structure::{BearingGain, ModalStructure, StaticShare, TurningFrame};
+use crate::structure::{BearingGain, ModalStructure, OmittedModeForces, TurningFrame};
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -156,7 +156,7 @@ fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
             rate_gain: rate_gain?
                 .filter(|column| acting(column))
                 .unwrap_or_default(),
-            left_out: StaticShare::default(),
+            left_out: OmittedModeForces::default(),
         })
     })
 }

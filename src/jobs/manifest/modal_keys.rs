@@ -6,7 +6,7 @@
 //! changed file and an unchanged one.
 
 use super::schema::{self, Key, Kind, MANIFEST, MODAL_FILE};
-use super::tree::{Entry, NoPlace, Node, Value};
+use super::tree::{Entry, MissingElement, Node, Value};
 use std::borrow::Cow;
 
 /// The entry of the manifest's tree with the tree of the modal file.
@@ -148,8 +148,8 @@ pub(super) fn detach(tree: &mut Node) -> Option<Node> {
 }
 
 /// The path to a name in the tree of a modal file.
-pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
-    let fault = |holder: &str, why: String| NoPlace {
+pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElement> {
+    let fault = |holder: &str, why: String| MissingElement {
         why,
         holder: holder.to_owned(),
         near: nearest(name),
@@ -174,7 +174,7 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
         .collect();
     let Some(index) = names.iter().position(|known| *known == own) else {
         let near = schema::nearest(own, &names);
-        return Err(NoPlace {
+        return Err(MissingElement {
             near: near.map(|near| name.replacen(own, near, 1)),
             ..fault(list, format!("has no entry named `{own}`"))
         });
@@ -187,13 +187,13 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, NoPlace> {
 /// Sets the value of a key of the manifest or of a number of the modal file.
 ///
 /// Returns the end of the path as an error if it names a missing element.
-pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), NoPlace> {
+pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), MissingElement> {
     if !is_name(name) {
         let path: Vec<&str> = name.split('.').collect();
         return tree.put(&path, node);
     }
     let Some(file) = tree.entry(ROOT) else {
-        return Err(NoPlace {
+        return Err(MissingElement {
             why: "names no modal file".to_owned(),
             holder: "model".to_owned(),
             near: None,
@@ -215,7 +215,7 @@ pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), NoPlace
     if let Some((place, node)) = mirrored {
         tree.put(&place, node)?;
     }
-    tree.put(&place, node).map_err(|end| NoPlace {
+    tree.put(&place, node).map_err(|end| MissingElement {
         holder: end
             .holder
             .trim_start_matches(ROOT)
@@ -269,7 +269,7 @@ mod tests {
         super::super::tree::parse(source, &issues)
     }
 
-    fn changed(name: &str, value: f64) -> Result<Node, NoPlace> {
+    fn changed(name: &str, value: f64) -> Result<Node, MissingElement> {
         let mut tree = tree_of("");
         attach(&mut tree, tree_of(FILE));
         let value = Value::Sample(value, Dimension::Ratio);

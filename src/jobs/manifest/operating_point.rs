@@ -14,8 +14,8 @@ pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &Issues) {
     };
     let name = axis.axis.name();
     let path = format!("grid.{name}");
-    let lacks = |variant: &Variant| variant.model.source.rated_torque().is_none();
-    if axis.axis.key == AxisKey::Torque && variants.iter().any(lacks) {
+    let has_no_rated_torque = |variant: &Variant| variant.model.source.rated_torque().is_none();
+    if axis.axis.key == AxisKey::Torque && variants.iter().any(has_no_rated_torque) {
         let message = "a torque needs a rated torque, but a modal file has none";
         Diagnostic::new(DiagnosticKind::Inconsistent, axis.key_span, &path, message)
             .label("no rated torque")

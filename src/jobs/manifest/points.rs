@@ -105,7 +105,10 @@ impl Points {
 
     /// The combination of model keys at a place in the row-major grid.
     fn combination(&self, place: usize) -> usize {
-        let inside = self.dimensions.iter().filter(|own| !own.model_keys);
+        let inside = self
+            .dimensions
+            .iter()
+            .filter(|dimension| !dimension.model_keys);
         place / inside.map(|own| own.length).product::<usize>()
     }
 
@@ -130,7 +133,11 @@ impl Points {
     pub fn at(&self, id: usize) -> PointSpec {
         let (place, direction) = self.place(id);
         let mut axis_values = vec![0.0; self.values.len()];
-        let lengths: Vec<usize> = self.dimensions.iter().map(|own| own.length).collect();
+        let lengths: Vec<usize> = self
+            .dimensions
+            .iter()
+            .map(|dimension| dimension.length)
+            .collect();
         for (own, along) in (self.dimensions.iter()).zip(GridDimension::places(&lengths, place)) {
             for &axis in &own.axes {
                 axis_values[axis] = self.values[axis].get(along);

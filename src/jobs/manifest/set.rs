@@ -9,7 +9,7 @@ use super::grid::Axes;
 use super::grid_dimension::GridDimension;
 use super::modal_keys;
 use super::syntax;
-use super::tree::{self, NoPlace, Node, Value};
+use super::tree::{self, MissingElement, Node, Value};
 use toml::de::DeTable;
 
 /// A key with a changed value.
@@ -96,7 +96,7 @@ fn nothing_to_remove(changed: &Changed) -> Diagnostic {
     .remedy("--set KEY= removes a key from the manifest; give a value, or remove this --set")
 }
 
-fn no_element(changed: &Changed, end: NoPlace) -> Diagnostic {
+fn no_element(changed: &Changed, end: MissingElement) -> Diagnostic {
     Diagnostic::new(
         DiagnosticKind::UnknownKey,
         changed.key_span,
@@ -121,15 +121,15 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
             continue;
         };
         let own = GridDimension::of(&axes.dimensions, place);
-        let own = &axes.dimensions[own];
+        let dimension = &axes.dimensions[own];
         let remedy = if tree.at("grid").and_then(|grid| grid.entry(&name)).is_none() {
             "it is a column of grid.points: set grid.points to another list or file".to_owned()
-        } else if own.is_tied() && !own.sampled {
-            let tied = (own.axes.iter()).filter(|axis| **axis != place);
+        } else if dimension.is_tied() && !dimension.sampled {
+            let tied = (dimension.axes.iter()).filter(|axis| **axis != place);
             let tied: Vec<&str> = tied.map(|axis| axes.valid[*axis].axis.name()).collect();
             format!(
                 "give the axis as many values, {}, as {}, which is tied to it: --set 'grid.\"{name}\"={{ values = [...] }}'",
-                own.length,
+                dimension.length,
                 tied.join(" and "),
             )
         } else {

@@ -45,7 +45,7 @@ mod tests {
 
     #[test]
     fn a_slip_of_a_unit_is_named() {
-        let said = |metres| of_length(metres, "diameter", DIAMETERS);
+        let message_for = |metres| of_length(metres, "diameter", DIAMETERS);
         for (metres, own, meant) in [
             (0.035e-3, "35 um", "; did you mean 35 mm?"),
             (35.0, "35 m", "; did you mean 35 mm?"),
@@ -53,8 +53,8 @@ mod tests {
             (1e-15, "1.000e-9 um", ""),
         ] {
             let expected = format!("{own} is an unusual diameter (usual: 1 mm to 2 m){meant}");
-            assert_eq!(said(metres), Some(expected));
+            assert_eq!(message_for(metres), Some(expected));
         }
-        assert_eq!([1e-3, 0.035, 2.0].map(said), [None, None, None]);
+        assert_eq!([1e-3, 0.035, 2.0].map(message_for), [None, None, None]);
     }
 }

@@ -155,7 +155,7 @@ impl ModelSpec {
             StructureSource::Flexible(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
             // Another function reports why a train has no layout.
             StructureSource::Train(train) => train.dragged_rotations().unwrap_or(0),
-            StructureSource::Modal(structure) => structure.felt_of_neutral(),
+            StructureSource::Modal(structure) => structure.restrained_neutral_count(),
         }
     }
 

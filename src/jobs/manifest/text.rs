@@ -9,7 +9,7 @@ use std::path::Path;
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Why could a text not be read?
-pub(super) enum NoText {
+pub(super) enum TextError {
     /// Its file cannot be read.
     Unreadable(io::Error),
     /// It is not UTF-8; reported at the place.
@@ -17,8 +17,8 @@ pub(super) enum NoText {
 }
 
 /// Reads a text and adds it to the sources. Messages call it `what`, such as `the manifest`.
-pub(super) fn read(issues: &Issues, path: &Path, what: &str) -> Result<usize, NoText> {
-    let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
+pub(super) fn read(issues: &Issues, path: &Path, what: &str) -> Result<usize, TextError> {
+    let bytes = input::read(path, MOST_BYTES).map_err(TextError::Unreadable)?;
     add(issues, path.display().to_string(), bytes, what)
 }
 
@@ -31,8 +31,8 @@ pub(super) fn read_named(
 ) -> Option<usize> {
     let error = match read(issues, path, what) {
         Ok(source) => return Some(source),
-        Err(NoText::Reported) => return None,
-        Err(NoText::Unreadable(error)) => error,
+        Err(TextError::Reported) => return None,
+        Err(TextError::Unreadable(error)) => error,
     };
     let message = format!("{what} `{}` cannot be read: {error}", path.display());
     Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
@@ -47,13 +47,13 @@ pub(super) fn read_stream(
     stream: &mut dyn io::Read,
     name: &str,
     what: &str,
-) -> Result<usize, NoText> {
-    let bytes = input::read_stream(stream, MOST_BYTES).map_err(NoText::Unreadable)?;
+) -> Result<usize, TextError> {
+    let bytes = input::read_stream(stream, MOST_BYTES).map_err(TextError::Unreadable)?;
     add(issues, name.to_owned(), bytes, what)
 }
 
 /// Adds bytes to the sources if they are a text.
-fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, NoText> {
+fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, TextError> {
     match String::from_utf8(bytes) {
         Ok(text) => Ok(issues.add_source(name, text)),
         Err(error) => {
@@ -72,7 +72,7 @@ fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usiz
                     "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\"",
                 )
                 .report(issues);
-            Err(NoText::Reported)
+            Err(TextError::Reported)
         }
     }
 }

@@ -140,11 +140,11 @@ impl Node {
     /// Puts `node` at a path of keys and array indices, creating tables on the way.
     ///
     /// Returns the end of the path if it names a missing element.
-    pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), NoPlace> {
+    pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), MissingElement> {
         let is_index = |part: &str| part.parse::<usize>().is_ok();
         let mut place = self;
         for (depth, part) in path.iter().enumerate() {
-            let ends = |why: String, parts: usize| NoPlace {
+            let ends = |why: String, parts: usize| MissingElement {
                 why,
                 holder: path[..parts].join("."),
                 near: None,
@@ -189,7 +189,7 @@ impl Node {
 
 /// The end of a path that names a missing element.
 #[derive(Debug)]
-pub(super) struct NoPlace {
+pub(super) struct MissingElement {
     /// The path up to the node without such an element.
     pub holder: String,
     /// What that node is: `has 1 entry`, `is a text`, `is not given`.

@@ -226,7 +226,7 @@ mod tests {
         bytes[77_777] ^= 1;
         assert!(matches!(damage(&bytes), Damage::Changed { .. }));
         fs::remove_file(&path).unwrap();
-        let gone = recorded.open(&path).unwrap_err().to_string();
-        assert!(gone.contains("t.parquet` is damaged") && gone.contains("--overwrite"));
+        let message = recorded.open(&path).unwrap_err().to_string();
+        assert!(message.contains("t.parquet` is damaged") && message.contains("--overwrite"));
     }
 }

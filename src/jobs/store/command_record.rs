@@ -27,13 +27,13 @@ pub struct TablesRecord {
 impl TablesRecord {
     /// A record of tables that this program wrote, with their metadata.
     pub(super) fn new(metadata: &[(&str, String)], tables: Vec<TableRecord>) -> Self {
-        let said = |key: &str| {
+        let text_of = |key: &str| {
             let pair = metadata.iter().find(|(name, _)| *name == key);
             pair.map_or_else(String::new, |(_, value)| value.clone())
         };
         Self {
-            job: said("job"),
-            manifest_hash: said("manifest_hash"),
+            job: text_of("job"),
+            manifest_hash: text_of("manifest_hash"),
             program: ProgramRecord::current(),
             tables,
         }

@@ -171,22 +171,27 @@ pub fn bifurcation_rows(
     };
     let last = branch.orbits.len() - 1;
     let mut rows = vec![end(0, &branch.orbits[0], 0, format!("; from {origin}"))];
-    rows.extend(branch.bifurcations.iter().map(|own| BifurcationRow {
-        axis_values: with_values_replaced(axis_values, &[(over, own.orbit.at[0])]),
-        branch: number,
-        after: own.after as u32,
-        kind: own.kind.name().to_owned(),
-        bracket: own.bracket,
-        critical: own.critical().map(|m| [m.re, m.im]),
-        detail: detail(own),
-        orbit: OrbitColumns::of(&own.orbit),
-    }));
+    rows.extend(
+        branch
+            .bifurcations
+            .iter()
+            .map(|bifurcation| BifurcationRow {
+                axis_values: with_values_replaced(axis_values, &[(over, bifurcation.orbit.at[0])]),
+                branch: number,
+                after: bifurcation.after as u32,
+                kind: bifurcation.kind.name().to_owned(),
+                bracket: bifurcation.bracket,
+                critical: bifurcation.critical().map(|m| [m.re, m.im]),
+                detail: detail(bifurcation),
+                orbit: OrbitColumns::of(&bifurcation.orbit),
+            }),
+    );
     rows.push(end(1, &branch.orbits[last], last, String::new()));
     rows
 }
 
-fn detail(own: &Bifurcation) -> String {
-    let what = match own.kind {
+fn detail(bifurcation: &Bifurcation) -> String {
+    let what = match bifurcation.kind {
         Kind::Graze { extreme } => Some(format!(
             "contact {} from {} at {:.6} cycles",
             extreme.contact + 1,
@@ -194,12 +199,12 @@ fn detail(own: &Bifurcation) -> String {
             extreme.time
         )),
         Kind::Merging { period } => Some(format!("the orbits of period {period}")),
-        Kind::Torus => own.resonance().map(|q| format!("resonance 1:{q}")),
+        Kind::Torus => bifurcation.resonance().map(|q| format!("resonance 1:{q}")),
         _ => None,
     };
-    let lost = own.lost.as_ref().map(ToString::to_string);
-    let said: Vec<String> = what.into_iter().chain(lost).collect();
-    said.join("; ")
+    let lost = bifurcation.lost.as_ref().map(ToString::to_string);
+    let notes: Vec<String> = what.into_iter().chain(lost).collect();
+    notes.join("; ")
 }
 
 /// The rows of a curve.

@@ -69,7 +69,7 @@ fn writer(path: &Path) -> &'static str {
 }
 
 /// The command that computes a damaged file again.
-fn anew(path: &Path) -> &'static str {
+fn recompute_command(path: &Path) -> &'static str {
     match writer(path) {
         // It always replaces its tables.
         "atlas follow" => "`atlas follow`",
@@ -115,7 +115,7 @@ pub enum StoreError {
     /// The file differs from its record or is missing.
     #[error(
         "`{}` is damaged: {damage}; restore it from a copy, or compute it again with {}",
-        path.display(), anew(path)
+        path.display(), recompute_command(path)
     )]
     Damaged {
         /// The file.

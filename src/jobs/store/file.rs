@@ -237,7 +237,7 @@ impl<R: Row> TableFile<R> {
     }
 
     /// Starts a file that is not a table of a job.
-    pub(super) fn create_alone(
+    pub(super) fn create_standalone(
         folder: &Path,
         name: &str,
         table: Table<R>,
@@ -423,14 +423,14 @@ mod tests {
         let (mut first, mut later) = (0, 0);
         for point_id in 0..count {
             writer.push(row(point_id)).unwrap();
-            let held = writer.writer.memory_size();
+            let memory = writer.writer.memory_size();
             if point_id < GROUP_ROWS as u64 {
-                first = first.max(held);
+                first = first.max(memory);
             } else {
-                later = later.max(held);
+                later = later.max(memory);
             }
             if (point_id + 1).is_multiple_of(GROUP_ROWS as u64) {
-                assert_eq!(held, 0, "the encoder keeps nothing between row groups");
+                assert_eq!(memory, 0, "the encoder keeps nothing between row groups");
             }
         }
         assert_eq!(writer.largest_buffer, PIECE_ROWS);

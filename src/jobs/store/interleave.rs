@@ -81,18 +81,18 @@ impl Finished {
     }
 }
 
-/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `met` once for every point,
+/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `on_point` once for every point,
 /// in ascending order, with the index of its source and the number of its rows.
 ///
 /// # Errors
 /// A file cannot be read or written, is not such a table, has other columns than the first file, is not in ascending
-/// order, or has rows of a point that another file also has; or an error of `met`.
+/// order, or has rows of a point that another file also has; or an error of `on_point`.
 pub(super) fn interleave(
     sources: &[Source<'_>],
     folder: &Path,
     kind: TableKind,
     shard: Option<Shard>,
-    mut met: impl FnMut(u64, usize, u64) -> Result<(), StoreError>,
+    mut on_point: impl FnMut(u64, usize, u64) -> Result<(), StoreError>,
 ) -> Result<Interleaved, StoreError> {
     let mut readers: Vec<SourceReader<'_>> = sources
         .iter()
@@ -163,7 +163,7 @@ pub(super) fn interleave(
                 None => break,
             }
         }
-        met(point_id, index, rows)?;
+        on_point(point_id, index, rows)?;
     }
     output.write(&readers)?;
     Ok(output.table)
@@ -176,7 +176,7 @@ fn next_point(
     output: &mut Interleaver,
 ) -> Result<Option<u64>, StoreError> {
     loop {
-        if let Some(point_id) = readers[index].point_here()? {
+        if let Some(point_id) = readers[index].next_point_id()? {
             return Ok(Some(point_id));
         }
         output.write(readers)?;
@@ -210,20 +210,20 @@ impl<'a> SourceReader<'a> {
     }
 
     /// The point of the batch's next row that is not left out; `None` after the last row.
-    fn point_here(&mut self) -> Result<Option<u64>, StoreError> {
+    fn next_point_id(&mut self) -> Result<Option<u64>, StoreError> {
         let ids = self
             .batch
             .column_by_name("point_id")
             .and_then(|ids| ids.as_primitive_opt::<UInt64Type>())
             .filter(|ids| ids.null_count() == 0)
             .ok_or_else(|| self.foreign("it has a row without a point_id".into()))?;
-        let ahead = ids.values().get(self.row..).unwrap_or_default();
-        let skipped = ahead
+        let remaining_ids = ids.values().get(self.row..).unwrap_or_default();
+        let skipped = remaining_ids
             .iter()
             .take_while(|id| self.source.without.contains(id))
             .count();
         self.row += skipped;
-        Ok(ahead.get(skipped).copied())
+        Ok(remaining_ids.get(skipped).copied())
     }
 
     /// Loads the next batch; false if there is none.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use super::table_cache::{CacheContent, CacheKind, Fetched, TableStore};
 use crate::model::Model;
-use crate::propagate::{Aligned, Beside, ClosedModes, KeptTables, TableArray, TableError};
+use crate::propagate::{Aligned, ClosedModes, KeptTables, SharedStorage, TableArray, TableError};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 3";
@@ -23,7 +23,7 @@ pub struct KernelArrays {
     arrays: Vec<KernelArray>,
     /// Data that kernels derive from the arrays on demand.
     #[serde(skip)]
-    beside: Beside,
+    shared: SharedStorage,
 }
 
 /// One array.
@@ -61,7 +61,7 @@ impl From<Vec<TableArray>> for KernelArrays {
         });
         Self {
             arrays: arrays.collect(),
-            beside: Beside::new(),
+            shared: SharedStorage::new(),
         }
     }
 }
@@ -76,7 +76,7 @@ impl KernelArrays {
     pub fn copied(&self) -> Self {
         Self {
             arrays: self.arrays.clone(),
-            beside: Beside::new(),
+            shared: SharedStorage::new(),
         }
     }
 
@@ -100,8 +100,8 @@ impl KeptTables for KernelArrays {
         Some(&array.values)
     }
 
-    fn beside(&self) -> Option<&Beside> {
-        Some(&self.beside)
+    fn shared_storage(&self) -> Option<&SharedStorage> {
+        Some(&self.shared)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which tables does a job write, and with which columns?
 
 use super::file::Shard;
-use super::nvh::Listed;
+use super::nvh::ListElement;
 use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
 use super::samples::SampleColumns;
@@ -34,7 +34,7 @@ pub struct ResultLayout {
     /// How values of axes were drawn; `None` without distributions.
     pub samples: Option<SampleColumns>,
     /// Names of the elements of lists, in order, for lists with the same names in all structures of the job.
-    pub elements: Vec<(Listed, Vec<String>)>,
+    pub elements: Vec<(ListElement, Vec<String>)>,
     /// The part of a split job.
     pub shard: Option<Shard>,
 }

@@ -436,12 +436,12 @@ mod tests {
         };
         let whole = record(&[part(1, "avx512"), part(2, "baseline")]);
         assert_eq!(whole.machine.instructions, ["avx512", "baseline"]);
-        let said = whole
+        let note = whole
             .warnings
             .iter()
             .find(|w| w.contains("different instructions"));
         assert!(
-            said.is_some_and(|said| said.contains("avx512, baseline")),
+            note.is_some_and(|note| note.contains("avx512, baseline")),
             "{:?}",
             whole.warnings
         );

@@ -88,7 +88,7 @@ pub use layout::ResultLayout;
 pub use merge::{MergeError, merge};
 pub use mesh_cache::{MeshFetchError, MeshQuantity, mesh_quantities};
 pub use mesh_under_load::MeshUnderLoad;
-pub use nvh::Listed;
+pub use nvh::ListElement;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use orders::{OrderRow, orders_table};

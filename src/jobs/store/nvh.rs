@@ -63,7 +63,7 @@ macro_rules! statistics {
 
 /// What the elements of a list belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Listed {
+pub enum ListElement {
     /// An output of the structure.
     Output(Quantity),
     /// Contacts.
@@ -71,15 +71,15 @@ pub enum Listed {
 }
 
 /// What the elements of a column's lists belong to, if they have names; includes standard errors.
-pub(super) fn listed(column: &str) -> Option<Listed> {
+pub(super) fn listed(column: &str) -> Option<ListElement> {
     Some(match column.trim_end_matches("_stderr") {
-        "bearing_mean" | "bearing_rms" => Listed::Output(Quantity::BearingForce),
-        "torque_mean" | "torque_rms" => Listed::Output(Quantity::Torque),
-        "acceleration_rms" => Listed::Output(Quantity::Acceleration),
-        "mesh_deflection_rms" => Listed::Output(Quantity::MeshDeflection),
-        "mesh_force_rms" => Listed::Output(Quantity::MeshForce),
-        "angular_acceleration_rms" => Listed::Output(Quantity::AngularAcceleration),
-        name if CONTACT_LISTS.contains(&name) => Listed::Contacts,
+        "bearing_mean" | "bearing_rms" => ListElement::Output(Quantity::BearingForce),
+        "torque_mean" | "torque_rms" => ListElement::Output(Quantity::Torque),
+        "acceleration_rms" => ListElement::Output(Quantity::Acceleration),
+        "mesh_deflection_rms" => ListElement::Output(Quantity::MeshDeflection),
+        "mesh_force_rms" => ListElement::Output(Quantity::MeshForce),
+        "angular_acceleration_rms" => ListElement::Output(Quantity::AngularAcceleration),
+        name if CONTACT_LISTS.contains(&name) => ListElement::Contacts,
         _ => return None,
     })
 }

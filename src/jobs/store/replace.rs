@@ -64,7 +64,7 @@ pub struct Exchange<'a> {
     /// The points.
     pub points: &'a BTreeSet<u64>,
     /// The results of an undivided run over these points.
-    pub anew: &'a Path,
+    pub new_folder: &'a Path,
     /// Its tables.
     pub added: &'a [TableRecord],
 }
@@ -85,7 +85,7 @@ pub fn replace(
         tables: exchange.tables,
     };
     let new = RecordedTables {
-        folder: exchange.anew,
+        folder: exchange.new_folder,
         tables: exchange.added,
     };
     let mut joined = Vec::new();
@@ -96,7 +96,7 @@ pub fn replace(
             without: exchange.points,
         };
         let added = Source {
-            path: table_path(exchange.anew, kind, None),
+            path: table_path(exchange.new_folder, kind, None),
             recorded: new,
             without: &none,
         };

@@ -404,22 +404,25 @@ pub(super) mod tests {
     fn instructions_are_mixed_where_their_bits_differ() {
         let mixed =
             |names: &[&str]| mixed(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
-        for alike in [
+        for equal in [
             &["avx2"][..],
             &["avx512", "avx2"],
             &["portable"],
             &["baseline"],
             &[],
         ] {
-            assert_eq!(mixed(alike), None, "{alike:?}");
+            assert_eq!(mixed(equal), None, "{equal:?}");
         }
         for unlike in [
             ["avx2", "baseline"],
             ["portable", "avx512"],
             ["baseline", "portable"],
         ] {
-            let said = mixed(&unlike).unwrap();
-            assert!(unlike.iter().all(|name| said.contains(name)), "{said}");
+            let message = mixed(&unlike).unwrap();
+            assert!(
+                unlike.iter().all(|name| message.contains(name)),
+                "{message}"
+            );
         }
     }
 

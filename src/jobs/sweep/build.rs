@@ -232,14 +232,14 @@ fn with_mean(
         ..Division::level(1.0, mean)
     };
     let mesh = (vec![level], mean);
-    let alike = PointSpec {
+    let equal = PointSpec {
         mesh: MeshSpec {
             teeth: None,
             ..point.mesh.clone()
         },
         ..point.clone()
     };
-    let mut model = with_mesh(structure, &alike, mesh, Vec::new(), Vec::new())?;
+    let mut model = with_mesh(structure, &equal, mesh, Vec::new(), Vec::new())?;
     // The mean has no positions of contacts.
     model.rolling = None;
     Ok(model)

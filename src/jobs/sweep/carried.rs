@@ -66,14 +66,20 @@ mod tests {
     fn starts_are_as_far_away_as_asked_for_and_depend_on_the_point_alone() {
         let model = model();
         let norm = EnergyNorm::new(&model);
-        let ended = start(&model, 0.0, 3);
-        assert!(ended.state.iter().enumerate().all(|(i, x)| *x == i as f64));
+        let chain_end = start(&model, 0.0, 3);
+        assert!(
+            chain_end
+                .state
+                .iter()
+                .enumerate()
+                .all(|(i, x)| *x == i as f64)
+        );
         for displacement in [1e-6, 0.3] {
             let here = start(&model, displacement, 3);
-            let apart = norm.distance(&here.state, &ended.state) / norm.unit();
-            assert!((apart / displacement - 1.0).abs() < 1e-8, "{apart}");
+            let distance = norm.distance(&here.state, &chain_end.state) / norm.unit();
+            assert!((distance / displacement - 1.0).abs() < 1e-8, "{distance}");
             for (i, weight) in norm.weights().iter().enumerate() {
-                assert_eq!(here.state[i] == ended.state[i], *weight == 0.0, "{i}");
+                assert_eq!(here.state[i] == chain_end.state[i], *weight == 0.0, "{i}");
             }
             assert_eq!(here.cycle, 7);
             assert_eq!(here.state, start(&model, displacement, 3).state);

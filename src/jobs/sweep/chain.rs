@@ -260,7 +260,7 @@ pub fn compute(
         };
         chain = Some(Box::new(ChainPart {
             upwards: direction == Direction::Up,
-            transition: search.narrow(link, &mut result, level)?,
+            transition: search.narrow_change(link, &mut result, level)?,
             level,
             end: result.end.take(),
         }));
@@ -290,7 +290,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// The change, if there is one, with the requested precision. The work is added to the point's.
-    fn narrow(
+    fn narrow_change(
         &self,
         link: &ChainState,
         result: &mut PointResult,
@@ -337,11 +337,12 @@ impl Search<'_> {
                 break;
             };
             let start = carried_from(self.job, Some(&near.end));
-            let tried = compute_point(&between, start, self.parts, self.called_off)?;
+            let trial_result = compute_point(&between, start, self.parts, self.called_off)?;
             found.trials += 1;
-            result.outcome.cycles += tried.outcome.cycles;
-            let here = self::level(&tried.outcome);
-            let (Some(class), Some(end)) = (verdict(&tried.outcome), tried.end) else {
+            result.outcome.cycles += trial_result.outcome.cycles;
+            let here = self::level(&trial_result.outcome);
+            let (Some(class), Some(end)) = (verdict(&trial_result.outcome), trial_result.end)
+            else {
                 break;
             };
             let trial = LastVerdict {

@@ -6,14 +6,16 @@ use super::motion_scale;
 use super::parts::Prepared;
 use crate::analysis::CalledOff;
 use crate::analysis::continuation::bifurcation::Bifurcation;
-use crate::analysis::continuation::branch::Steps;
-use crate::analysis::continuation::curve::{Curve, Plane, follow, is_known};
+use crate::analysis::continuation::branch::StepSettings;
+use crate::analysis::continuation::curve::{Curve, CurveSettings, follow, is_known};
 use crate::analysis::continuation::drive::DriveMap;
-use crate::analysis::continuation::explore::{Branches, Exploration, ExploreError, explore};
-use crate::analysis::continuation::map::At;
+use crate::analysis::continuation::explore::{
+    Branches, ExplorationSettings, ExploreError, explore,
+};
+use crate::analysis::continuation::map::MapParameters;
 use crate::analysis::continuation::onset::{Onset, onset};
 use crate::analysis::continuation::path::Span;
-use crate::analysis::continuation::search::Search;
+use crate::analysis::continuation::search::OrbitSearchSettings;
 use crate::manifest::{ContinuationSpec, Job, Parameter, ParameterError, PointSpec, StiffnessSpec};
 use crate::model::InitialState;
 use rayon::prelude::*;
@@ -155,12 +157,12 @@ pub fn follow_job(
 
 /// The values of the fixed axes, in words.
 fn place_of(job: &Job, values: &[f64]) -> String {
-    let held = job
+    let fixed_values = job
         .axes
         .iter()
         .zip(values)
         .filter(|(axis, value)| !value.is_nan() && axis.values.len() > 1);
-    let words: Vec<String> = held
+    let words: Vec<String> = fixed_values
         .map(|(axis, value)| format!("{} = {value:.6}", axis.name()))
         .collect();
     if words.is_empty() { job.name.clone() } else { words.join(", ") }
@@ -200,9 +202,9 @@ fn line(
     let starts: Vec<f64> = (0..spec.starts)
         .map(|i| from + (to - from) * (i as f64 + 0.5) / spec.starts as f64)
         .collect();
-    let exploration = Exploration {
+    let exploration = ExplorationSettings {
         span: Span { axis: 0, from, to },
-        search: Search {
+        search: OrbitSearchSettings {
             transient: spec.transient,
             cycles: spec.cycles,
             longest: spec.longest_period,
@@ -210,10 +212,10 @@ fn line(
             initial: base.run.initial.clone(),
         },
         states: spec.states.clone(),
-        steps: Steps {
+        steps: StepSettings {
             longest: spec.step,
             most: spec.orbits,
-            ..Steps::default()
+            ..StepSettings::default()
         },
         most: spec.branches,
         starts,
@@ -228,7 +230,7 @@ fn line(
     let explored = DriveMap::new(&family, at)
         .map_err(ExploreError::from)
         .and_then(|map| {
-            let mut map = map.heeding(called_off);
+            let mut map = map.with_interrupt(called_off);
             explore(&mut map, second, &exploration, called_off)
                 .map(|branches| (branches, map.models))
         });
@@ -273,7 +275,7 @@ fn plane(
 ) -> Result<Curves, FollowError> {
     let family = family(job, base, &[spec.over, second], parts)?;
     let ends = [spec.over, second].map(|axis| job.axes[axis].values.ends());
-    let plane = Plane {
+    let plane = CurveSettings {
         from: ends.map(|e| e.0),
         to: ends.map(|e| e.1),
         longest: spec.step,
@@ -286,17 +288,17 @@ fn plane(
         place: place_of(job, &axis_values),
         source: Box::new(source),
     };
-    let middle: At = std::array::from_fn(|i| 0.5 * (plane.from[i] + plane.to[i]));
+    let middle: MapParameters = std::array::from_fn(|i| 0.5 * (plane.from[i] + plane.to[i]));
     let family = motion_scale::measured(family, middle, &base.run.initial)
         .map_err(|error| refused(error.into()))?;
     let of_kind: Vec<Vec<Curve>> = (CURVES.par_iter())
         .map(|kind| {
             let map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
-            let mut map = map.heeding(called_off);
+            let mut map = map.with_interrupt(called_off);
             let mut curves: Vec<Curve> = Vec::new();
             let branches = lines.iter().flat_map(|line| &line.branches.all);
             let found = branches.flat_map(|(_, branch)| {
-                let wanted = |b: &&Bifurcation| spec.all_curves || branch.is_stable_beside(b);
+                let wanted = |b: &&Bifurcation| spec.all_curves || branch.has_stable_neighbour(b);
                 branch.bifurcations.iter().filter(wanted)
             });
             for bifurcation in found.filter(|b| b.kind.name() == *kind) {
@@ -331,7 +333,7 @@ fn onsets(
     second: usize,
     base: &PointSpec,
     family: &PointFamily<'_>,
-    plane: &Plane,
+    plane: &CurveSettings,
 ) -> Result<Vec<Onset>, ExploreError> {
     let names = [spec.over, second].map(|axis| job.axes[axis].name());
     let Some(load) = (names.iter()).position(|name| matches!(*name, "load" | "torque")) else {

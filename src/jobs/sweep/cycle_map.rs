@@ -8,7 +8,7 @@ use super::build::BuildError;
 use super::family::PointFamily;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
-use crate::analysis::continuation::drive::Family;
+use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::analysis::{EnergyNorm, excitation_period};
 use crate::manifest::{Job, Parameter, PointSpec};
@@ -172,7 +172,7 @@ impl CycleMap {
         self.model().start(initial).state
     }
 
-    /// The derivative of the model by a key of the manifest, per SI unit. `held` are keys whose values at the point
+    /// The derivative of the model by a key of the manifest, per SI unit. `fixed_values` are keys whose values at the point
     /// differ from the manifest.
     ///
     /// # Errors
@@ -181,11 +181,11 @@ impl CycleMap {
         &self,
         job: &Job,
         parameter: Parameter,
-        held: &[(Parameter, f64)],
+        fixed_values: &[(Parameter, f64)],
     ) -> Result<Model, MapError> {
         let parameters = vec![parameter];
         let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts)
-            .holding(held);
+            .holding(fixed_values);
         family
             .derivative(family.values(), 0)
             .map_err(MapError::NoDerivative)
@@ -200,7 +200,7 @@ impl CycleMap {
         config: &MapConfig<'_>,
         called_off: &AtomicBool,
     ) -> Result<MapImage, MapError> {
-        let work = Mapping {
+        let work = MapRequest {
             model: self.model(),
             config,
             called_off,
@@ -216,7 +216,7 @@ impl CycleMap {
 }
 
 /// A request that a kernel is being built for.
-struct Mapping<'a> {
+struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,
     called_off: &'a AtomicBool,
@@ -230,7 +230,7 @@ fn take<'a>(left: &mut &'a mut [f64], count: usize) -> &'a mut [f64] {
 }
 
 /// Some consecutive states, and the output for them.
-struct Piece<'a> {
+struct StateChunk<'a> {
     first: usize,
     states: &'a mut [f64],
     tangents: &'a mut [f64],
@@ -239,16 +239,16 @@ struct Piece<'a> {
     stops: Vec<(usize, Stop)>,
 }
 
-impl KernelUse for Mapping<'_> {
+impl KernelUse for MapRequest<'_> {
     type Output = MapImage;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> MapImage {
         let config = self.config;
         let dimension = 2 * self.model.modes();
         let count = config.states.len() / dimension;
-        let beside = [config.tangents.count(dimension), config.by.len()];
+        let columns = [config.tangents.count(dimension), config.by.len()];
         let mut states = config.states.to_vec();
-        let [mut tangents, mut by] = beside.map(|each| vec![0.0; count * each * dimension]);
+        let [mut tangents, mut by] = columns.map(|each| vec![0.0; count * each * dimension]);
         let threads = config.threads.max(1);
         let size = match threads {
             1 => count,
@@ -261,11 +261,11 @@ impl KernelUse for Mapping<'_> {
         while first < count {
             let own = size.min(count - first);
             let room = own * dimension;
-            pieces.push(Piece {
+            pieces.push(StateChunk {
                 first,
                 states: take(&mut states_left, room),
-                tangents: take(&mut tangents_left, room * beside[0]),
-                by: take(&mut by_left, room * beside[1]),
+                tangents: take(&mut tangents_left, room * columns[0]),
+                by: take(&mut by_left, room * columns[1]),
                 events: Vec::new(),
                 stops: Vec::new(),
             });
@@ -292,9 +292,9 @@ impl KernelUse for Mapping<'_> {
     }
 }
 
-impl Mapping<'_> {
+impl MapRequest<'_> {
     /// Maps the states of a piece one after the other.
-    fn map<K: Kernel>(&self, kernel: &K, piece: &mut Piece<'_>) {
+    fn map<K: Kernel>(&self, kernel: &K, piece: &mut StateChunk<'_>) {
         let config = self.config;
         let kernel = &Interruptible::new(kernel, self.called_off);
         let dimension = 2 * self.model.modes();
@@ -310,7 +310,7 @@ impl Mapping<'_> {
                 TrajectoryState::new(self.model, state.to_vec(), config.first_cycle);
             let room = |each: usize| index * each * dimension..(index + 1) * each * dimension;
             self.set_out(number, &mut tangents);
-            let mut watch = Watch::new(self, &trajectory);
+            let mut watch = MapObservers::new(self, &trajectory);
             let advanced = kernel.accepts(self.model, &trajectory).and_then(|()| {
                 watch.advance(kernel, &mut trajectory, &mut tangents, &mut workspace)
             });
@@ -319,7 +319,7 @@ impl Mapping<'_> {
             match advanced {
                 Ok(()) => {
                     state.copy_from_slice(&trajectory.state);
-                    self.arrive(&tangents, ends);
+                    self.write_tangents(&tangents, ends);
                     for (own, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
                         own.copy_from_slice(tangent.state());
                     }
@@ -331,8 +331,8 @@ impl Mapping<'_> {
                     piece.stops.push((number, stop));
                 }
             }
-            let met = watch.events.into_iter().flatten();
-            piece.events.extend(met.map(|event| (number, event)));
+            let new_events = watch.events.into_iter().flatten();
+            piece.events.extend(new_events.map(|event| (number, event)));
         }
     }
 
@@ -355,7 +355,7 @@ impl Mapping<'_> {
     }
 
     /// Writes the tangents at the end to the output.
-    fn arrive(&self, tangents: &Tangents, out: &mut [f64]) {
+    fn write_tangents(&self, tangents: &Tangents, out: &mut [f64]) {
         let count = tangents.count();
         for j in 0..count {
             let vector = tangents.vector(j);
@@ -372,18 +372,18 @@ impl Mapping<'_> {
 }
 
 /// Observers of a trajectory; empty unless something is requested.
-struct Watch<'a> {
+struct MapObservers<'a> {
     cycles: u64,
     events: Option<Vec<Event>>,
     tangents: Vec<ParameterTangent<'a, ()>>,
 }
 
-impl<'a> Watch<'a> {
-    fn new(mapping: &Mapping<'a>, start: &TrajectoryState) -> Self {
+impl<'a> MapObservers<'a> {
+    fn new(mapping: &MapRequest<'a>, start: &TrajectoryState) -> Self {
         let config = mapping.config;
         let of = |by: &'a Model| {
-            let still = vec![0.0; start.state.len()];
-            ParameterTangent::new(mapping.model, by, &start.state, still, ())
+            let zero = vec![0.0; start.state.len()];
+            ParameterTangent::new(mapping.model, by, &start.state, zero, ())
         };
         Self {
             cycles: config.cycles,
@@ -406,7 +406,7 @@ impl<'a> Watch<'a> {
                     kernel.advance_cycle(trajectory, tangents, workspace, &mut (), counters)
                 }
                 (Some(events), []) => {
-                    let log = &mut Log(events);
+                    let log = &mut EventLog(events);
                     kernel.advance_cycle(trajectory, tangents, workspace, log, counters)
                 }
                 (_, _) => kernel.advance_cycle(trajectory, tangents, workspace, self, counters),
@@ -416,7 +416,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-impl Observer for Watch<'_> {
+impl Observer for MapObservers<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
@@ -436,9 +436,9 @@ impl Observer for Watch<'_> {
 }
 
 /// Records events.
-struct Log<'a>(&'a mut Vec<Event>);
+struct EventLog<'a>(&'a mut Vec<Event>);
 
-impl Observer for Log<'_> {
+impl Observer for EventLog<'_> {
     const WINDOWS: bool = false;
 
     fn window(&mut self, _: &Window<'_>) {}

@@ -226,11 +226,11 @@ mod tests {
         // Coverage of 8 rows of 10 is even, both by column and by row.
         let places = drawn(80, 20);
         for (group, groups) in [(10, 8), (1, 10)] {
-            let mut met = vec![0; groups];
+            let mut hits = vec![0; groups];
             places
                 .iter()
-                .for_each(|place| met[place / group % groups] += 1);
-            assert!(met.iter().all(|n| (1..=4).contains(n)), "{met:?}");
+                .for_each(|place| hits[place / group % groups] += 1);
+            assert!(hits.iter().all(|n| (1..=4).contains(n)), "{hits:?}");
         }
     }
 

@@ -1,8 +1,8 @@
 //! The drives of a job as functions of parameters: models between the points of a grid, and their derivatives.
 
 use super::parts::Prepared;
-use crate::analysis::continuation::drive::Family;
-use crate::analysis::continuation::map::At;
+use crate::analysis::continuation::drive::ParametricDrive;
+use crate::analysis::continuation::map::MapParameters;
 use crate::manifest::{Parameter, PointResolver, PointSpec};
 use crate::model::{Model, ShapeChange};
 
@@ -56,7 +56,7 @@ impl<'a> PointFamily<'a> {
     }
 
     /// The value of a parameter at the point.
-    fn own_value(&self, parameter: &Parameter) -> Option<f64> {
+    fn value_at_point(&self, parameter: &Parameter) -> Option<f64> {
         let held = self.held.iter().find(|(own, _)| own == parameter);
         match held {
             Some((_, value)) => Some(*value),
@@ -65,8 +65,8 @@ impl<'a> PointFamily<'a> {
     }
 
     /// The values of the parameters at the point; 0 for a missing second one.
-    pub fn values(&self) -> At {
-        let value = |i: usize| self.parameters.get(i).and_then(|p| self.own_value(p));
+    pub fn values(&self) -> MapParameters {
+        let value = |i: usize| self.parameters.get(i).and_then(|p| self.value_at_point(p));
         [0, 1].map(|i| value(i).unwrap_or(0.0))
     }
 
@@ -74,7 +74,7 @@ impl<'a> PointFamily<'a> {
     ///
     /// # Errors
     /// A sentence if there is no such drive.
-    pub fn at(&self, at: At) -> Result<PointSpec, String> {
+    pub fn at(&self, at: MapParameters) -> Result<PointSpec, String> {
         let held = self.held.iter().map(|(own, value)| (own, *value));
         let held = held.filter(|(own, _)| !self.parameters.contains(own));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
@@ -87,7 +87,7 @@ impl<'a> PointFamily<'a> {
     }
 
     /// The size of a parameter, as a scale for small changes.
-    pub(super) fn size(&self, at: At, axis: usize) -> f64 {
+    pub(super) fn size(&self, at: MapParameters, axis: usize) -> f64 {
         let natural = match self.parameters[axis].unit() {
             "m" => self.point.mesh.scale(),
             _ => 1.0,
@@ -100,7 +100,7 @@ impl<'a> PointFamily<'a> {
 
     fn difference(
         &self,
-        at: At,
+        at: MapParameters,
         axis: usize,
         step: f64,
         offsets: &[(f64, f64)],
@@ -120,15 +120,15 @@ impl<'a> PointFamily<'a> {
     }
 }
 
-impl Family for PointFamily<'_> {
-    fn model(&self, at: At) -> Result<Model, String> {
+impl ParametricDrive for PointFamily<'_> {
+    fn model(&self, at: MapParameters) -> Result<Model, String> {
         let point = self.at(at)?;
         self.parts.model(&point).map_err(|error| error.to_string())
     }
 
     /// Differences of models, of the sixth order: a model is smooth in its parameters, segment by segment. A parameter
     /// that may change in one direction only has a one-sided derivative.
-    fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
         let central: Vec<(f64, f64)> = (1..)
             .zip(CENTRAL)
             .flat_map(|(i, w)| [(f64::from(i), w), (-f64::from(i), -w)])

@@ -6,14 +6,14 @@
 //! settled motion, as in a sweep. Refinement adds time for every change between neighbours of the sample: most points
 //! have no change, so a few points would be a poor estimate of the number.
 
+use super::chain_tasks::ChainSelection;
 use super::estimate::{Interval, PointTime, Workload, drawn};
 use super::layout::layout;
-use super::parts::{Prepared, tables_wanted};
+use super::parts::{Prepared, needed_tables};
 use super::point::Worker;
 use super::queue::work;
 use super::run::{Sweep, SweepError, Workers, pieces, start_workers};
-use super::trial::{Tried, try_out};
-use super::turns::ChainSelection;
+use super::trial::{TriedPoint, try_out};
 use crate::manifest::Job;
 use crate::numerics::statistics::mean;
 use crate::store::{GROUP_BYTES, PointRow, ResultWriter, StoreError, journal_bytes};
@@ -115,7 +115,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         threads,
         shared: shared(job),
     };
-    let tables = tables_wanted(job, ids());
+    let tables = needed_tables(job, ids());
     let least = sample(all, threads).max(FEWEST.min(all));
     let places = drawn(all, least.max(all.min(MOST_A_WORKER * threads)));
 
@@ -187,7 +187,7 @@ struct Calibration<'a> {
     clock: ProcessorClock,
     /// Raised when the time is over.
     over: AtomicBool,
-    tried: Mutex<Vec<Tried>>,
+    tried: Mutex<Vec<TriedPoint>>,
 }
 
 impl Calibration<'_> {
@@ -238,7 +238,7 @@ impl Calibration<'_> {
         })
     }
 
-    fn tried(&self) -> MutexGuard<'_, Vec<Tried>> {
+    fn tried(&self) -> MutexGuard<'_, Vec<TriedPoint>> {
         self.tried.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -269,7 +269,7 @@ impl Calibration<'_> {
     /// Processor time of all mesh tables and structures \[s\], estimated from the points that were tried out.
     fn preparing(&self, tables: usize) -> f64 {
         let tried = self.tried();
-        let known = tables_wanted(self.job, tried.iter().map(|tried| tried.id));
+        let known = needed_tables(self.job, tried.iter().map(|tried| tried.id));
         let all = match (tables, self.job.points.variants().len()) {
             // One structure serves all points.
             (0, 1) => 1.0,
@@ -292,7 +292,7 @@ impl Calibration<'_> {
         let (job, length) = (self.job, self.job.chain_length());
         let mut tried = self.tried();
         tried.sort_by_key(|tried| tried.id);
-        let between = |pair: &[Tried]| {
+        let between = |pair: &[TriedPoint]| {
             let [a, b] = [&pair[0], &pair[1]];
             let variant = job.points.variant_near(b.id);
             let halvings = variant
@@ -320,12 +320,12 @@ impl Calibration<'_> {
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner);
         tried.sort_by_key(|tried| tried.id);
-        let ratio = |tried: &Tried| tried.sampled.ratio();
+        let ratio = |tried: &TriedPoint| tried.sampled.ratio();
         let whole: Vec<f64> = (tried.iter().filter(|tried| tried.row.is_some()))
             .map(ratio)
             .collect();
         let middle = if whole.is_empty() { 0.0 } else { mean(&whole) };
-        let telling = |tried: &Tried| tried.row.is_some() || ratio(tried) > middle;
+        let telling = |tried: &TriedPoint| tried.row.is_some() || ratio(tried) > middle;
         let tried: Vec<_> = tried.into_iter().filter(telling).collect();
         let cut_short = tried.iter().filter(|tried| tried.row.is_none()).count() as u64;
         let sampled = tried.iter().map(|tried| tried.sampled).collect();

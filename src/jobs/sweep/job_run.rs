@@ -1,7 +1,7 @@
 //! A job from its journal to its record: computes the remaining points, and writes tables and `run.json`.
 
 use super::Prepared;
-use super::recorder::Watcher;
+use super::recorder::ProgressObserver;
 use super::run::{Finished, Options, Sweep, SweepError};
 use crate::manifest::Job;
 use crate::store::{
@@ -12,7 +12,7 @@ use crate::topology::Topology;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A run of a job into a folder of results that [`super::look_for_earlier`] has accepted.
+/// A run of a job into a folder of results that [`super::inspect_existing_results`] has accepted.
 #[derive(Debug)]
 pub struct JobRun<'a> {
     /// The job.
@@ -33,7 +33,7 @@ pub struct JobRun<'a> {
 
 /// A run that ended or was interrupted.
 #[derive(Debug)]
-pub struct JobRan {
+pub struct JobRunEnd {
     /// How the sweep ended.
     pub finished: Finished,
     /// The record as written.
@@ -74,8 +74,8 @@ impl JobRun<'_> {
     pub fn run(
         self,
         called_off: &AtomicBool,
-        watcher: &mut dyn Watcher,
-    ) -> Result<JobRan, JobRunError> {
+        watcher: &mut dyn ProgressObserver,
+    ) -> Result<JobRunEnd, JobRunError> {
         let Self {
             job,
             folder,
@@ -146,7 +146,7 @@ impl JobRun<'_> {
         if record.state == RunState::Complete {
             journal.remove().map_err(JobRunError::Record)?;
         }
-        Ok(JobRan { finished, record })
+        Ok(JobRunEnd { finished, record })
     }
 }
 

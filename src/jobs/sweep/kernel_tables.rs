@@ -4,7 +4,7 @@
 use crate::model::Model;
 use crate::propagate::TableError;
 use crate::store::{Fetched, KernelArrays, TableStore};
-use crate::topology::{Room, TABLES_AT_HAND};
+use crate::topology::{CopyRoom, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
@@ -28,7 +28,7 @@ pub struct KernelTables {
     /// The most recently used ones, latest first.
     at_hand: Mutex<VecDeque<(PathBuf, Arc<KernelArrays>)>>,
     /// For the workers of one NUMA node: its room for copies.
-    room: Option<Room>,
+    room: Option<CopyRoom>,
 }
 
 impl KernelTables {
@@ -46,7 +46,7 @@ impl KernelTables {
     }
 
     /// The same tables; the workers of one NUMA node make copies of them if there is room.
-    pub fn on_node(&self, room: Room) -> Self {
+    pub fn on_node(&self, room: CopyRoom) -> Self {
         Self {
             common: self.common.clone(),
             at_hand: Mutex::default(),
@@ -114,20 +114,20 @@ impl Common {
         let place = (lock(&self.places).entry(path.into()))
             .or_insert_with(nothing)
             .clone();
-        let mut held = lock(&place);
-        if let Some(table) = held.clone()?.upgrade() {
+        let mut table_slot = lock(&place);
+        if let Some(table) = table_slot.clone()?.upgrade() {
             return Ok(table);
         }
         let fetched = self.store.systems(model);
         if let Err(error) = &fetched {
-            *held = Err(*error);
+            *table_slot = Err(*error);
         }
         let Fetched {
             table, warnings, ..
         } = fetched?;
         lock(&self.warnings).extend(warnings.iter().map(ToString::to_string));
         let table = Arc::new(table);
-        *held = Ok(Arc::downgrade(&table));
+        *table_slot = Ok(Arc::downgrade(&table));
         Ok(table)
     }
 }

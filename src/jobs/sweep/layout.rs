@@ -5,7 +5,7 @@ use super::parts::structures;
 use crate::analysis::{Analyses, SliceConfig, SliceOf};
 use crate::manifest::{Axis, GridDimension, Job, Refine, StructureSource, Variant};
 use crate::model::{InitialState, Quantity};
-use crate::store::{AxisColumn, Listed, RefinedColumns, ResultLayout, SampleColumns, Shard};
+use crate::store::{AxisColumn, ListElement, RefinedColumns, ResultLayout, SampleColumns, Shard};
 use crate::structure::MotionKind;
 
 /// The tables of a job (of a shard of it).
@@ -19,9 +19,10 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     ResultLayout {
         axes: job.axes.iter().map(column).collect(),
         tied: (job.dimensions.iter())
-            .filter(|own| own.is_tied())
-            .map(|own| {
-                own.axes
+            .filter(|dimension| dimension.is_tied())
+            .map(|dimension| {
+                dimension
+                    .axes
                     .iter()
                     .map(|&axis| job.axes[axis].name().to_owned())
                     .collect()
@@ -49,7 +50,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
 }
 
 /// Names of the elements of lists, if the first and the last variant, which have the ends of every axis, agree.
-fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
+fn elements(job: &Job) -> Vec<(ListElement, Vec<String>)> {
     let variants = job.points.variants();
     let (Some(first), Some(last)) = (variants.first(), variants.last()) else {
         return Vec::new();
@@ -71,7 +72,7 @@ fn elements(job: &Job) -> Vec<(Listed, Vec<String>)> {
 /// Names in columns of contacts for the flanks that an oscillator does not have.
 pub const NO_FLANKS: [&str; 2] = ["no drive flank", "no coast flank"];
 
-fn names(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
+fn names(variant: &Variant) -> Vec<(ListElement, Vec<String>)> {
     let flanks = match variant.mesh.length {
         None => ["drive flank", "coast flank"],
         Some(_) => NO_FLANKS,
@@ -80,19 +81,22 @@ fn names(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
     let contacts = match &variant.model.source {
         StructureSource::Train(train) => train.contact_names(),
         StructureSource::Modal(structure) => {
-            let further = structure.contacts.iter().map(|own| own.name.clone());
+            let further = structure
+                .contacts
+                .iter()
+                .map(|contact| contact.name.clone());
             flanks.into_iter().chain(further).collect()
         }
         StructureSource::Rigid(_) | StructureSource::Flexible(_) => flanks.to_vec(),
     };
-    let mut all = vec![(Listed::Contacts, contacts)];
+    let mut all = vec![(ListElement::Contacts, contacts)];
     if variant.analyses.nvh.is_some_and(|nvh| nvh.outputs.any()) {
         all.extend(names_of_outputs(variant));
     }
     all
 }
 
-fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
+fn names_of_outputs(variant: &Variant) -> Vec<(ListElement, Vec<String>)> {
     let Ok(structure) = build::structure(&variant.model) else {
         return Vec::new();
     };
@@ -101,22 +105,31 @@ fn names_of_outputs(variant: &Variant) -> Vec<(Listed, Vec<String>)> {
         let of_kind = motions.filter(move |motion| motion.kind == kind);
         of_kind.map(|motion| motion.name.clone()).collect()
     };
-    let bearings = structure.bearings.iter().map(|own| own.name.clone());
+    let bearings = structure
+        .bearings
+        .iter()
+        .map(|bearing| bearing.name.clone());
     let meshes = structure.mesh_names();
     let torques = structure.torques.iter().map(|own| own.name.clone());
     vec![
-        (Listed::Output(Quantity::BearingForce), bearings.collect()),
-        (Listed::Output(Quantity::Torque), torques.collect()),
         (
-            Listed::Output(Quantity::Acceleration),
+            ListElement::Output(Quantity::BearingForce),
+            bearings.collect(),
+        ),
+        (ListElement::Output(Quantity::Torque), torques.collect()),
+        (
+            ListElement::Output(Quantity::Acceleration),
             moving(MotionKind::Place),
         ),
         (
-            Listed::Output(Quantity::AngularAcceleration),
+            ListElement::Output(Quantity::AngularAcceleration),
             moving(MotionKind::Body),
         ),
-        (Listed::Output(Quantity::MeshDeflection), meshes.clone()),
-        (Listed::Output(Quantity::MeshForce), meshes),
+        (
+            ListElement::Output(Quantity::MeshDeflection),
+            meshes.clone(),
+        ),
+        (ListElement::Output(Quantity::MeshForce), meshes),
     ]
 }
 

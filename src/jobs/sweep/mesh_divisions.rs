@@ -121,8 +121,8 @@ fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
         .collect();
     if cut {
         let equal = ends.clone();
-        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_END);
-        ends.extend(cycle.breaks.iter().filter(apart));
+        let is_distinct = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_END);
+        ends.extend(cycle.breaks.iter().filter(is_distinct));
         ends.sort_by(f64::total_cmp);
     }
     ends

@@ -191,8 +191,10 @@ impl MeshTables {
             friction: drawn.friction,
             misalignment: drawn.misalignment,
         };
-        let own = &structure.contacts[contact + usize::from(on_coast)];
-        let tilt = || TiltCompliance::of_modes(&structure.frequency, &own.participation, &own.tilt);
+        let contact = &structure.contacts[contact + usize::from(on_coast)];
+        let tilt = || {
+            TiltCompliance::of_modes(&structure.frequency, &contact.participation, &contact.tilt)
+        };
         self.under(loaded, &drawn.table, tilt, None)
     }
 
@@ -358,14 +360,14 @@ impl MeshTables {
 
 /// Whether the load centroid may leave mid-face and move with the phase: under misalignment, with modified leads, and
 /// in helical gears, whose lines of contact cross the face.
-fn wanders(gears: &GearPair, misalignment: f64) -> bool {
+fn centroid_moves(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
 }
 
 /// Whether the secant stiffness is scaled to the mean of the tangent's. Contact that spreads along the face stiffens
 /// with the load, and on average from the first touch it is half as stiff as the tangent.
 fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
-    !spec.stiffness.is_tangent() && wanders(&spec.gears, misalignment)
+    !spec.stiffness.is_tangent() && centroid_moves(&spec.gears, misalignment)
 }
 
 /// Whether mirrored coast flanks carry the mean load.

@@ -13,10 +13,11 @@ mod branch_tables;
 pub mod build;
 mod carried;
 mod chain;
+mod chain_tasks;
 mod continuation;
 mod cycle_map;
-mod earlier;
 mod estimate;
+mod existing_results;
 mod family;
 mod first_force;
 mod forecast;
@@ -41,18 +42,20 @@ mod run_up;
 mod sensitivity;
 mod trace;
 mod trial;
-mod turns;
 
 pub use branch_tables::write_branches;
 pub use chain::{ChainState, chain_state_before, compute};
+pub use chain_tasks::ChainSelection;
 pub use continuation::{Curves, FollowError, Followed, Line, follow_job};
 pub use cycle_map::{CycleMap, MapConfig, MapError, MapImage, MapTangents};
-pub use earlier::{Earlier, EarlierError, look as look_for_earlier};
 pub use estimate::Interval;
+pub use existing_results::{
+    ExistingResults, ExistingResultsError, inspect as inspect_existing_results,
+};
 pub use family::PointFamily;
 pub use forecast::{Forecast, forecast};
 pub use further_meshes::FurtherMeshError;
-pub use job_run::{JobRan, JobRun, JobRunError, this_machine};
+pub use job_run::{JobRun, JobRunEnd, JobRunError, this_machine};
 pub use kernel_tables::KernelTables;
 pub use layout::{NO_FLANKS, sample_columns};
 pub use loaded_mesh::{LoadedMesh, loaded_further_meshes, loaded_mesh};
@@ -61,11 +64,10 @@ pub use panic_hook::{WORKER, silence_reported_panics};
 pub use parts::{Prepared, structures};
 pub use point::Worker;
 pub use point_kernel::{KernelTally, PointKernel};
-pub use recorder::{Begun, Progress, Watcher};
+pub use recorder::{Progress, ProgressObserver, SweepPlan};
 pub use run::{Finished, Options, Sweep, SweepError};
 pub use run_up::{PointRunUp, RunUpError};
 pub use sensitivity::{
     Differentiated, Sensitivities, Sensitivity, SensitivityError, sensitivities,
 };
 pub use trace::{PointTrace, PointTraceError};
-pub use turns::ChainSelection;

@@ -3,7 +3,7 @@
 
 use super::family::PointFamily;
 use crate::analysis::continuation::drive::DriveMap;
-use crate::analysis::continuation::map::{At, MapError};
+use crate::analysis::continuation::map::{MapError, MapParameters};
 use crate::analysis::continuation::orbit::length;
 use crate::model::InitialState;
 
@@ -17,7 +17,7 @@ const CYCLES: [u64; 2] = [100, 64];
 /// [`MapError`] if the model cannot be built.
 pub(super) fn measured<'a>(
     mut family: PointFamily<'a>,
-    at: At,
+    at: MapParameters,
     initial: &InitialState,
 ) -> Result<PointFamily<'a>, MapError> {
     let Some(given) = family.point.mesh.length else {
@@ -27,13 +27,13 @@ pub(super) fn measured<'a>(
     let mut state = map.model(at)?.start(initial);
     let mut largest = 0.0_f64;
     let [before, over] = CYCLES;
-    let mut ended = map.advance(at, before, &mut state, &mut ()).is_err();
+    let mut failed = map.advance(at, before, &mut state, &mut ()).is_err();
     for _ in 0..over {
-        ended = ended || map.advance(at, 1, &mut state, &mut ()).is_err();
+        failed = failed || map.advance(at, 1, &mut state, &mut ()).is_err();
         largest = largest.max(length(&map.coordinates(&state.state)));
     }
     let scale = (given * largest).log2().round().exp2();
-    if !ended && scale.is_normal() {
+    if !failed && scale.is_normal() {
         family.point.mesh = family.point.mesh.measured_by(scale);
     }
     Ok(family)

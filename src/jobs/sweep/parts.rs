@@ -14,21 +14,21 @@ use crate::propagate::{KernelChoice, KernelSetting};
 use crate::shaft::ShaftError;
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
-use crate::topology::{Room, Topology};
+use crate::topology::{CopyRoom, Topology};
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// One point for every mesh table that some points of a job need, with the table's specification.
-fn meshes_wanted(
+fn needed_meshes(
     job: &Job,
     points: impl IntoIterator<Item = usize>,
 ) -> impl Iterator<Item = (PointSpec, Arc<MeshTableSpec>)> {
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
     let any = job.points.variants().iter().any(tabled);
     // The specification is kept, so that its address stays in use.
-    let mut seen = HashMap::new();
+    let mut spec_of = HashMap::new();
     let points = points.into_iter().take_while(move |_| any);
     points.filter_map(move |id| {
         let point = job.points.at(id);
@@ -40,14 +40,14 @@ fn meshes_wanted(
         // With shafts that tilt, the table also depends on the structure.
         let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
         let key = (Arc::as_ptr(&spec), numbers, tilt);
-        let new = seen.insert(key, spec.clone()).is_none();
+        let new = spec_of.insert(key, spec.clone()).is_none();
         new.then_some((point, spec))
     })
 }
 
 /// Number of mesh tables that some points of a job need.
-pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
-    meshes_wanted(job, points).count()
+pub fn needed_tables(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
+    needed_meshes(job, points).count()
 }
 
 /// Addresses of a structure's source, and its number of modes and retained modes.
@@ -145,7 +145,7 @@ impl Prepared {
 
     /// The same parts; the workers of one NUMA node make copies of them. Kernel tables are copied only if there is
     /// room; otherwise all nodes share them.
-    pub fn on_node(&self, room: Room) -> Self {
+    pub fn on_node(&self, room: CopyRoom) -> Self {
         Self {
             structures: self.structures.clone(),
             node_copies: Some(NodeCopies::default()),
@@ -216,7 +216,7 @@ impl Prepared {
         called_off: &AtomicBool,
         progress: &mut dyn FnMut(),
     ) {
-        for (point, spec) in meshes_wanted(job, points) {
+        for (point, spec) in needed_meshes(job, points) {
             if called_off.load(Ordering::Relaxed) {
                 return;
             }
@@ -256,9 +256,9 @@ mod tests {
         let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
         let spec = &job.points.variants()[0].model;
         let parts = Prepared::new(TableStore::open(tempfile::tempdir().unwrap().path()));
-        let room = Room {
+        let room = CopyRoom {
             free: None,
-            own_cache: 0,
+            private_cache: 0,
         };
         let nodes = [parts.on_node(room), parts.on_node(room)];
         let of = |parts: &Prepared| parts.structure(spec).unwrap();

@@ -60,13 +60,13 @@ pub(super) enum Step {
 pub(super) type Times = [f64; 6];
 
 /// Measures the times of steps.
-struct Laps {
+struct StepTimer {
     clock: ProcessorClock,
     last: f64,
     times: Times,
 }
 
-impl Laps {
+impl StepTimer {
     fn new(clock: ProcessorClock) -> Self {
         Self {
             clock,
@@ -219,7 +219,7 @@ impl KernelUse for PointTask<'_> {
             model, called_off, ..
         } = self;
         let kernel = &Interruptible::new(kernel, called_off);
-        let mut laps = Laps::new(match self.probes {
+        let mut laps = StepTimer::new(match self.probes {
             Some(_) => ProcessorClock::Process,
             None => ProcessorClock::Thread,
         });

@@ -11,8 +11,8 @@
 //!
 //! Only a window of chains is in memory, for any number of chains.
 
+use super::chain_tasks::{ChainSelection, ChainTask, FinishedChains};
 use super::parts::table_number;
-use super::turns::{ChainSelection, ChainTask, FinishedChains};
 use crate::manifest::{Job, Variant};
 use crate::topology::{NodeTables, TableDistance};
 use std::cmp::Reverse;
@@ -109,7 +109,7 @@ impl Mean {
 
 /// The next action of a worker.
 #[derive(Debug)]
-enum Next {
+enum NextAction {
     /// Compute this chain, or its remaining points; `work` is in cycles times modes.
     Chain { turn: ChainTask, work: f64 },
     /// Ask again later: too many rows wait for older points.
@@ -200,11 +200,11 @@ impl<'a> Queue<'a> {
 
     /// The next chain for a worker of a node with separate tables, when `written` points have left the writer's memory.
     /// The oldest chain can always be taken once all chains before it are written.
-    fn next(&self, written: u64, node: Option<usize>) -> Next {
+    fn next(&self, written: u64, node: Option<usize>) -> NextAction {
         let mut state = self.state();
         self.fill(&mut state);
         if state.window.is_empty() {
-            return Next::End;
+            return NextAction::End;
         }
         let typical = state.all.value().unwrap_or(1.0);
         let mut best: Option<(Reverse<TableDistance>, f64, usize)> = None;
@@ -222,12 +222,12 @@ impl<'a> Queue<'a> {
             }
         }
         let Some(candidate) = best.and_then(|(.., at)| state.window.remove(at)) else {
-            return Next::Wait;
+            return NextAction::Wait;
         };
         if let Some(node) = node {
             state.node_tables.take(candidate.table, node);
         }
-        Next::Chain {
+        NextAction::Chain {
             turn: state.finished.turn(&self.selection, candidate.place),
             work: candidate.work,
         }
@@ -245,15 +245,15 @@ impl<'a> Queue<'a> {
     ) {
         while !called_off.load(Ordering::Relaxed) {
             match self.next(written(), node) {
-                Next::Chain { turn, work } => {
+                NextAction::Chain { turn, work } => {
                     let (place, clock) = (turn.place, Instant::now());
                     if compute(turn).is_none() {
                         return;
                     }
                     self.finished(place, work, clock.elapsed());
                 }
-                Next::Wait => pause(),
-                Next::End => return,
+                NextAction::Wait => pause(),
+                NextAction::End => return,
             }
         }
     }
@@ -264,8 +264,8 @@ impl<'a> Queue<'a> {
         let mut state = self.state();
         state.all.add(ratio);
         for step in [1, self.row] {
-            let beside = [place.checked_sub(step), place.checked_add(step)];
-            for place in beside.into_iter().flatten().filter(|_| step > 0) {
+            let neighbours = [place.checked_sub(step), place.checked_add(step)];
+            for place in neighbours.into_iter().flatten().filter(|_| step > 0) {
                 if place >= self.selection.chains() {
                     continue;
                 }
@@ -283,7 +283,7 @@ impl<'a> Queue<'a> {
 fn row(job: &Job) -> usize {
     let carried = job.carried.as_ref();
     let fastest = (job.dimensions.iter().rev())
-        .find(|own| carried.is_none_or(|carried| !own.axes.contains(&carried.axis)))
+        .find(|dimension| carried.is_none_or(|carried| !dimension.axes.contains(&carried.axis)))
         .map_or(1, |own| own.length);
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// The plan of a sweep.
 #[derive(Debug, Clone, Copy)]
-pub struct Begun<'a> {
+pub struct SweepPlan<'a> {
     /// Points known so far, including those taken from an earlier, interrupted run.
     pub progress: Progress,
     /// Worker threads.
@@ -67,9 +67,9 @@ impl Progress {
 }
 
 /// Receives the progress of a sweep; points on the writer's thread.
-pub trait Watcher: Send {
+pub trait ProgressObserver: Send {
     /// Workers are ready and points of an earlier run were read; nothing has been computed yet.
-    fn begun(&mut self, begun: &Begun<'_>);
+    fn begun(&mut self, begun: &SweepPlan<'_>);
 
     /// A warning for the user, one sentence.
     fn warning(&mut self, sentence: &str);
@@ -93,7 +93,7 @@ pub(super) struct Recorder<'a> {
     pub journal: &'a mut Journal,
     pub progress: Progress,
     pub kernels: KernelTally,
-    pub watcher: &'a mut dyn Watcher,
+    pub watcher: &'a mut dyn ProgressObserver,
     /// Start of the first point.
     pub begun: Instant,
     /// Number of points that have left the writer's memory; workers read it.

@@ -23,7 +23,7 @@ const SIGMAS: f64 = 5.0;
 
 /// The data by which a point is compared.
 #[derive(Debug, Clone, PartialEq)]
-struct Mark {
+struct ComparedData {
     /// `None` if it is unknown or does not hold.
     class: Option<Class>,
     /// Value and standard error of every number that is compared.
@@ -38,7 +38,7 @@ pub(super) struct Refinement {
     tolerance: f64,
     longest_period: u32,
     /// Known points, including those not requested yet.
-    marks: HashMap<u64, Mark>,
+    marks: HashMap<u64, ComparedData>,
     requested: BTreeSet<u64>,
     /// The largest differences that are ignored, one per number; known after the first round.
     allowed: Vec<f64>,
@@ -59,9 +59,9 @@ impl Refinement {
     }
 
     /// Records a point.
-    pub fn learn(&mut self, row: &PointRow) {
+    pub fn record_point(&mut self, row: &PointRow) {
         let numbers = self.by.iter().filter(|criterion| criterion.is_number());
-        let mark = Mark {
+        let mark = ComparedData {
             class: verdict(row, self.longest_period),
             numbers: numbers.map(|&criterion| number(row, criterion)).collect(),
         };
@@ -149,7 +149,8 @@ impl Refinement {
 
     /// Whether two points of an edge differ. Smaller neighbours have halved it repeatedly.
     fn varies(&self, edge: [[usize; 2]; 2]) -> bool {
-        let mut along: Vec<&Mark> = edge.iter().map(|&end| &self.marks[&self.id(end)]).collect();
+        let mut along: Vec<&ComparedData> =
+            edge.iter().map(|&end| &self.marks[&self.id(end)]).collect();
         let mut open = vec![edge];
         while let Some([from, to]) = open.pop() {
             let place = middle(from, to);
@@ -162,7 +163,7 @@ impl Refinement {
         (1..along.len()).any(|i| along[..i].iter().any(|a| self.differ(a, along[i])))
     }
 
-    fn differ(&self, a: &Mark, b: &Mark) -> bool {
+    fn differ(&self, a: &ComparedData, b: &ComparedData) -> bool {
         let classes = a.class.zip(b.class);
         let mut numbers = a.numbers.iter().zip(&b.numbers).zip(&self.allowed);
         self.by.iter().any(|criterion| match criterion {

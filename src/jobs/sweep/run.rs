@@ -1,15 +1,15 @@
 //! Runs a sweep: the thread pool, and the channel between workers and writer.
 
 use super::chain::compute;
+use super::chain_tasks::{ChainSelection, ChainTask, FinishedChains};
 use super::layout::layout;
 use super::panic_hook::WORKER;
 use super::parts::Prepared;
 use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
-use super::recorder::{Begun, Progress, Recorder, Watcher};
+use super::recorder::{Progress, ProgressObserver, Recorder, SweepPlan};
 use super::refine::{Refinement, lock};
-use super::turns::{ChainSelection, ChainTask, FinishedChains};
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
@@ -129,7 +129,7 @@ impl Sweep<'_> {
     pub fn run(
         &self,
         journal: &mut Journal,
-        watcher: &mut dyn Watcher,
+        watcher: &mut dyn ProgressObserver,
     ) -> Result<Finished, SweepError> {
         let Self {
             job,
@@ -151,7 +151,7 @@ impl Sweep<'_> {
             None => resumed.selection.points() as u64,
         };
         let asked = crew.places.to_string();
-        watcher.begun(&Begun {
+        watcher.begun(&SweepPlan {
             progress: resumed.progress,
             threads,
             asked: &asked,
@@ -257,7 +257,7 @@ impl Sweep<'_> {
             kernels.count(&row);
             match &mut refinement {
                 Some(refinement) => {
-                    refinement.learn(&row);
+                    refinement.record_point(&row);
                     Ok(())
                 }
                 None => writer.push(row),
@@ -275,7 +275,7 @@ impl Sweep<'_> {
     }
 
     /// Prepares structures and mesh tables of the remaining points.
-    fn prepare(&self, resumed: &ResumedSweep, crew: &Workers, watcher: &mut dyn Watcher) {
+    fn prepare(&self, resumed: &ResumedSweep, crew: &Workers, watcher: &mut dyn ProgressObserver) {
         let length = self.job.chain_length();
         // The writer cannot be shared with the workers.
         let ResumedSweep {
@@ -376,7 +376,7 @@ impl Shared<'_> {
                 let row = compute(job, &point, &link, parts, worker, called_off).ok()?;
                 link.pass(job, &row);
                 if let Some(refinement) = self.refinement {
-                    lock(refinement).learn(&row);
+                    lock(refinement).record_point(&row);
                 }
                 // The channel is closed if the writer has given up.
                 sender.send(row).ok()?;
@@ -444,14 +444,14 @@ fn take_places(pool: &rayon::ThreadPool, places: &Plan, topology: Option<&Topolo
     let Some(topology) = topology.filter(|_| places.pinned) else {
         return "not pinned".into();
     };
-    let taken = pool.broadcast(|context| {
+    let bindings = pool.broadcast(|context| {
         let place = &places.places[context.index()];
         topology.bind_current_thread(&place.threads)
     });
-    let bound = taken.iter().filter(|taken| taken.is_ok()).count();
-    match taken.iter().find_map(|taken| taken.as_ref().err()) {
+    let bound = bindings.iter().filter(|binding| binding.is_ok()).count();
+    match bindings.iter().find_map(|binding| binding.as_ref().err()) {
         None => "pinned".into(),
-        Some(error) => format!("{bound} of {} workers pinned: {error}", taken.len()),
+        Some(error) => format!("{bound} of {} workers pinned: {error}", bindings.len()),
     }
 }
 

@@ -4,7 +4,7 @@ use super::build::{BuildError, point_config};
 use super::family::PointFamily;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
-use crate::analysis::continuation::drive::Family;
+use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::orbits::shooting::shoot;
 use crate::analysis::sensitivity::ensemble::{
     self, AVERAGES, Ensemble, MemberError, averages, slope,
@@ -259,10 +259,10 @@ fn of_orbit(
         .map(|(name, unit)| ((*name).to_owned(), *unit));
     let harmonics = (1..=HARMONICS).map(|m| (format!("deflection_harmonic_{m}"), "m"));
     let multiplier = std::iter::once(("multiplier".to_owned(), "1"));
-    let still = model.unchanged();
+    let unchanged = model.unchanged();
     let own = Orbit {
         model,
-        by: by.as_ref().unwrap_or(&still),
+        by: by.as_ref().unwrap_or(&unchanged),
         start,
         period,
     };

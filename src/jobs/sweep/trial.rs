@@ -1,7 +1,7 @@
 //! How long does a point take in a run? It is tried out over a few cycles.
 //!
 //! A motion that settles does so during its transient or shortly after: such a point is computed completely. For other
-//! motion, a few cycles are measured to predict the number of cycles ([`Outlook`]). Some more cycles from their end,
+//! motion, a few cycles are measured to predict the number of cycles ([`ExpectedCycles`]). Some more cycles from their end,
 //! with all observers and nothing else, give the time of one cycle. Other analyses have fewer probes, guesses and
 //! cycles.
 
@@ -13,7 +13,7 @@ use super::parts::Prepared;
 use super::point::{PointResult, Step, Worker, compute_point, row};
 use super::queue::work;
 use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
-use crate::analysis::{MultistabilityConfig, Outlook};
+use crate::analysis::{ExpectedCycles, MultistabilityConfig};
 use crate::manifest::{Direction, Job, PointSpec};
 use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, PointRow};
@@ -38,7 +38,7 @@ const CELLS: u32 = 8;
 const UNEVEN: f64 = 0.5;
 
 /// A point that was tried out.
-pub(super) struct Tried {
+pub(super) struct TriedPoint {
     pub id: usize,
     /// Processor time of mesh tables and structures that were not at hand \[s\].
     pub prepared: f64,
@@ -63,7 +63,7 @@ pub(super) fn try_out(
     worker: Worker<'_>,
     clock: ProcessorClock,
     over: &AtomicBool,
-) -> Result<Tried, CalledOff> {
+) -> Result<TriedPoint, CalledOff> {
     let point = job.points.at(id);
     let begun = clock.now();
     parts.prepare(job, [id], over, &mut || ());
@@ -84,15 +84,15 @@ pub(super) fn try_out(
     };
     let short = shortened(&with_level_if_refined(&point));
     let (begun, wall) = (clock.now(), Instant::now());
-    let tried = compute_point(&short, before.as_ref().map(carried), parts, over);
+    let trial = compute_point(&short, before.as_ref().map(carried), parts, over);
     let took = clock.now() - begun;
     let mut sampled = PointTime {
         time: took,
         spread: 0.0,
         work: work(job.points.variant_near(id)),
     };
-    let Ok(mut result) = tried else {
-        return Ok(Tried {
+    let Ok(mut result) = trial else {
+        return Ok(TriedPoint {
             id,
             prepared,
             sampled,
@@ -106,7 +106,7 @@ pub(super) fn try_out(
         seed: point.seed,
         point_id: point.point_id,
     };
-    let outlook = Outlook::of(&point_config(&point, seed), &result.outcome);
+    let outlook = ExpectedCycles::of(&point_config(&point, seed), &result.outcome);
     let measured = result.outcome.measured_cycles;
     let cycle = result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64;
     let most = cycle * outlook.expected;
@@ -136,7 +136,7 @@ pub(super) fn try_out(
         chain,
         ..row(&point, result, worker, wall)
     };
-    Ok(Tried {
+    Ok(TriedPoint {
         id,
         prepared,
         sampled,
@@ -294,17 +294,17 @@ mod tests {
         let (mut few, mut all, mut open) = (0, 0, 0);
         for id in 0..job.points.len() {
             let whole = compute_point(&job.points.at(id), None, &parts, &over).unwrap();
-            let tried = try_out(&job, id, &parts, worker, ProcessorClock::Thread, &over).unwrap();
-            let row = tried.row.unwrap();
+            let trial = try_out(&job, id, &parts, worker, ProcessorClock::Thread, &over).unwrap();
+            let row = trial.row.unwrap();
             few += row.outcome.cycles;
             all += whole.outcome.cycles;
             if row.outcome.measured_cycles < MEASURED {
                 assert_eq!(row.outcome.cycles, whole.outcome.cycles);
                 assert_eq!(row.outcome.class, whole.outcome.class);
-                assert_eq!(tried.sampled.spread, 0.0);
+                assert_eq!(trial.sampled.spread, 0.0);
             } else {
-                assert!(tried.sampled.spread > 0.0 && tried.most > 0.0);
-                assert_eq!(tried.motion, Some(Class::Chaotic));
+                assert!(trial.sampled.spread > 0.0 && trial.most > 0.0);
+                assert_eq!(trial.motion, Some(Class::Chaotic));
                 open += 1;
             }
         }

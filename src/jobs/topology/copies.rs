@@ -37,14 +37,14 @@ pub fn copies(plan: &Plan) -> Copies {
 
 /// The room of a NUMA node for copies of tables that kernels read while they integrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Room {
+pub struct CopyRoom {
     /// Free memory of the node \[bytes\]; `None` if the system does not report it.
     pub free: Option<u64>,
     /// Largest private cache of a core \[bytes\]; 0 if unknown.
-    pub own_cache: u64,
+    pub private_cache: u64,
 }
 
-impl Room {
+impl CopyRoom {
     /// Copies take at most one in this number of bytes of the free memory.
     const SHARE: u64 = 8;
 
@@ -53,18 +53,18 @@ impl Room {
     pub fn should_copy(&self, bytes: u64) -> bool {
         let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
         let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);
-        bytes > self.own_cache && fits
+        bytes > self.private_cache && fits
     }
 }
 
 impl Topology {
     /// The room of each node with a copy, in the order of the copies.
-    pub fn rooms(&self, copies: &Copies) -> Vec<Room> {
+    pub fn rooms(&self, copies: &Copies) -> Vec<CopyRoom> {
         let own = self.caches.iter().filter(|cache| {
             let threads = self.cores.iter().map(|core| core.threads.len());
             cache.shared_by <= threads.max().unwrap_or(1)
         });
-        let own_cache = own.map(|cache| cache.size).max().unwrap_or(0);
+        let private_cache = own.map(|cache| cache.size).max().unwrap_or(0);
         let free = |node: &u32| {
             self.numa_nodes
                 .iter()
@@ -72,9 +72,9 @@ impl Topology {
                 .free
         };
         (copies.nodes.iter())
-            .map(|node| Room {
+            .map(|node| CopyRoom {
                 free: free(node),
-                own_cache,
+                private_cache,
             })
             .collect()
     }

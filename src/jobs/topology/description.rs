@@ -91,7 +91,7 @@ impl Topology {
 
     /// Whether this describes the machine that the program runs on: only then are threads bound.
     pub fn is_this_system(&self) -> bool {
-        self.system.is_here()
+        self.system.is_this_machine()
     }
 
     /// NUMA node near a hardware thread, both numbered as by the system.

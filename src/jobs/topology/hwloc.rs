@@ -69,7 +69,7 @@ fn describe(hwloc: Hwloc) -> Topology {
 }
 
 impl System for Hwloc {
-    fn is_here(&self) -> bool {
+    fn is_this_machine(&self) -> bool {
         self.is_this_system()
     }
 

@@ -16,7 +16,7 @@ mod sysfs;
 mod system;
 
 pub use affinity::{NodeTables, TABLES_AT_HAND, TableDistance};
-pub use copies::{Copies, Room, copies};
+pub use copies::{Copies, CopyRoom, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, ProcessorClock, peak_memory};
 pub use machine::{field, kibibytes};

@@ -106,11 +106,11 @@ struct Unit {
     package: Option<Set>,
     /// Sets of threads that contain the core: package, die, cluster, caches.
     around: Vec<Set>,
-    caches: Vec<OwnCache>,
+    caches: Vec<ThreadCache>,
     capacity: Option<u64>,
 }
 
-struct OwnCache {
+struct ThreadCache {
     level: usize,
     size: u64,
     line: Option<usize>,
@@ -127,7 +127,7 @@ fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
     }
     let unit = |(own, thread): (Set, u32)| {
         let package = tree.siblings(thread, &["package_cpus_list", "core_siblings_list"]);
-        let caches = own_caches(tree, thread);
+        let caches = thread_caches(tree, thread);
         let parts = ["die_cpus_list", "cluster_cpus_list"];
         let parts = parts.map(|part| tree.siblings(thread, &[part]));
         let shared = caches.iter().map(|cache| cache.threads.clone());
@@ -147,7 +147,7 @@ fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
 }
 
 /// Data and unified caches of a thread.
-fn own_caches(tree: &Tree, thread: u32) -> Vec<OwnCache> {
+fn thread_caches(tree: &Tree, thread: u32) -> Vec<ThreadCache> {
     let mut caches = Vec::new();
     for index in 0.. {
         let file = |name: &str| format!("{}/cache/index{index}/{name}", tree::of_thread(thread));
@@ -162,7 +162,7 @@ fn own_caches(tree: &Tree, thread: u32) -> Vec<OwnCache> {
             && LEVELS.contains(&level)
         {
             let line = tree.number(&file("coherency_line_size"));
-            caches.push(OwnCache {
+            caches.push(ThreadCache {
                 level,
                 size: tree.text(&file("size")).map_or(0, |text| bytes(&text)),
                 line: line.and_then(|line| usize::try_from(line).ok()),
@@ -315,7 +315,7 @@ struct Files {
 }
 
 impl System for Files {
-    fn is_here(&self) -> bool {
+    fn is_this_machine(&self) -> bool {
         self.here
     }
 

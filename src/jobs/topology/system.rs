@@ -62,7 +62,7 @@ pub struct MemoryPath {
 /// A machine that accepts queries and bindings.
 pub(super) trait System: fmt::Debug + Send + Sync {
     /// Whether this is the machine that the program runs on.
-    fn is_here(&self) -> bool;
+    fn is_this_machine(&self) -> bool;
 
     /// Binds the calling thread to hardware threads.
     fn bind_thread(&self, threads: &[u32]) -> Result<(), BindingError>;

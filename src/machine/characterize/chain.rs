@@ -54,7 +54,7 @@ impl Chain {
     }
 
     /// Writes a ring through `count` lines, and follows it until it has settled in the caches.
-    pub fn settle(&mut self, count: usize, walk: Walk) {
+    pub fn write_ring(&mut self, count: usize, walk: Walk) {
         self.link(count, walk);
         self.follow(WARM);
     }
@@ -173,10 +173,13 @@ mod tests {
                     Walk::Pages => lines,
                     _ => lines / PAGE.min(lines) * PAGE.min(lines),
                 };
-                let mut met = vec![false; lines];
+                let mut was_visited = vec![false; lines];
                 for _ in 0..ring {
                     let at = chain.place();
-                    assert!(!std::mem::replace(&mut met[at], true), "{lines} {walk:?}");
+                    assert!(
+                        !std::mem::replace(&mut was_visited[at], true),
+                        "{lines} {walk:?}"
+                    );
                     chain.follow(1);
                     changes += usize::from(at / PAGE != chain.place() / PAGE);
                 }

@@ -37,8 +37,11 @@ pub struct Comparison {
 impl Comparison {
     /// Number of figures that agree, and of those that can be judged.
     pub fn agreeing(&self) -> (usize, usize) {
-        let said = self.pairs.iter().filter_map(|pair| pair.agrees);
-        (said.clone().filter(|agrees| *agrees).count(), said.count())
+        let judgements = self.pairs.iter().filter_map(|pair| pair.agrees);
+        (
+            judgements.clone().filter(|agrees| *agrees).count(),
+            judgements.count(),
+        )
     }
 
     /// For each measurement (the words before the first comma): its name, number of figures, median
@@ -119,7 +122,7 @@ pub struct MachineRate {
 /// The rate of `volterra` with about `modes` modes on up to `threads` threads; `None` if it was not measured.
 pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
     let row = usual(&machine.solver, modes, threads)?;
-    let alike = machine.solver.iter().filter(|other| {
+    let same_key = machine.solver.iter().filter(|other| {
         let (a, b) = (&other.key, &row.key);
         (&a.kernel, a.modes, a.points) == (&b.kernel, b.modes, b.points)
     });
@@ -130,7 +133,7 @@ pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Op
         threads: row.key.threads,
         rate: row.figure.value,
         efficiency: row.key.efficiency,
-        worthwhile: worthwhile(alike)?,
+        worthwhile: worthwhile(same_key)?,
         quiet: machine.noise.quiet,
     })
 }

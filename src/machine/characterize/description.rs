@@ -38,7 +38,7 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
     let status = root.text("proc/self/status").unwrap_or_default();
     let cpuinfo = root.text("proc/cpuinfo").unwrap_or_default();
     let release = root.text("proc/sys/kernel/osrelease");
-    let group = own_group(&root.text("proc/self/cgroup").unwrap_or_default());
+    let group = control_group(&root.text("proc/self/cgroup").unwrap_or_default());
     let of_group = |file: &str| {
         root.text(&format!("sys/fs/cgroup{group}/{file}"))
             .or_else(|| root.text(&format!("sys/fs/cgroup/{file}")))
@@ -105,7 +105,7 @@ fn count_of_list(list: &str) -> usize {
 }
 
 /// The control group of this process, in the unified hierarchy.
-fn own_group(text: &str) -> String {
+fn control_group(text: &str) -> String {
     let path = text.lines().find_map(|line| line.strip_prefix("0::"));
     match path {
         Some("/") | None => String::new(),

@@ -41,10 +41,10 @@ pub struct DefaultDrive {
 impl DefaultDrive {
     /// Reads the built-in manifest.
     pub fn new() -> Result<Self, MeasurementError> {
-        let lacks = |what| MeasurementError::Drive { what };
+        let missing = |what| MeasurementError::Drive { what };
         let job = manifest::parse(MANIFEST, "manifests/flex80.toml", Path::new(""))
-            .map_err(|_| lacks("a manifest that can be read"))?;
-        let point = job.points.first().ok_or(lacks("an operating point"))?;
+            .map_err(|_| missing("a manifest that can be read"))?;
+        let point = job.points.first().ok_or(missing("an operating point"))?;
         let (
             StructureSource::Flexible(shafts),
             StiffnessSpec::Piecewise(levels),
@@ -57,7 +57,7 @@ impl DefaultDrive {
             &point.mesh.friction,
         )
         else {
-            return Err(lacks("flexible shafts and a piecewise mesh"));
+            return Err(missing("flexible shafts and a piecewise mesh"));
         };
         Ok(Self {
             shafts: (**shafts).clone(),

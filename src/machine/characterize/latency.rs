@@ -5,7 +5,7 @@ use super::error::MeasurementError;
 use super::measured::Measured;
 use super::memory;
 use super::plan::Walk;
-use super::team::{self, HardwareThread, Pace};
+use super::team::{self, HardwareThread, RepetitionTime};
 use crate::topology::Topology;
 
 /// Loads per repetition.
@@ -18,7 +18,7 @@ pub fn measure(
     node: u32,
     sizes: &[usize],
     walk: Walk,
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     let most = sizes.iter().copied().max().unwrap_or(1);
     let prepare = |_| {
@@ -28,16 +28,16 @@ pub fn measure(
             Ok(Chain::new(memory::on_node(topology, node, most)?))
         }
     };
-    let worked = team::work(
+    let results = team::work(
         topology,
         &[thread],
         sizes.len(),
         pace,
         prepare,
-        |chain, task| chain.settle(sizes[task], walk),
+        |chain, task| chain.write_ring(sizes[task], walk),
         |chain, _| chain.follow(LOADS),
         |chain| (chain.place() < most, ()),
     )?;
-    let checked = worked.checked("a chain of loads")?;
+    let checked = results.checked("a chain of loads")?;
     Ok(checked.per_unit(&vec![LOADS as f64; sizes.len()]).into())
 }

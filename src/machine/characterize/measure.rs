@@ -4,7 +4,7 @@ use super::drive::DefaultDrive;
 use super::error::MeasurementError;
 use super::measured::Measured;
 use super::plan::Item;
-use super::team::Pace;
+use super::team::RepetitionTime;
 use super::{latency, mountain, solver, streaming};
 use crate::topology::Topology;
 
@@ -13,7 +13,7 @@ pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
     item: &Item,
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     match item {
         Item::Arithmetic { set, team } => streaming::arithmetic(topology, team, *set, pace),

@@ -1,6 +1,6 @@
 //! Result of one measurement.
 
-use super::team::Worked;
+use super::team::TeamResults;
 
 /// Result of one measurement of an item.
 #[derive(Debug, Default)]
@@ -26,11 +26,11 @@ pub struct Work {
     pub distinct: f64,
 }
 
-impl<R> From<Worked<R>> for Measured {
-    fn from(worked: Worked<R>) -> Self {
+impl<R> From<TeamResults<R>> for Measured {
+    fn from(results: TeamResults<R>) -> Self {
         Self {
-            times: worked.times,
-            unbound: worked.unbound,
+            times: results.times,
+            unbound: results.unbound,
             ..Self::default()
         }
     }

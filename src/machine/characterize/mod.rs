@@ -45,7 +45,7 @@ use crate::store::{Characteristics, ProgramRecord, timestamp};
 use crate::topology::Topology;
 use description::Root;
 use drive::DefaultDrive;
-use noise::Watch;
+use noise::NoiseMonitor;
 use plan::Limits;
 use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,7 +69,7 @@ pub fn characterize(
     let (items, mut missing) = plan.only(&settings.only);
     let default = DefaultDrive::new()?;
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
-    let noise = Watch::new(threads.collect());
+    let noise = NoiseMonitor::new(threads.collect());
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
     let most = settings.extent.rounds();

@@ -9,7 +9,7 @@ use super::buffer::{Buffer, LANES};
 use super::error::MeasurementError;
 use super::measured::Measured;
 use super::memory;
-use super::team::{self, HardwareThread, Pace};
+use super::team::{self, HardwareThread, RepetitionTime};
 use super::vectors::{self, Set};
 use crate::topology::Topology;
 use std::time::Duration;
@@ -68,7 +68,7 @@ pub fn measure(
     thread: HardwareThread,
     lines: usize,
     strides: &[usize],
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     let prepare = |_| {
         let mut reader = Reader {
@@ -88,7 +88,7 @@ pub fn measure(
         }
         Ok(reader)
     };
-    let worked = team::work(
+    let results = team::work(
         topology,
         &[thread],
         strides.len(),
@@ -105,7 +105,7 @@ pub fn measure(
         },
         |reader| (reader.right, reader.lines),
     )?;
-    let checked = worked.checked("reading with a stride")?;
+    let checked = results.checked("reading with a stride")?;
     let lines: Vec<f64> = (checked.results.iter().flatten())
         .map(|&lines| lines as f64)
         .collect();

@@ -18,7 +18,7 @@ const MOST_SCATTER: f64 = 0.05;
 
 /// Time spent until now, in ticks of all usable processors.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Accounts {
+struct ProcessorTimes {
     /// All ticks.
     all: u64,
     /// Ticks in which any program ran.
@@ -31,13 +31,13 @@ struct Accounts {
 
 /// Observes the machine from its creation on.
 #[derive(Debug)]
-pub struct Watch {
+pub struct NoiseMonitor {
     threads: Vec<u32>,
-    start: Option<Accounts>,
+    start: Option<ProcessorTimes>,
     load: Option<f64>,
 }
 
-impl Watch {
+impl NoiseMonitor {
     /// Starts to observe hardware threads.
     pub fn new(threads: Vec<u32>) -> Self {
         let load = fs::read_to_string("/proc/loadavg").ok();
@@ -57,20 +57,20 @@ impl Watch {
     }
 }
 
-fn now(threads: &[u32]) -> Option<Accounts> {
+fn now(threads: &[u32]) -> Option<ProcessorTimes> {
     let stat = fs::read_to_string("/proc/stat").ok()?;
     let own = fs::read_to_string("/proc/self/stat").ok()?;
-    Some(Accounts {
-        own: own_ticks(&own)?,
+    Some(ProcessorTimes {
+        own: process_ticks(&own)?,
         ..of_processors(&stat, threads)?
     })
 }
 
 /// Ticks of some processors in the text of `/proc/stat`: user, nice, system, idle, iowait, irq,
 /// softirq, steal; guests are part of user.
-fn of_processors(text: &str, threads: &[u32]) -> Option<Accounts> {
-    let mut accounts = Accounts::default();
-    let mut met = 0;
+fn of_processors(text: &str, threads: &[u32]) -> Option<ProcessorTimes> {
+    let mut accounts = ProcessorTimes::default();
+    let mut processes = 0;
     for line in text.lines() {
         let mut words = line.split_whitespace();
         let number = words.next().and_then(|name| name.strip_prefix("cpu"));
@@ -88,21 +88,21 @@ fn of_processors(text: &str, threads: &[u32]) -> Option<Accounts> {
         accounts.busy += busy;
         accounts.stolen += stolen;
         accounts.all += busy + stolen + idle + iowait;
-        met += 1;
+        processes += 1;
     }
-    (met > 0).then_some(accounts)
+    (processes > 0).then_some(accounts)
 }
 
 /// Ticks of a process in the text of its `stat`: user and system, after the name in parentheses.
-fn own_ticks(text: &str) -> Option<u64> {
+fn process_ticks(text: &str) -> Option<u64> {
     let (_, rest) = text.rsplit_once(')')?;
     let mut fields = rest.split_whitespace().skip(11);
     let (user, system): (u64, u64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
     Some(user + system)
 }
 
-fn verdict(between: Option<(Accounts, Accounts)>, scatter: Option<f64>) -> Noise {
-    let part = |pick: fn(&Accounts) -> f64| {
+fn verdict(between: Option<(ProcessorTimes, ProcessorTimes)>, scatter: Option<f64>) -> Noise {
+    let part = |pick: fn(&ProcessorTimes) -> f64| {
         let (start, end) = between?;
         let all = end.all.checked_sub(start.all).filter(|all| *all > 0)?;
         Some(((pick(&end) - pick(&start)) / all as f64).max(0.0))
@@ -165,13 +165,13 @@ mod tests {
         assert_eq!(of_processors(STAT, &[3]), None);
         assert_eq!(of_processors("cpu0 1 2 3", &[0]), None);
         let stat = "12 (a name) with) R 1 1 1 0 -1 0 0 0 0 0 500 30 0 0 20";
-        assert_eq!(own_ticks(stat), Some(530));
+        assert_eq!(process_ticks(stat), Some(530));
     }
 
     #[test]
     fn a_shared_machine_is_said_to_be_shared() {
-        let start = Accounts::default();
-        let end = Accounts {
+        let start = ProcessorTimes::default();
+        let end = ProcessorTimes {
             all: 1000,
             busy: 900,
             stolen: 30,
@@ -180,11 +180,11 @@ mod tests {
         let noise = verdict(Some((start, end)), Some(0.2));
         assert!(!noise.quiet);
         assert_eq!((noise.others, noise.stolen), (Some(0.4), Some(0.03)));
-        let said = noise.remarks.join("; ");
+        let all_remarks = noise.remarks.join("; ");
         for words in ["40 %", "3 %", "20 % slower"] {
-            assert!(said.contains(words), "{said}");
+            assert!(all_remarks.contains(words), "{all_remarks}");
         }
-        let alone = Accounts {
+        let alone = ProcessorTimes {
             own: 900,
             stolen: 0,
             ..end

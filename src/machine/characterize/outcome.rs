@@ -45,7 +45,7 @@ pub fn fill(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         rows(found, item, sample);
     }
-    roof(found, items, samples);
+    add_roofline(found, items, samples);
 }
 
 fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
@@ -153,7 +153,7 @@ fn streams(
 }
 
 /// Places the kernels in the roofline, from counted work and the time of one thread.
-fn roof(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
+fn add_roofline(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         let Item::Solver { campaign, .. } = item else {
             continue;

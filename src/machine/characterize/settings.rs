@@ -1,6 +1,6 @@
 //! The request for measurements, and their progress.
 
-use super::team::Pace;
+use super::team::RepetitionTime;
 use clap::ValueEnum;
 use std::time::Duration;
 use strum::{IntoStaticStr, VariantArray};
@@ -42,13 +42,13 @@ impl Extent {
     }
 
     /// Duration of repetitions in a round.
-    pub fn pace(self) -> Pace {
+    pub fn pace(self) -> RepetitionTime {
         let (slice, least) = match self {
             Self::Quick => (6, 3),
             Self::Default => (15, 5),
             Self::Full => (40, 7),
         };
-        Pace {
+        RepetitionTime {
             slice: Duration::from_millis(slice),
             least,
             most: 1000,

@@ -9,7 +9,7 @@ use super::error::MeasurementError;
 use super::figure::median;
 use super::measured::{Measured, Work};
 use super::plan::{Campaign, Sharing, Solver};
-use super::team::{self, HardwareThread, Pace};
+use super::team::{self, HardwareThread, RepetitionTime};
 use crate::model::{OperatingPoint, TrajectoryState};
 use crate::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Stop, TableArray, Volterra};
 use crate::topology::Topology;
@@ -33,7 +33,7 @@ pub fn measure(
     default: &DefaultDrive,
     campaign: &Campaign,
     teams: &[Vec<HardwareThread>],
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     let structure = default.structure(campaign.modes)?;
     let mesh = match campaign.solver {
@@ -70,7 +70,7 @@ pub fn measure(
             let build = |member: usize| {
                 let kept = &copies[copy_of[member]];
                 points()
-                    .map(|model| ClosedModes::of_kept(model, EVENT_LIMIT, kept, set))
+                    .map(|model| ClosedModes::from_kept(model, EVENT_LIMIT, kept, set))
                     .collect::<Result<_, _>>()
                     .map_err(tables)
             };
@@ -155,7 +155,7 @@ fn advance<K: Kernel>(
     topology: &Topology,
     starts: &[&TrajectoryState],
     teams: &[Vec<HardwareThread>],
-    pace: Pace,
+    pace: RepetitionTime,
     build: impl Fn(usize) -> Result<Vec<K>, MeasurementError> + Sync,
     work: impl Fn(&K, &Counters) -> (usize, Work),
 ) -> Result<Measured, MeasurementError> {
@@ -242,14 +242,14 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.states[point].clone_from(self.starts[point]);
-            let ended = self.kernels[point].advance(
+            let result = self.kernels[point].advance(
                 STAY,
                 &mut self.states[point],
                 &mut self.workspaces[point],
                 &mut (),
                 &mut self.counters,
             );
-            self.stopped = self.stopped.or(ended.err());
+            self.stopped = self.stopped.or(result.err());
         }
     }
 
@@ -272,7 +272,7 @@ mod tests {
     use std::time::Duration;
     use strum::VariantArray;
 
-    const PACE: Pace = Pace {
+    const PACE: RepetitionTime = RepetitionTime {
         slice: Duration::ZERO,
         least: 2,
         most: 2,

@@ -5,7 +5,7 @@ use super::error::MeasurementError;
 use super::measured::Measured;
 use super::memory;
 use super::plan::StreamKernel;
-use super::team::{self, HardwareThread, Pace};
+use super::team::{self, HardwareThread, RepetitionTime};
 use super::vectors::{self, Set};
 use crate::topology::Topology;
 
@@ -27,10 +27,10 @@ pub fn streams(
     topology: &Topology,
     team: &[HardwareThread],
     lines: usize,
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     let (set, kernels) = (Set::widest(), StreamKernel::available());
-    let worked = team::work(
+    let results = team::work(
         topology,
         team,
         kernels.len(),
@@ -47,7 +47,7 @@ pub fn streams(
         |arrays: &mut Arrays, task| arrays.pass(set, kernels[task]),
         |arrays| (arrays.right, ()),
     )?;
-    Ok(worked.checked("streaming")?.into())
+    Ok(results.checked("streaming")?.into())
 }
 
 impl Arrays {
@@ -83,14 +83,14 @@ pub fn nodes(
     team: &[HardwareThread],
     node: u32,
     lines: usize,
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     let set = Set::widest();
     let pass = |(buffer, right): &mut (Buffer, bool), _| {
         let sum = vectors::read(set, buffer.lines(), 1, lines, 1);
         *right &= sum == (lines * LANES) as f64;
     };
-    let worked = team::work(
+    let results = team::work(
         topology,
         team,
         1,
@@ -100,7 +100,7 @@ pub fn nodes(
         pass,
         |(_, right)| (right, ()),
     )?;
-    Ok(worked.checked("reading from node to node")?.into())
+    Ok(results.checked("reading from node to node")?.into())
 }
 
 /// Times per operation of multiply-adds in registers, over those of the whole team.
@@ -108,7 +108,7 @@ pub fn arithmetic(
     topology: &Topology,
     team: &[HardwareThread],
     set: Set,
-    pace: Pace,
+    pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
     /// Takes less than a millisecond.
     const ROUNDS: usize = 100_000;
@@ -118,7 +118,7 @@ pub fn arithmetic(
         *right &= value == 2.0;
         *operations = done as u64;
     };
-    let worked = team::work(
+    let results = team::work(
         topology,
         team,
         1,
@@ -128,7 +128,7 @@ pub fn arithmetic(
         iterate,
         |state| state,
     )?;
-    let checked = worked.checked("arithmetic")?;
+    let checked = results.checked("arithmetic")?;
     let operations = checked.results.iter().sum::<u64>() as f64;
     Ok(checked.per_unit(&[operations]).into())
 }

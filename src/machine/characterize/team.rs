@@ -20,7 +20,7 @@ pub struct HardwareThread {
 
 /// Duration of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pace {
+pub struct RepetitionTime {
     /// Repeat until this time has passed,
     pub slice: Duration,
     /// but at least this often,
@@ -31,7 +31,7 @@ pub struct Pace {
 
 /// Results of a team.
 #[derive(Debug)]
-pub struct Worked<R> {
+pub struct TeamResults<R> {
     /// Times of the repetitions of every task \[s\].
     pub times: Vec<Vec<f64>>,
     /// Result of each member.
@@ -40,7 +40,7 @@ pub struct Worked<R> {
     pub unbound: Option<String>,
 }
 
-impl<R> Worked<R> {
+impl<R> TeamResults<R> {
     /// Times per unit of work; `units` is the number of units per repetition of each task.
     pub fn per_unit(mut self, units: &[f64]) -> Self {
         for (times, units) in self.times.iter_mut().zip(units) {
@@ -50,17 +50,17 @@ impl<R> Worked<R> {
     }
 }
 
-impl<R> Worked<(bool, R)> {
+impl<R> TeamResults<(bool, R)> {
     /// The times, if the computed results were right.
     ///
     /// # Errors
     /// A member reports a wrong result.
-    pub fn checked(self, what: &'static str) -> Result<Worked<R>, MeasurementError> {
+    pub fn checked(self, what: &'static str) -> Result<TeamResults<R>, MeasurementError> {
         let (right, results): (Vec<bool>, Vec<R>) = self.results.into_iter().unzip();
         if right.contains(&false) {
             Err(MeasurementError::Wrong { what })
         } else {
-            Ok(Worked {
+            Ok(TeamResults {
                 times: self.times,
                 results,
                 unbound: self.unbound,
@@ -80,12 +80,12 @@ pub fn work<S, R: Send>(
     topology: &Topology,
     threads: &[HardwareThread],
     tasks: usize,
-    pace: Pace,
+    pace: RepetitionTime,
     prepare: impl Fn(usize) -> Result<S, MeasurementError> + Sync,
     warm: impl Fn(&mut S, usize) + Sync,
     once: impl Fn(&mut S, usize) + Sync,
     finish: impl Fn(S) -> R + Sync,
-) -> Result<Worked<R>, MeasurementError> {
+) -> Result<TeamResults<R>, MeasurementError> {
     let intervals: Vec<Interval> = threads.iter().map(|_| Interval::default()).collect();
     let (barrier, failed, on) = (
         SpinBarrier::new(threads.len()),
@@ -139,7 +139,7 @@ pub fn work<S, R: Send>(
             .map(|thread| (thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()
     });
-    let mut worked = Worked {
+    let mut worked = TeamResults {
         times: Vec::new(),
         results: Vec::new(),
         unbound: None,
@@ -162,9 +162,9 @@ pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
     loop {
         let begun = Instant::now();
         run(rounds);
-        let taken = begun.elapsed();
-        if 2 * taken >= wanted || rounds > 1 << 40 {
-            let scale = wanted.as_secs_f64() / taken.as_secs_f64().max(1e-9);
+        let elapsed = begun.elapsed();
+        if 2 * elapsed >= wanted || rounds > 1 << 40 {
+            let scale = wanted.as_secs_f64() / elapsed.as_secs_f64().max(1e-9);
             return ((rounds as f64 * scale) as usize).max(1);
         }
         rounds *= 2;
@@ -238,7 +238,7 @@ impl SpinBarrier {
 mod tests {
     use super::*;
 
-    const PACE: Pace = Pace {
+    const PACE: RepetitionTime = RepetitionTime {
         slice: Duration::ZERO,
         least: 3,
         most: 10,

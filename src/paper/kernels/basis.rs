@@ -86,7 +86,7 @@ impl<'t> Basis<'t> {
         let a = Mat::from_fn(2 * n, 2 * n, |i, j| full[(i, j)] * scale[j] / scale[i]);
 
         let apart: Vec<usize> = (0..n)
-            .filter(|&i| own_rate(&a, n, i) < rates.slow && unfelt(&a, n, i))
+            .filter(|&i| block_rate_bound(&a, n, i) < rates.slow && is_isolated(&a, n, i))
             .collect();
         let rest: Vec<usize> = (0..n).filter(|i| !apart.contains(i)).collect();
         let groups: Vec<Vec<usize>> = match touching {
@@ -255,7 +255,7 @@ impl<'t> Basis<'t> {
         let length = 2 * lanes + slow;
         let mut operator = |name, rows, columns| {
             let numbers = kept.take(name, numbers_of(rows, columns))?;
-            Operator::lent(numbers, rows, columns)
+            Operator::borrowed(numbers, rows, columns)
                 .ok_or(DenseError::from(TableError::Kept { name }))
         };
         Ok(Self {
@@ -436,13 +436,13 @@ struct Parts {
 }
 
 /// Bound of the eigenvalues of block `i` alone \[1/s\].
-fn own_rate(a: &Mat<f64>, n: usize, i: usize) -> f64 {
+fn block_rate_bound(a: &Mat<f64>, n: usize, i: usize) -> f64 {
     let det = a[(i, i)] * a[(n + i, n + i)] - a[(i, n + i)] * a[(n + i, i)];
     det.abs().sqrt() + (a[(i, i)] + a[(n + i, n + i)]).abs()
 }
 
 /// Whether block `i` has no effect on other blocks.
-fn unfelt(a: &Mat<f64>, n: usize, i: usize) -> bool {
+fn is_isolated(a: &Mat<f64>, n: usize, i: usize) -> bool {
     let own = |row: usize| row == i || row == n + i;
     (0..2 * n).all(|row| own(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))
 }
@@ -460,7 +460,7 @@ mod tests {
             a[(block, n + block)] = 1.0;
             a[(n + block, block)] = -frequency * frequency;
             a[(n + block, n + block)] = -0.2 * frequency;
-            let bound = own_rate(&a, n, block);
+            let bound = block_rate_bound(&a, n, block);
             assert!(bound >= frequency && bound < 1.3 * frequency, "{bound}");
         }
         // The others affect it and one another.
@@ -468,13 +468,13 @@ mod tests {
             a[(row, column)] = 0.3;
         }
         assert_eq!(
-            [0, 1, 2].map(|block| unfelt(&a, n, block)),
+            [0, 1, 2].map(|block| is_isolated(&a, n, block)),
             [false, true, false]
         );
         for (row, column) in [(0, 1), (5, 1), (2, 4), (3, 4)] {
             let mut felt = a.clone();
             felt[(row, column)] = 1e-300;
-            assert!(!unfelt(&felt, n, 1), "{row} {column}");
+            assert!(!is_isolated(&felt, n, 1), "{row} {column}");
         }
     }
 }

@@ -9,7 +9,7 @@ use super::cell_model::{CellModel, Position};
 use super::exits::{DeflectionAt, MarginAt};
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
-use super::stretch::{Exit, Stretch};
+use super::state_part::{Exit, StatePart};
 use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::{Changes, Margin};
 use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
@@ -33,7 +33,7 @@ pub trait Method: Sync {
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut Self::Scratch,
         counters: &mut Counters,
@@ -43,7 +43,7 @@ pub trait Method: Sync {
     fn follow(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         x: &mut [f64],
         scratch: &mut Self::Scratch,
@@ -54,7 +54,7 @@ pub trait Method: Sync {
     fn run(
         &self,
         _: &CellModel<'_>,
-        _: &Stretch,
+        _: &StatePart,
         _: &mut [f64],
         _: &mut Self::Scratch,
         _: &mut Counters,
@@ -186,7 +186,7 @@ impl CellModel<'_> {
         let whole = position.aligned && stop == position.cell + 1;
         let duration = if whole { self.grid.duration(position.cell) } else { end - position.time };
         let size = reach(&generator.magnitude, &w.state);
-        let stretch = Stretch {
+        let stretch = StatePart {
             cell: position.cell,
             contact: *contact,
             duration,
@@ -316,7 +316,7 @@ impl CellModel<'_> {
     }
 
     /// The contact whose surface a stretch starts beyond, by more than round-off.
-    fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<usize> {
+    fn outside(&self, stretch: &StatePart, deflection: f64) -> Option<usize> {
         let here = DeflectionAt {
             time: 0.0,
             deflection: [deflection, 0.0, 0.0],
@@ -372,14 +372,14 @@ impl CellModel<'_> {
     /// Passes the cells of a run to the observer one by one; their start states follow from the same generators.
     fn show_run<O: Observer, S>(
         &self,
-        stretch: &Stretch,
+        stretch: &StatePart,
         cells: usize,
         cycle: u64,
         w: &mut Workspace<S>,
         observer: &mut O,
     ) {
         for cell in stretch.cell..stretch.cell + cells {
-            let one = Stretch {
+            let one = StatePart {
                 cell,
                 duration: self.grid.duration(cell),
                 ..*stretch

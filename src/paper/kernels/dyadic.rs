@@ -10,11 +10,11 @@ use super::exits::{Bounds, DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::{Generator, Layout};
 use super::grid::Grid;
-use super::kernel::{Dense, Stock};
+use super::kernel::{ClassTables, Dense};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
-use super::stretch::{Exit, Stretch};
+use super::state_part::{Exit, StatePart};
 use super::{DenseError, TableSize};
 use crate::model::Model;
 use crate::propagate::Counters;
@@ -30,7 +30,7 @@ pub type Dyadic<'m> = Dense<'m, DyadicTables>;
 
 /// Its tables.
 #[derive(Debug)]
-pub struct DyadicTables(Stock<DyadicTable>);
+pub struct DyadicTables(ClassTables<DyadicTable>);
 
 /// Propagators of one class in one state.
 #[derive(Debug)]
@@ -79,7 +79,7 @@ impl<'m> Dyadic<'m> {
     /// The stiffness varies within a segment, or the speed is too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, DyadicTables::REACH, event_limit, None)?;
-        let tables = Stock::new(&cell_model, |generator, class, _| {
+        let tables = ClassTables::new(&cell_model, |generator, class, _| {
             let duration = cell_model.grid.classes[class].duration;
             Ok(DyadicTable::new(generator, cell_model.grid.rate, duration))
         })?;
@@ -123,7 +123,7 @@ impl DyadicScratch {
 
 /// A pending step of the descent.
 #[derive(Debug, Clone, Copy)]
-struct Ahead {
+struct PendingStep {
     level: usize,
     /// It or the step before it contains exactly one root.
     holds_root: bool,
@@ -145,7 +145,7 @@ impl Method for DyadicTables {
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut DyadicScratch,
         counters: &mut Counters,
@@ -163,7 +163,7 @@ impl Method for DyadicTables {
         };
         let mut time = 0.0;
         let mut left = see(z, time);
-        let mut ahead = [Ahead {
+        let mut pending = [PendingStep {
             level: 0,
             holds_root: false,
         }; LEVELS + 2];
@@ -180,7 +180,7 @@ impl Method for DyadicTables {
                 },
                 _ => {
                     depth -= 1;
-                    let step = ahead[depth];
+                    let step = pending[depth];
                     (step.level, step.holds_root)
                 }
             };
@@ -216,11 +216,11 @@ impl Method for DyadicTables {
                 verdict
             };
             counters.bisections += 1;
-            ahead[depth] = Ahead {
+            pending[depth] = PendingStep {
                 level: level + 1,
                 holds_root: verdict == Verdict::Single,
             };
-            ahead[depth + 1] = Ahead {
+            pending[depth + 1] = PendingStep {
                 level: level + 1,
                 holds_root: false,
             };
@@ -239,7 +239,7 @@ impl Method for DyadicTables {
     fn follow(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         x: &mut [f64],
         scratch: &mut DyadicScratch,
@@ -272,7 +272,7 @@ impl DyadicTables {
     fn finish(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         step: f64,
         bounds: &Bounds,

@@ -69,17 +69,17 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, TableError> {
         return Ok(found);
     }
     // The slow subspace is orthogonal to the fast left eigenvectors.
-    let mut seen: Vec<Vec<f64>> = Vec::new();
+    let mut vectors: Vec<Vec<f64>> = Vec::new();
     for (value, vector) in fast(&a.transpose().to_owned(), slow_rate).ok_or(failed)? {
-        seen.push(vector.iter().map(|v| v.re).collect());
+        vectors.push(vector.iter().map(|v| v.re).collect());
         if value.im > 0.0 {
-            seen.push(vector.iter().map(|v| v.im).collect());
+            vectors.push(vector.iter().map(|v| v.im).collect());
         }
     }
-    if seen.len() != count {
+    if vectors.len() != count {
         return Err(failed);
     }
-    let q = Mat::from_fn(size, count, |i, j| seen[j][i])
+    let q = Mat::from_fn(size, count, |i, j| vectors[j][i])
         .qr()
         .compute_Q();
     found.slow = (count..size)

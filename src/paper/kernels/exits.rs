@@ -127,11 +127,11 @@ pub fn earliest_exit(
     counters: &mut Counters,
 ) -> Option<f64> {
     let mut left = MarginAt::of(margin, first);
-    let mut ahead = [left; DEEPEST];
-    ahead[0] = MarginAt::of(margin, last);
+    let mut pending = [left; DEEPEST];
+    pending[0] = MarginAt::of(margin, last);
     let mut depth = 1;
     while depth > 0 {
-        let right = ahead[depth - 1];
+        let right = pending[depth - 1];
         let middle = 0.5 * (left.time + right.time);
         match judge(&left, &right, bounds, root) {
             Verdict::AtStart => return Some(left.time),
@@ -144,7 +144,7 @@ pub fn earliest_exit(
                     time: middle,
                     deflection: guard(middle),
                 };
-                ahead[depth] = MarginAt::of(margin, &here);
+                pending[depth] = MarginAt::of(margin, &here);
                 depth += 1;
                 continue;
             }
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn verdicts_on_cubics_are_true() {
         let mut stream = Stream::new(3, 0, 0);
-        let mut told = [0; 5];
+        let mut verdicts = [0; 5];
         for turn in 0..6000 {
             let root = turn % 3 == 0;
             let mut margin = [0; 4].map(|_| stream.normal());
@@ -374,10 +374,10 @@ mod tests {
                 Verdict::Tangency => assert!(course.iter().all(|m| m.abs() < 1e-11), "{margin:?}"),
                 Verdict::Split => {}
             }
-            told[verdict as usize] += 1;
+            verdicts[verdict as usize] += 1;
         }
         // Most are decided at once.
-        assert!(told[Verdict::Split as usize] < 3000, "{told:?}");
+        assert!(verdicts[Verdict::Split as usize] < 3000, "{verdicts:?}");
     }
 
     /// Simple straight lines and parabolas need no halving.

@@ -15,8 +15,8 @@ use super::exponential::{self, bound_row};
 use super::kernel::Dense;
 use super::matrix::{Operator, dot, numbers_of, padded, reach};
 use super::spectral::{SpectralScratch, SpectralTables};
+use super::state_part::{Exit, StatePart};
 use super::steady::{CycleMap, Steady};
-use super::stretch::{Exit, Stretch};
 use crate::model::Model;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
@@ -119,7 +119,7 @@ impl<'t> Run<'t> {
         let d = cell_model.layout.dimension();
         let mut operator = |name, rows| {
             let numbers = kept.take(name, numbers_of(rows, d))?;
-            Operator::lent(numbers, rows, d).ok_or(DenseError::from(TableError::Kept { name }))
+            Operator::borrowed(numbers, rows, d).ok_or(DenseError::from(TableError::Kept { name }))
         };
         Ok(Self {
             map: operator("run_map", d)?,
@@ -147,8 +147,8 @@ impl<'m> Fused<'m> {
     /// may differ from those of the model for which they were built.
     ///
     /// # Errors
-    /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
-    pub fn of_kept(
+    /// As for [`Spectral::from_kept`](super::Spectral::from_kept).
+    pub fn from_kept(
         model: &'m Model,
         cells: u32,
         event_limit: u32,
@@ -287,7 +287,7 @@ impl Method for FusedTables<'_> {
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut FusedScratch,
         counters: &mut Counters,
@@ -299,7 +299,7 @@ impl Method for FusedTables<'_> {
     fn follow(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         x: &mut [f64],
         scratch: &mut FusedScratch,
@@ -318,7 +318,7 @@ impl Method for FusedTables<'_> {
     fn run(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut FusedScratch,
         counters: &mut Counters,

@@ -59,8 +59,8 @@ fn one_line(model: &Model) -> bool {
     let [drive, coast] = &model.contacts[..] else {
         return false;
     };
-    let alike = drive.cycles == coast.cycles && drive.half_gap == coast.half_gap;
-    alike && drive.cycles.len() == 1 && drive.side == -coast.side
+    let is_equal = drive.cycles == coast.cycles && drive.half_gap == coast.half_gap;
+    is_equal && drive.cycles.len() == 1 && drive.side == -coast.side
 }
 
 /// Checks that tables can represent a model, at any speed.
@@ -137,11 +137,11 @@ impl Grid {
             let (a, b) = (&segments[known.segment], &segments[segment]);
             a.stiffness == b.stiffness && a.damping == b.damping
         };
-        let alike = |known: &&Class| same_length(known) && turned(known);
-        if let Some(known) = (self.classes.iter()).position(|k| alike(&k) && same_mesh(k)) {
+        let is_equal = |known: &&Class| same_length(known) && turned(known);
+        if let Some(known) = (self.classes.iter()).position(|k| is_equal(&k) && same_mesh(k)) {
             return known;
         }
-        let flight = self.classes.iter().find(alike).map(|known| known.flight);
+        let flight = self.classes.iter().find(is_equal).map(|known| known.flight);
         let class = self.classes.len();
         self.classes.push(Class {
             segment,
@@ -254,9 +254,13 @@ mod tests {
             fits(&model(&varying)),
             Err(TableError::VaryingStiffness.into())
         );
-        let mut lacking = plain.clone();
-        lacking.mesh[1].error = FlankError::series([1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(fits(&model(&lacking)), Err(TableError::FlankError.into()));
+        let mut with_gap_error = plain.clone();
+        with_gap_error.mesh[1].error =
+            FlankError::series([1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(
+            fits(&model(&with_gap_error)),
+            Err(TableError::FlankError.into())
+        );
         let by_force = Drive {
             release: Release::Force,
             ..plain.clone()

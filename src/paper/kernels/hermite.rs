@@ -11,11 +11,11 @@ use super::cycle::Method;
 use super::exits::{DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::Generator;
-use super::kernel::{Dense, Stock};
+use super::kernel::{ClassTables, Dense};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
-use super::stretch::{Exit, Stretch};
+use super::state_part::{Exit, StatePart};
 use crate::model::Model;
 use crate::propagate::Counters;
 use faer::Mat;
@@ -31,7 +31,7 @@ pub type Hermite<'m> = Dense<'m, HermiteTables>;
 
 /// Tables of this kernel.
 #[derive(Debug)]
-pub struct HermiteTables(Stock<HermiteTable>);
+pub struct HermiteTables(ClassTables<HermiteTable>);
 
 /// Operators of one class in one state.
 #[derive(Debug)]
@@ -102,7 +102,7 @@ impl<'m> Hermite<'m> {
     /// The stiffness varies within a segment, or the speed is too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, HermiteTables::REACH, event_limit, None)?;
-        let tables = Stock::new(&cell_model, |generator, class, _| {
+        let tables = ClassTables::new(&cell_model, |generator, class, _| {
             let duration = cell_model.grid.classes[class].duration;
             Ok(HermiteTable::new(generator, cell_model.grid.rate, duration))
         })?;
@@ -132,7 +132,7 @@ impl Method for HermiteTables {
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut HermiteScratch,
         counters: &mut Counters,
@@ -216,7 +216,7 @@ impl Method for HermiteTables {
     fn follow(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         x: &mut [f64],
         scratch: &mut HermiteScratch,

@@ -3,7 +3,7 @@
 use super::cell_model::CellModel;
 use super::cycle::{Method, Workspace};
 use super::generator::Generator;
-use super::stretch::Stretch;
+use super::state_part::StatePart;
 use super::{DenseError, TableSize};
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -55,12 +55,12 @@ impl<M: Method> Kernel for Dense<'_, M> {
 
 /// One table per class of cells in contact, one per flight.
 #[derive(Debug)]
-pub struct Stock<T> {
+pub struct ClassTables<T> {
     contact: Vec<T>,
     flight: Vec<T>,
 }
 
-impl<T> Stock<T> {
+impl<T> ClassTables<T> {
     /// Makes the tables one by one from a generator, a class of its cells, and whether it is in contact; contact first.
     pub(super) fn new(
         cell_model: &CellModel<'_>,
@@ -78,7 +78,11 @@ impl<T> Stock<T> {
     }
 
     /// The table of a stretch, and its index: whether it belongs to contact, and its number.
-    pub(super) fn of(&self, cell_model: &CellModel<'_>, stretch: &Stretch) -> (&T, (bool, usize)) {
+    pub(super) fn of(
+        &self,
+        cell_model: &CellModel<'_>,
+        stretch: &StatePart,
+    ) -> (&T, (bool, usize)) {
         let class = cell_model.grid.cells[stretch.cell].class;
         if stretch.contact.touching() {
             (&self.contact[class], (true, class))

@@ -66,7 +66,7 @@ impl<'t> Operator<'t> {
     }
 
     /// The operator with `rows`, `columns` and these [`numbers`](Self::numbers); `None` if their count does not fit.
-    pub fn lent(numbers: &'t [f64], rows: usize, columns: usize) -> Option<Self> {
+    pub fn borrowed(numbers: &'t [f64], rows: usize, columns: usize) -> Option<Self> {
         (numbers.len() == numbers_of(rows, columns)).then_some(Self {
             numbers: Numbers::Lent(numbers),
             groups: padded(rows) / LANES,
@@ -273,11 +273,11 @@ mod tests {
             // Lent numbers are used unchanged, at any address.
             let mut elsewhere = vec![f64::NAN];
             elsewhere.extend_from_slice(operator.numbers());
-            let lent = Operator::lent(&elsewhere[1..], rows, columns).unwrap();
+            let borrowed = Operator::borrowed(&elsewhere[1..], rows, columns).unwrap();
             let mut again = vec![f64::NAN; padded(rows)];
-            lent.apply(&x, &mut again);
+            borrowed.apply(&x, &mut again);
             assert_eq!(again, y);
-            assert!(Operator::lent(&elsewhere, rows, columns).is_none());
+            assert!(Operator::borrowed(&elsewhere, rows, columns).is_none());
             assert_eq!(operator.bytes(), 8 * padded(rows) * columns);
         }
     }

@@ -37,8 +37,8 @@ mod show;
 mod single;
 mod spectral;
 mod spectral_table;
+mod state_part;
 mod steady;
-mod stretch;
 mod waves;
 
 #[cfg(test)]

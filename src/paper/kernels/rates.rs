@@ -30,7 +30,7 @@ impl Rates {
     /// The rates of a model. They depend on its speed only if one mesh cycle is thousands of times longer than its
     /// fastest motion, or if a mode is so slow that it would lose accuracy as a wave.
     pub fn new(model: &Model) -> Self {
-        let fastest = Volterra::fastest_own_rate(model);
+        let fastest = Volterra::fastest_structure_rate(model);
         let limit = SLOW / model.period();
         let mut slow = SLOWEST * fastest;
         while slow > limit {

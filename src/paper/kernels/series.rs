@@ -5,7 +5,7 @@ use super::exponential::bound_row;
 use super::generator::Generator;
 use super::matrix::{dot, reach};
 use super::show::Taylor;
-use super::stretch::{Exit, Stretch};
+use super::state_part::{Exit, StatePart};
 use crate::model::Contact;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
@@ -75,7 +75,7 @@ impl BoundRows {
 
 /// The worst verdict on all margins of a stretch between two times.
 pub fn judge_all(
-    stretch: &Stretch,
+    stretch: &StatePart,
     contacts: &[Contact],
     [a, b]: [&DeflectionAt; 2],
     bounds: &Bounds,
@@ -101,7 +101,7 @@ pub fn judge_all(
 /// The first exit within `duration` for a guard with values at any time, including both ends; `starts`: the stretch
 /// starts here.
 pub fn locate(
-    stretch: &Stretch,
+    stretch: &StatePart,
     contacts: &[Contact],
     ends: [&DeflectionAt; 2],
     bounds: &Bounds,
@@ -163,7 +163,7 @@ mod tests {
             cycles: Vec::new(),
             release: Release::Deflection,
         });
-        let stretch = Stretch {
+        let stretch = StatePart {
             cell: 0,
             contact: ActiveSet::FREE,
             duration: 1.0,
@@ -171,7 +171,7 @@ mod tests {
             crossed: None,
             noise: 1e-15,
         };
-        let found = |size: f64, start: f64, stretch: &Stretch| {
+        let found = |size: f64, start: f64, stretch: &StatePart| {
             let mut guard = |t: f64| {
                 let (sin, cos) = (TAU * t).sin_cos();
                 [
@@ -191,7 +191,7 @@ mod tests {
             };
             let mut counters = Counters::default();
             let [first, last] = [&ends[0], &ends[1]];
-            let met = locate(
+            let crossing = locate(
                 stretch,
                 &contacts,
                 [first, last],
@@ -200,14 +200,14 @@ mod tests {
                 &mut guard,
                 &mut counters,
             );
-            met.map(|exit| (exit.time, exit.contact))
+            crossing.map(|exit| (exit.time, exit.contact))
         };
         let first = (2.0f64 / 3.0).asin() / TAU;
         for (size, contact) in [(1.5, 0), (-1.5, 1)] {
-            let (time, met) = found(size, 0.0, &stretch).unwrap();
+            let (time, crossing) = found(size, 0.0, &stretch).unwrap();
             assert!(
-                (time - first).abs() < 1e-13 && met == contact,
-                "{time} {met}"
+                (time - first).abs() < 1e-13 && crossing == contact,
+                "{time} {crossing}"
             );
         }
         assert_eq!(found(0.9, 0.0, &stretch), None);
@@ -215,11 +215,14 @@ mod tests {
         assert_eq!(found(0.1, 1.5, &stretch), Some((0.0, 0)));
         assert_eq!(found(0.1, -1.5, &stretch), Some((0.0, 1)));
         // After leaving a surface, the next one is met.
-        let crossed = Stretch {
+        let crossed = StatePart {
             crossed: Some(0),
             ..stretch
         };
-        let (time, met) = found(-1.2, 1.0, &crossed).unwrap();
-        assert!((time - 0.5).abs() < 1e-13 && met == 0, "{time} {met}");
+        let (time, crossing) = found(-1.2, 1.0, &crossed).unwrap();
+        assert!(
+            (time - 0.5).abs() < 1e-13 && crossing == 0,
+            "{time} {crossing}"
+        );
     }
 }

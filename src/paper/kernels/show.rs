@@ -5,7 +5,7 @@
 use super::cell_model::CellModel;
 use super::generator::Generator;
 use super::matrix::{add_scaled, dot, scale};
-use super::stretch::Stretch;
+use super::state_part::StatePart;
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{ClosedContact, Observer, Window};
 
@@ -115,7 +115,7 @@ fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
 )]
 pub(super) fn show<O: Observer>(
     cell_model: &CellModel<'_>,
-    stretch: &Stretch,
+    stretch: &StatePart,
     cycle: u64,
     time: f64,
     duration: f64,

@@ -12,11 +12,11 @@ use super::conditioning::Conditioning;
 use super::cycle::Method;
 use super::exits::{Bounds, DeflectionAt, MarginAt};
 use super::generator::Generator;
-use super::kernel::{Dense, Stock};
+use super::kernel::{ClassTables, Dense};
 use super::matrix::{Operator, dot};
 use super::series::locate;
 use super::spectral_table::{Coordinates, Factors, Guard, SpectralTable};
-use super::stretch::{Exit, Stretch};
+use super::state_part::{Exit, StatePart};
 use super::waves;
 use crate::model::Model;
 use crate::propagate::Counters;
@@ -33,7 +33,7 @@ pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
 #[derive(Debug)]
 pub struct SpectralTables<'t> {
     bases: Bases<'t>,
-    stock: Stock<SpectralTable<'t>>,
+    stock: ClassTables<SpectralTable<'t>>,
 }
 
 /// Scratch memory.
@@ -75,7 +75,7 @@ impl<'m> Spectral<'m> {
     ///
     /// # Errors
     /// As for [`Spectral::new`], or the tables belong to another model.
-    pub fn of_kept(
+    pub fn from_kept(
         model: &'m Model,
         cells: u32,
         event_limit: u32,
@@ -131,7 +131,7 @@ impl<'t> SpectralTables<'t> {
             let basis = bases.of(class.segment, touching);
             SpectralTable::new(basis, g, class.duration, grid.period)
         };
-        let stock = Stock::new(cell_model, make)?;
+        let stock = ClassTables::new(cell_model, make)?;
         Ok(Self { bases, stock })
     }
 
@@ -143,7 +143,7 @@ impl<'t> SpectralTables<'t> {
     fn back(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         z: &mut [f64],
         scratch: &mut SpectralScratch,
@@ -195,7 +195,7 @@ impl Method for SpectralTables<'_> {
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         z: &mut [f64],
         scratch: &mut SpectralScratch,
         counters: &mut Counters,
@@ -280,7 +280,7 @@ impl Method for SpectralTables<'_> {
     fn follow(
         &self,
         cell_model: &CellModel<'_>,
-        stretch: &Stretch,
+        stretch: &StatePart,
         time: f64,
         x: &mut [f64],
         scratch: &mut SpectralScratch,

@@ -27,8 +27,8 @@ const RESONANCE: f64 = 1e-7;
 
 /// Whether an eigenvalue \[1/s\] belongs to an undamped mode with the frequency of a harmonic \[rad/s\].
 fn in_resonance(lambda: Complex64, omega: f64) -> bool {
-    let apart = lambda * lambda + Complex64::from(omega * omega);
-    apart.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
+    let denominator = lambda * lambda + Complex64::from(omega * omega);
+    denominator.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
 }
 
 /// One basis, ready for use at one speed.
@@ -149,12 +149,12 @@ impl Excitation {
             }
             for (h, &omega) in generator.frequencies.iter().enumerate() {
                 let (c, s) = (force(2 + 2 * h), force(3 + 2 * h));
-                let apart = lambda * lambda + Complex64::from(omega * omega);
+                let denominator = lambda * lambda + Complex64::from(omega * omega);
                 if in_resonance(lambda, omega) {
                     return Err(TableError::Resonance { frequency: omega }.into());
                 }
-                put(2 + 2 * h, -(lambda * c + s * omega) / apart);
-                put(3 + 2 * h, (c * omega - lambda * s) / apart);
+                put(2 + 2 * h, -(lambda * c + s * omega) / denominator);
+                put(3 + 2 * h, (c * omega - lambda * s) / denominator);
             }
         }
         let g = |i: usize, j: usize| basis.slow_generator[i * m + j];

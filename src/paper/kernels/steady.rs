@@ -6,7 +6,7 @@ use super::exits::{DeflectionAt, MarginAt};
 use super::exponential::{self, bound_row};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
-use super::stretch::Stretch;
+use super::state_part::StatePart;
 use crate::model::ActiveSet;
 use crate::numerics::linalg;
 use crate::propagate::events::Margin;
@@ -57,7 +57,7 @@ impl<'t> CycleMap<'t> {
         let name = "cycle_map";
         let numbers = kept.take(name, numbers_of(d, d))?;
         Ok(Self {
-            map: Operator::lent(numbers, d, d).ok_or(TableError::Kept { name })?,
+            map: Operator::borrowed(numbers, d, d).ok_or(TableError::Kept { name })?,
             reach: kept
                 .take("cycle_reach", cell_model.layout.padded())?
                 .to_vec(),
@@ -99,7 +99,7 @@ impl<'t> Steady<'t> {
     }
 
     /// Whether contact certainly persists over the cycle that starts with this stretch and state.
-    pub fn holds(&self, stretch: &Stretch, z: &[f64]) -> bool {
+    pub fn holds(&self, stretch: &StatePart, z: &[f64]) -> bool {
         let Some([drive, coast]) = &self.flanks else {
             return false;
         };
@@ -109,10 +109,10 @@ impl<'t> Steady<'t> {
             _ => return false,
         };
         let sizes = self.cycle.reach.iter().zip(z).zip(&flank.start);
-        let apart: f64 = sizes
+        let difference: f64 = sizes
             .map(|((reach, z), start)| reach * (z - start).abs())
             .sum();
-        flank.margin > apart + stretch.noise
+        flank.margin > difference + stretch.noise
     }
 }
 

@@ -44,7 +44,7 @@ fn rubbed(modes: usize) -> Model {
 
 /// Entries of a state without those of the free rotation, which accumulates the round-off of a million integration
 /// steps.
-fn felt(model: &Model, state: &[f64]) -> Vec<f64> {
+fn without_free_rotation(model: &Model, state: &[f64]) -> Vec<f64> {
     let n = model.modes();
     let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));
     kept.map(|i| state[i]).collect()
@@ -66,9 +66,9 @@ pub fn cycles() -> Value {
             let (.., kernel) = named.expect("a kernel of the list");
             kernel.go(&start, COMPARED).0
         };
-        let apart = |a: &str, b: &str| norm.distance(&end(a).state, &end(b).state) / norm.unit();
-        value["segments_against_fused"] = json!(apart("spectral", "fused"));
-        value["volterra_against_fused"] = json!(apart("volterra", "fused"));
+        let distance = |a: &str, b: &str| norm.distance(&end(a).state, &end(b).state) / norm.unit();
+        value["segments_against_fused"] = json!(distance("spectral", "fused"));
+        value["volterra_against_fused"] = json!(distance("volterra", "fused"));
         value["compared_cycles"] = json!(COMPARED);
         value["jump"] = jump(&model, &start);
         found.insert(modes.to_string(), value);
@@ -85,7 +85,7 @@ fn jump(model: &Model, start: &TrajectoryState) -> Value {
         .expect("tables")
         .go(start, JUMP)
         .0;
-    let [a, b] = [&jumped, &integrated].map(|end| felt(model, &end.state));
+    let [a, b] = [&jumped, &integrated].map(|end| without_free_rotation(model, &end.state));
     let mut on = start.clone();
     let spell = race(&mut [Contender::new(|| {
         jumps.jump(black_box(&mut on), JUMP);

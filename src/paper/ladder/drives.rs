@@ -69,7 +69,7 @@ fn speed(changes: &[&str]) -> f64 {
     let mut carried: Option<(_, TrajectoryState)> = None;
     for (point, kept) in &points {
         let model = parts.model(point).expect("a model");
-        let kernel = Spectral::of_kept(&model, CELLS, LIMIT, None, kept).expect("tables");
+        let kernel = Spectral::from_kept(&model, CELLS, LIMIT, None, kept).expect("tables");
         let mut trajectory = match carried.take() {
             Some((direction, end)) if direction == point.direction => {
                 TrajectoryState::new(&model, end.state, end.cycle)
@@ -113,7 +113,7 @@ pub fn friction() -> Value {
         seed: point.seed,
         point_id: point.point_id,
     };
-    let asked = point_config(&point, seed);
+    let config = point_config(&point, seed);
     let fused = Fused::new(&model, CELLS, LIMIT).expect("tables");
     let steps = (model.period() / 1e-7).round() as u32;
     let stepping = Stepping::new(&model, steps, LIMIT);
@@ -122,15 +122,15 @@ pub fn friction() -> Value {
         kernel: &K,
         model: &Model,
         start: &TrajectoryState,
-        asked: &PointConfig,
+        config: &PointConfig,
     ) -> f64 {
         let never = AtomicBool::new(false);
-        let found = investigate(model, kernel, start.clone(), asked, &never);
+        let found = investigate(model, kernel, start.clone(), config, &never);
         let nvh = found.expect("nobody calls it off").nvh;
         nvh.expect("statistics of the deflection").deflection_rms
     }
-    let fused = rms(&fused, &model, &start, &asked);
-    let stepping = rms(&stepping, &model, &start, &asked);
+    let fused = rms(&fused, &model, &start, &config);
+    let stepping = rms(&stepping, &model, &start, &config);
     json!({
         "rms": { "fused": fused, "stepping": stepping },
         "difference": (fused / stepping - 1.0).abs(),

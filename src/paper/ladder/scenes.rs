@@ -73,8 +73,8 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let part = |range: std::ops::Range<usize>| {
         let (a, b) = (&a[range.clone()], &b[range]);
         let scale = b.iter().fold(0.0f64, |most, v| most.max(v.abs()));
-        let apart = a.iter().zip(b).map(|(x, y)| (x - y).abs());
-        apart.fold(0.0, f64::max) / scale
+        let difference = a.iter().zip(b).map(|(x, y)| (x - y).abs());
+        difference.fold(0.0, f64::max) / scale
     };
     let n = b.len() / 2;
     part(0..n).max(part(n..2 * n))

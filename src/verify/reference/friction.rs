@@ -4,8 +4,8 @@
 //! once.
 
 use super::crossing::Margin;
+use super::end_conditions::{EndCondition, SlidingDirection};
 use super::integrator::Integration;
-use super::watched::{Watched, Way};
 use crate::model::DryFriction;
 
 /// Round-off of a speed, as a part of the bound of [`Model::sliding_speed`](crate::model::Model::sliding_speed).
@@ -14,7 +14,7 @@ const AT_REST: f64 = 0.1;
 /// Round-off of a force, relative to the static force.
 const OF_FORCE: f64 = 1e-13;
 
-impl Way {
+impl SlidingDirection {
     fn sign(self) -> f64 {
         match self {
             Self::Forwards => 1.0,
@@ -25,8 +25,14 @@ impl Way {
 
 impl Integration<'_> {
     /// Static friction that remains in one direction \[N\], and its rate.
-    pub(super) fn room(&self, contact: usize, way: Way, state: &[f64], time: f64) -> Margin {
-        let held = self.hold(contact, state, time);
+    pub(super) fn room(
+        &self,
+        contact: usize,
+        way: SlidingDirection,
+        state: &[f64],
+        time: f64,
+    ) -> Margin {
+        let held = self.holding_force(contact, state, time);
         let model = self.reference.model;
         let most = model
             .friction_of(contact)
@@ -38,37 +44,44 @@ impl Integration<'_> {
     }
 
     /// Round-off of the speed of sliding \[m/s\].
-    pub(super) fn round_off_of_sliding(&self, own: DryFriction, state: &[f64]) -> f64 {
+    pub(super) fn round_off_of_sliding(&self, friction: DryFriction, state: &[f64]) -> f64 {
         let model = self.reference.model;
         let (first, second) = state.split_at(model.modes());
-        let [_, noise] = model.sliding_speed(own, [first, second]);
-        AT_REST * (noise + OF_FORCE * own.static_force * own.push * self.reference.step)
+        let [_, noise] = model.sliding_speed(friction, [first, second]);
+        AT_REST * (noise + OF_FORCE * friction.static_force * friction.push * self.reference.step)
     }
 
     /// Ends a state of dry friction at a time \[s\] of a mesh cycle.
-    pub(super) fn meet_friction(&mut self, own: DryFriction, watched: Watched, time: f64) {
-        if let Watched::Limit(way) = watched {
-            self.still(time);
-            self.cross(own.slip_towards(way.sign()), time, 0.0);
+    pub(super) fn meet_friction(
+        &mut self,
+        friction: DryFriction,
+        watched: EndCondition,
+        time: f64,
+    ) {
+        if let EndCondition::Limit(way) = watched {
+            self.stop_sliding(time);
+            self.cross(friction.slip_towards(way.sign()), time, 0.0);
             return;
         }
-        let side = if self.contact.holds(own.forwards) { 1.0 } else { -1.0 };
-        self.cross(own.slip_towards(side), time, 0.0);
-        let force = self.hold(own.stick(), &self.state.value, time).value;
-        if side * force < -own.static_force {
-            self.cross(own.slip_towards(-side), time, 0.0);
+        let side = if self.contact.holds(friction.forwards) { 1.0 } else { -1.0 };
+        self.cross(friction.slip_towards(side), time, 0.0);
+        let force = self
+            .holding_force(friction.stick(), &self.state.value, time)
+            .value;
+        if side * force < -friction.static_force {
+            self.cross(friction.slip_towards(-side), time, 0.0);
             return;
         }
-        self.still(time);
+        self.stop_sliding(time);
     }
 
     /// Removes round-off of the speed from sticking elements.
-    fn still(&mut self, time: f64) {
+    fn stop_sliding(&mut self, time: f64) {
         let model = self.reference.model;
         let (first, second) = self.state.value.split_at_mut(model.modes());
-        let held = model.held(self.contact);
+        let held = model.active_constraints(self.contact);
         let levels = model.levels(&held, self.cycle, time);
         let rates: Vec<f64> = levels.iter().map(|level| level.1).collect();
-        model.still(&held, &rates, [first, second]);
+        model.set_rates(&held, &rates, [first, second]);
     }
 }

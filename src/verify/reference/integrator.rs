@@ -2,11 +2,11 @@
 
 use super::compressed::Compressed;
 use super::crossing::{Margin, Sample, first_crossing};
+use super::end_conditions::{EndCondition, SlidingDirection};
 use super::error::ReferenceError;
 use super::gauss::{Compensated, GaussRule, StageWork};
 use super::push::{push, round_off, sliding};
 use super::rate::fastest_rate;
-use super::watched::{Watched, Way};
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
@@ -198,21 +198,25 @@ impl Integration<'_> {
     }
 
     /// Conditions that end the present state of a contact; the first one counts.
-    fn watched(&self, contact: usize) -> &'static [Watched] {
+    fn end_conditions(&self, contact: usize) -> &'static [EndCondition] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
             (Release::Stick, _) | (Release::Rest | Release::Rub | Release::Grip, false) => &[],
             (Release::Grip, true) => &[
-                Watched::Limit(Way::Forwards),
-                Watched::Limit(Way::Backwards),
+                EndCondition::Limit(SlidingDirection::Forwards),
+                EndCondition::Limit(SlidingDirection::Backwards),
             ],
-            (Release::Rest, true) => &[Watched::Hold],
+            (Release::Rest, true) => &[EndCondition::Hold],
             (Release::Impact, _) if self.contact.holds(contact + 1) => &[],
-            (Release::Slip | Release::Rub, true) => &[Watched::Slide],
-            (Release::Force | Release::Film, true) => &[Watched::Push],
-            (Release::Film, false) if self.compressed.passed.holds(contact) => &[Watched::Depth],
-            _ if self.compressed.unladen.holds(contact) => &[Watched::Push, Watched::Deflection],
-            _ => &[Watched::Deflection],
+            (Release::Slip | Release::Rub, true) => &[EndCondition::Slide],
+            (Release::Force | Release::Film, true) => &[EndCondition::Push],
+            (Release::Film, false) if self.compressed.passed.holds(contact) => {
+                &[EndCondition::Depth]
+            }
+            _ if self.compressed.unladen.holds(contact) => {
+                &[EndCondition::Push, EndCondition::Deflection]
+            }
+            _ => &[EndCondition::Deflection],
         }
     }
 
@@ -268,7 +272,7 @@ impl Integration<'_> {
     /// One step from `left` to `right`, or to the first crossing, whose time is returned; `last` if it is the last one
     /// of a smooth piece without a crossing.
     fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
-        if let Some(stop) = self.struck(left) {
+        if let Some(stop) = self.reached_stop(left) {
             self.meet_stop(stop, stop.impact, left);
             return Ok(Some(left));
         }
@@ -280,13 +284,13 @@ impl Integration<'_> {
         }
         // Half a unit in the last place of a mesh period.
         let resolution = model.period() * 2f64.powi(-54);
-        let mut first: Option<(f64, usize, Watched)> = None;
+        let mut first: Option<(f64, usize, EndCondition)> = None;
         let mut probed = false;
         for contact in 0..model.contacts.len() {
             if model.is_out_of_reach(contact, &self.segments, self.contact) {
                 continue;
             }
-            for &watched in self.watched(contact) {
+            for &watched in self.end_conditions(contact) {
                 self.sample(contact, watched, left, h);
                 let samples = std::mem::take(&mut self.samples);
                 let mut own = false;
@@ -335,14 +339,14 @@ impl Integration<'_> {
         }
         let Compressed { unladen, passed } = &mut self.compressed;
         let was_unladen = unladen.holds(contact);
-        if watched == Watched::Depth {
+        if watched == EndCondition::Depth {
             (*passed, *unladen) = (passed.toggled(contact), unladen.toggled(contact));
             return Ok(Some(reached));
         }
-        if was_unladen || watched == Watched::Push {
+        if was_unladen || watched == EndCondition::Push {
             *unladen = unladen.toggled(contact);
         }
-        if was_unladen && watched == Watched::Deflection {
+        if was_unladen && watched == EndCondition::Deflection {
             // It is free now; no force changes.
             return Ok(Some(reached));
         }
@@ -411,12 +415,12 @@ impl Integration<'_> {
     }
 
     /// The margin of a contact in a state at a time.
-    fn margin(&self, contact: usize, watched: Watched, state: &[f64], time: f64) -> Margin {
+    fn margin(&self, contact: usize, watched: EndCondition, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
         let (own, segment) = (&model.contacts[contact], &self.segments[contact]);
         let closed = self.contact.holds(contact);
         match watched {
-            Watched::Deflection => {
+            EndCondition::Deflection => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let compressed = closed || self.compressed.unladen.holds(contact);
                 let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
@@ -426,14 +430,14 @@ impl Integration<'_> {
                 }
                 margin
             }
-            Watched::Hold => self.hold(contact, state, time),
-            Watched::Limit(way) => self.room(contact, way, state, time),
-            Watched::Depth => {
+            EndCondition::Hold => self.holding_force(contact, state, time),
+            EndCondition::Limit(way) => self.room(contact, way, state, time),
+            EndCondition::Depth => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let [gap, opening] = own.gap(segment, time);
                 Margin::new(own.side, true, motion, [gap + own.band, opening])
             }
-            Watched::Slide => {
+            EndCondition::Slide => {
                 let slope = self.slope(state, time);
                 let at = (self.cycle, time);
                 let mut margin = sliding(model, contact, segment, at, (state, &slope));
@@ -443,7 +447,7 @@ impl Integration<'_> {
                 }
                 margin
             }
-            Watched::Push => {
+            EndCondition::Push => {
                 let slope = self.slope(state, time);
                 let push = push(model, contact, segment, (self.cycle, time), state, &slope);
                 let inside = if closed { 1.0 } else { -1.0 };
@@ -456,7 +460,7 @@ impl Integration<'_> {
     }
 
     /// Collects a contact's margin at the start, the stages and the end of the step just solved.
-    fn sample(&mut self, contact: usize, watched: Watched, left: f64, h: f64) {
+    fn sample(&mut self, contact: usize, watched: EndCondition, left: f64, h: f64) {
         let n = self.state.value.len();
         let mut samples = std::mem::take(&mut self.samples);
         samples.clear();

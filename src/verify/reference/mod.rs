@@ -16,6 +16,7 @@
 
 mod compressed;
 mod crossing;
+mod end_conditions;
 mod error;
 mod extended;
 mod friction;
@@ -24,7 +25,6 @@ mod integrator;
 mod push;
 mod rate;
 mod stops;
-mod watched;
 
 pub use error::ReferenceError;
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};

@@ -16,7 +16,7 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         .flat_map(|cycle| &cycle.segments);
     let structure = segments
         .map(|segment| {
-            let [direct, inertial] = model.directions[segment.direction].felt_at_most();
+            let [direct, inertial] = model.directions[segment.direction].effect_bounds();
             let stiffness = segment.stiffness.bound();
             (natural * natural + stiffness * inertial).sqrt()
                 + segment.damping * inertial

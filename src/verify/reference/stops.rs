@@ -45,31 +45,31 @@ impl Integration<'_> {
             noise
         };
         if speed <= slow && self.force(stop, time) > 0.0 {
-            self.halt(stop, speed);
+            self.subtract_rate(stop, speed);
             self.cross(stop.rest(), time, 0.0);
             return;
         }
         self.cross(stop.impact, time, speed);
-        let (beside, push) = model.held_beside(stop, self.contact);
-        for other in model.held(self.contact) {
-            if !beside.iter().any(|(own, _)| *own == other) {
+        let (rests, push) = model.impulses_at_rests(stop, self.contact);
+        for other in model.active_constraints(self.contact) {
+            if !rests.iter().any(|(own, _)| *own == other) {
                 self.cross(other.contact, time, 0.0);
             }
         }
         let impulse = (1.0 + stop.restitution) * speed / push;
-        for (own, share) in beside.iter().copied().chain([(stop.hold(), 1.0)]) {
+        for (own, share) in rests.iter().copied().chain([(stop.constraint(), 1.0)]) {
             self.push(own.direction, share * impulse);
         }
         self.cross(stop.impact, time, -stop.restitution * speed);
         let force = self.force(stop, time);
-        let quickening = (1.0 - stop.restitution) * force * stop.push;
+        let acceleration_change = (1.0 - stop.restitution) * force * stop.push;
         let rebound = stop.restitution * speed;
-        let lasts = 2.0 * rebound / quickening;
-        let held = self.hold(stop.rest(), &self.state.value, time);
+        let lasts = 2.0 * rebound / acceleration_change;
+        let held = self.holding_force(stop.rest(), &self.state.value, time);
         let steady = (held.rate * lasts).abs() <= LITTLE * held.value;
         let short = SHORT[usize::from(!steady)] * self.reference.step;
-        if quickening > 0.0 && lasts <= short && !self.meets_another(stop, time, lasts) {
-            self.halt(stop, -rebound);
+        if acceleration_change > 0.0 && lasts <= short && !self.meets_another(stop, time, lasts) {
+            self.subtract_rate(stop, -rebound);
             self.cross(stop.rest(), (time + lasts).min(model.period()), 0.0);
         } else if rebound == 0.0 {
             self.leaving = leaving;
@@ -80,25 +80,26 @@ impl Integration<'_> {
     fn force(&self, stop: Stop, time: f64) -> f64 {
         let model = self.reference.model;
         let at = (self.cycle, time);
-        let forces = model.forces_of_holds(&self.segments, self.contact, at, &self.state.value);
+        let forces =
+            model.forces_of_constraints(&self.segments, self.contact, at, &self.state.value);
         let mut own = model
-            .holds()
+            .constraints()
             .zip(forces)
-            .filter(|(own, _)| *own == stop.hold());
+            .filter(|(own, _)| *own == stop.constraint());
         own.next().map_or(0.0, |(_, force)| force)
     }
 
     /// Subtracts a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
-    fn halt(&mut self, stop: Stop, rate: f64) {
-        let (beside, push) = self.reference.model.held_beside(stop, self.contact);
-        for (own, share) in beside.into_iter().chain([(stop.hold(), 1.0)]) {
+    fn subtract_rate(&mut self, stop: Stop, rate: f64) {
+        let (rests, push) = self.reference.model.impulses_at_rests(stop, self.contact);
+        for (own, share) in rests.into_iter().chain([(stop.constraint(), 1.0)]) {
             self.push(own.direction, share * rate / push);
         }
     }
 
     /// Distance \[m\] beyond an open stop, rate of approach \[m/s\] and round-off of the distance; `None` if the stop
     /// holds the state.
-    fn beyond(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
+    fn overshoot(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
         let (model, state) = (self.reference.model, &self.state.value);
         let (contact, segment) = (stop.impact, &self.segments[stop.impact]);
         let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
@@ -108,10 +109,10 @@ impl Integration<'_> {
     }
 
     /// A stop that the state has reached and approaches.
-    pub(super) fn struck(&self, time: f64) -> Option<Stop> {
+    pub(super) fn reached_stop(&self, time: f64) -> Option<Stop> {
         let mut stops = self.reference.model.stops.iter().copied();
         stops.find(|stop| {
-            self.beyond(*stop, time)
+            self.overshoot(*stop, time)
                 .is_some_and(|[beyond, rate, noise]| {
                     beyond >= -noise && rate * self.reference.step > noise
                 })
@@ -127,7 +128,7 @@ impl Integration<'_> {
             .iter()
             .filter(|own| **own != stop);
         others.any(|own| {
-            self.beyond(*own, time)
+            self.overshoot(*own, time)
                 .is_some_and(|[beyond, rate, noise]| beyond + rate.max(0.0) * lasts >= -noise)
         })
     }
@@ -138,22 +139,22 @@ impl Integration<'_> {
     }
 
     /// Force \[N\] of a constraint that holds a state, and its rate \[N/s\].
-    pub(super) fn hold(&self, contact: usize, state: &[f64], time: f64) -> Margin {
+    pub(super) fn holding_force(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
-        let place = model.holds().position(|own| own.contact == contact);
+        let place = model.constraints().position(|own| own.contact == contact);
         let force = |state: &[f64], time: f64| {
             let at = (self.cycle, time);
-            model.forces_of_holds(&self.segments, self.contact, at, state)[place.unwrap_or(0)]
+            model.forces_of_constraints(&self.segments, self.contact, at, state)[place.unwrap_or(0)]
         };
         let slope = self.slope(state, time);
         let [behind, ahead] = [-1.0, 1.0].map(|sense| {
-            let apart = sense * APART * self.reference.step;
+            let offset = sense * APART * self.reference.step;
             let moved: Vec<f64> = state
                 .iter()
                 .zip(&slope)
-                .map(|(x, v)| x + apart * v)
+                .map(|(x, v)| x + offset * v)
                 .collect();
-            force(&moved, time + apart)
+            force(&moved, time + offset)
         });
         Margin {
             value: force(state, time),

@@ -1,17 +1,17 @@
 //! Balances over many cycles: energy, and the free rotation of the whole drive.
 
 use super::report::{drives_of, worse};
-use super::{Line, Subjects, Trouble, drives};
+use super::{CheckError, Line, Subjects, drives};
 
 /// Residual of the energy balance through rattle.
-pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let cycles = subjects.extent.pick(1000, 10_000) / kernel.one_of;
         let (mut worst, mut served) = (0.0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
-            if !kernel.serves(&model) {
+            if !kernel.supports(&model) {
                 continue;
             }
             served += 1;
@@ -33,7 +33,7 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 
 /// The neutral pair moves according to its start and its torques, independent of the other modes. Friction and ripple,
 /// which also move it, are left out.
-pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (place, speed) = (1e-6, 1e-4);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
@@ -48,7 +48,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 continue;
             };
             fit += 1;
-            if !kernel.serves(&model) {
+            if !kernel.supports(&model) {
                 continue;
             }
             let n = model.modes();

@@ -4,20 +4,20 @@ use super::drives;
 use super::drives::default_gears;
 use super::gears::differing;
 use super::report::drives_of;
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::analysis::{MultistabilityConfig, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
 use crate::numerics::random::PointSeed;
 
 /// Integration in one piece and in two.
-pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let (mut unequal, mut served) = (0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
-            if !kernel.serves(&model) {
+            if !kernel.supports(&model) {
                 continue;
             }
             served += 1;
@@ -49,8 +49,8 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 /// Runs some work on a pool of `threads` threads.
 fn on_threads<T: Send>(
     threads: usize,
-    work: impl FnOnce() -> Result<T, Trouble> + Send,
-) -> Result<T, Trouble> {
+    work: impl FnOnce() -> Result<T, CheckError> + Send,
+) -> Result<T, CheckError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()?;
@@ -58,10 +58,10 @@ fn on_threads<T: Send>(
 }
 
 /// Probes of attractors and a mesh table on one thread and on three.
-pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;
-    let asked = MultistabilityConfig {
+    let config = MultistabilityConfig {
         initial_conditions: subjects.extent.pick(12, 200),
         decades: 2.0,
         transient: 200,
@@ -72,7 +72,7 @@ pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         seed: 1,
         point_id: 0,
     };
-    let probes = Probes::new(&model, asked, point, true)?;
+    let probes = Probes::new(&model, config, point, true)?;
     let probe = || {
         Ok(postcard::to_stdvec(
             &kernel.on(&model)?.probes(&model, &probes)?,
@@ -91,7 +91,7 @@ pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!(
                 "{}: {} probes on 1 thread, {} bytes",
                 kernel.name,
-                asked.initial_conditions,
+                config.initial_conditions,
                 one.len()
             ),
             "the same on 3 threads",

@@ -3,7 +3,7 @@
 //! Kernels are statically dispatched over observers, so that a list cannot contain them. [`Propagator`] is their
 //! interface for the checks, with one method per quantity.
 
-use super::Trouble;
+use super::CheckError;
 use crate::analysis::orbits::floquet;
 use crate::analysis::{
     Effort, EnergyAudit, EnergyNorm, LyapunovConfig, LyapunovOutcome, MultistabilityOutcome, Nvh,
@@ -41,7 +41,7 @@ const TABLE_ROUND_OFF: f64 = 10.0;
 /// Integration with tables takes several times as long as without.
 const ONE_OF_TABLE_CYCLES: u64 = 5;
 
-type Prepared<'m> = Result<Box<dyn Propagator + 'm>, Trouble>;
+type Prepared<'m> = Result<Box<dyn Propagator + 'm>, CheckError>;
 type Prepare = dyn for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync;
 
 impl Candidate {
@@ -74,7 +74,7 @@ impl Candidate {
     }
 
     /// Whether the kernel supports a model.
-    pub fn serves(&self, model: &Model) -> bool {
+    pub fn supports(&self, model: &Model) -> bool {
         let constant = || (model.first_cycle().segments.iter()).all(|s| s.stiffness.is_constant());
         self.follows_variation || constant()
     }
@@ -83,7 +83,7 @@ impl Candidate {
     ///
     /// # Errors
     /// Its tables cannot be built.
-    pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, Trouble> {
+    pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, CheckError> {
         (self.prepare)(model)
     }
 }
@@ -183,13 +183,13 @@ pub trait Propagator {
         model: &Model,
         start: &TrajectoryState,
         cycles: u64,
-    ) -> Result<Option<LyapunovOutcome>, Trouble>;
+    ) -> Result<Option<LyapunovOutcome>, CheckError>;
 
     /// Coexisting attractors, probed on the threads of the current rayon pool.
     ///
     /// # Errors
     /// The kernel stops.
-    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, Trouble>;
+    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, CheckError>;
 }
 
 /// Stores every event.
@@ -207,7 +207,7 @@ impl Observer for Events {
 }
 
 /// Advances whole cycles without tangents.
-fn watch<K: Kernel, O: Observer>(
+fn advance_observed<K: Kernel, O: Observer>(
     kernel: &K,
     start: &TrajectoryState,
     cycles: u64,
@@ -228,7 +228,7 @@ fn watch<K: Kernel, O: Observer>(
 impl<K: Kernel + Sync> Propagator for K {
     fn passage(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, Stop> {
         let mut events = Events::default();
-        let (end, counters) = watch(self, start, cycles, &mut events)?;
+        let (end, counters) = advance_observed(self, start, cycles, &mut events)?;
         Ok(Passage {
             end,
             events: events.0,
@@ -253,7 +253,7 @@ impl<K: Kernel + Sync> Propagator for K {
         cycles: u64,
     ) -> Result<Option<f64>, Stop> {
         let mut audit = EnergyAudit::new(model);
-        let (end, _) = watch(self, start, cycles, &mut audit)?;
+        let (end, _) = advance_observed(self, start, cycles, &mut audit)?;
         Ok(audit.residual(&end))
     }
 
@@ -264,7 +264,7 @@ impl<K: Kernel + Sync> Propagator for K {
         cycles: u64,
     ) -> Result<Option<NvhOutcome>, Stop> {
         let mut nvh = Nvh::new(model, 0);
-        watch(self, start, cycles, &mut nvh)?;
+        advance_observed(self, start, cycles, &mut nvh)?;
         Ok(nvh.outcome())
     }
 
@@ -320,8 +320,8 @@ impl<K: Kernel + Sync> Propagator for K {
         model: &Model,
         start: &TrajectoryState,
         cycles: u64,
-    ) -> Result<Option<LyapunovOutcome>, Trouble> {
-        let questions = PointConfig {
+    ) -> Result<Option<LyapunovOutcome>, CheckError> {
+        let config = PointConfig {
             point: PointSeed {
                 seed: 1,
                 point_id: 2,
@@ -340,11 +340,11 @@ impl<K: Kernel + Sync> Propagator for K {
             nvh: None,
         };
         let never = AtomicBool::new(false);
-        let outcome = investigate(model, self, start.clone(), &questions, &never)?;
+        let outcome = investigate(model, self, start.clone(), &config, &never)?;
         Ok(outcome.lyapunov)
     }
 
-    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, Trouble> {
+    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, CheckError> {
         let start = model.start(&InitialState::Static);
         let never = AtomicBool::new(false);
         Ok(probe_basins(model, self, &start, probes, &never)?)

@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::drives::{self, quiet, structure};
 use super::report::worse;
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::model::{
     ActiveSet, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 /// In constant contact a mesh cycle is one affine map: the kernel's multipliers compared with the eigenvalues of a
 /// product of matrix exponentials.
-pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     let mut exact = Vec::new();
     for case in &subjects.cases {
@@ -25,7 +25,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         for (exponents, model) in &exact {
             let start = model.start(&InitialState::Static);
             let found = kernel.on(model)?.multipliers(model, &start)?;
-            let found = found.ok_or(Trouble::Missing {
+            let found = found.ok_or(CheckError::Missing {
                 what: "an eigenvalue of the kernel's map",
             })?;
             for (found, exact) in found.iter().zip(exponents) {
@@ -57,17 +57,17 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 /// use another library.
 ///
 /// # Errors
-/// [`Trouble::Missing`] if an eigenvalue does not converge.
-pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
+/// [`CheckError::Missing`] if an eigenvalue does not converge.
+pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError> {
     /// So large that the constant part disappears in round-off.
     const LARGE: f64 = 1e6;
     /// Steps of the Schur iteration per row.
     const STEPS: usize = 1000;
     let n = model.modes();
-    let felt: Vec<usize> = (0..2 * n)
+    let components: Vec<usize> = (0..2 * n)
         .filter(|i| !model.neutral.contains(&(i % n)))
         .collect();
-    let m = felt.len();
+    let m = components.len();
     let natural = model.blocks.iter().map(|block| block.natural_frequency());
     let fastest = natural.fold(2e4, f64::max);
     // Velocities in units of the fastest mode's velocity keep the matrix balanced.
@@ -86,15 +86,15 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
             state[j] = LARGE * unit(j);
             field(&state)
         };
-        let columns: Vec<Vec<f64>> = felt.iter().map(column).collect();
+        let columns: Vec<Vec<f64>> = components.iter().map(column).collect();
         let duration = model.first_cycle().end(index) - model.first_cycle().start(index);
         let generator = DMatrix::from_fn(m, m, |row, column| {
-            let i = felt[row];
+            let i = components[row];
             duration * (columns[column][i] - offset[i]) / (LARGE * unit(i))
         });
         map = generator.exp() * map;
     }
-    let schur = Schur::try_new(map, f64::EPSILON, STEPS * m).ok_or(Trouble::Missing {
+    let schur = Schur::try_new(map, f64::EPSILON, STEPS * m).ok_or(CheckError::Missing {
         what: "an eigenvalue of the exponentials",
     })?;
     let moduli = schur.complex_eigenvalues();
@@ -106,7 +106,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
 const GAP: f64 = 10e-6;
 
 /// A mass between stops at ± d, with harmonic excitation: unit mass, stiffness κ², damping ratio ζ.
-struct Shaken {
+struct ShakenMass {
     speed: f64,
     /// Constant force \[N/√kg\].
     push: f64,
@@ -114,7 +114,7 @@ struct Shaken {
     phase: f64,
 }
 
-impl Shaken {
+impl ShakenMass {
     const NATURAL: f64 = 4000.0;
     const RATIO: f64 = 0.02;
 
@@ -137,7 +137,7 @@ impl Shaken {
         (GAP - self.push / (Self::NATURAL * Self::NATURAL)) * stiff.hypot(loss)
     }
 
-    fn model(&self, amplitude: f64) -> Result<Model, Trouble> {
+    fn model(&self, amplitude: f64) -> Result<Model, CheckError> {
         let mut structure = structure(&[Self::NATURAL], Self::RATIO, &[1.0], &[1.0]);
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
@@ -159,7 +159,7 @@ impl Shaken {
     }
 
     /// Whether the forced vibration, started on it, reaches a stop within two cycles.
-    fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, Trouble> {
+    fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, CheckError> {
         let model = self.model(amplitude)?;
         let [stiff, loss] = self.impedance();
         let size = amplitude / stiff.hypot(loss);
@@ -173,13 +173,13 @@ impl Shaken {
 }
 
 /// The excitation amplitude at which a stop is first touched, bisected between "no event" and "some events".
-pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let mut worst = 0.0f64;
         for speed in [120.0, 190.0, 205.0, 300.0] {
             for (push, phase) in [(0.0, -2.0), (40.0, 0.3), (90.0, 1.7)] {
-                let case = Shaken { speed, push, phase };
+                let case = ShakenMass { speed, push, phase };
                 let exact = case.grazing();
                 let (mut never, mut always) = (0.9 * exact, 1.1 * exact);
                 while always - never > 1e-12 * exact {
@@ -203,7 +203,7 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 /// A mass that falls onto an undamped spring and bounces forever. With the acceleration a from the load and
 /// `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` on the
 /// spring and `2 v / a` in the air, alternately.
-pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
     let drive = quiet(GAP, &[stiffness], &[], 0.0);
@@ -249,7 +249,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 
 /// Two rigid bodies on the mesh spring: `ω = √(k (r₁²/J₁ + r₂²/J₂))`, from the drawing through
 /// assembly, modes and kernel to the angle of the multipliers.
-pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let shafts = drives::shafts()?;
     let density = shafts.density;
     let rod = |outer: f64, inner: f64, length: f64| {
@@ -288,7 +288,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let start = model.start(&InitialState::Static);
         let found = kernel.on(&model)?.multipliers(&model, &start)?;
         let found = found.and_then(|multipliers| multipliers.first().copied());
-        let leading = found.ok_or(Trouble::Missing {
+        let leading = found.ok_or(CheckError::Missing {
             what: "a multiplier of the pair",
         })?;
         let frequency = leading.arg().abs() / model.period();

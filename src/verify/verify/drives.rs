@@ -1,7 +1,7 @@
 //! The drives on which kernels are tested, from one degree of freedom to forty modes; all of them rattle. The largest
 //! is the default drive, from the manifest `flex80` at the time of the build.
 
-use super::Trouble;
+use super::CheckError;
 use super::candidate::Propagator;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
@@ -40,7 +40,7 @@ impl Case {
     ///
     /// # Errors
     /// A value is out of its range.
-    pub fn model(&self) -> Result<Model, Trouble> {
+    pub fn model(&self) -> Result<Model, CheckError> {
         Ok(Model::new(&self.structure, &self.drive, self.point)?)
     }
 
@@ -64,7 +64,7 @@ impl Case {
 ///
 /// # Errors
 /// The trajectory diverges.
-pub fn rattling(model: &Model) -> Result<TrajectoryState, Trouble> {
+pub fn rattling(model: &Model) -> Result<TrajectoryState, CheckError> {
     let kernel = Stepping::new(model, STEPS, 10_000);
     let start = model.start(&InitialState::Static);
     Ok(kernel.passage(&start, TRANSIENT)?.end)
@@ -85,7 +85,7 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
 ///
 /// # Errors
 /// The default drive cannot be assembled.
-pub fn cases() -> Result<Vec<Case>, Trouble> {
+pub fn cases() -> Result<Vec<Case>, CheckError> {
     let forty = default_drive()?;
     let mut twenty = forty.clone();
     twenty.name = "20 modes + MTA, 30 % load".to_owned();
@@ -110,7 +110,7 @@ pub fn cases() -> Result<Vec<Case>, Trouble> {
 
 /// The mesh of the default drive from its drawing, misaligned by 0.2 mrad: stiffness that varies, a load centroid that
 /// moves, friction that changes its direction.
-fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
+fn computed_mesh(load: f64) -> Result<Vec<Division>, CheckError> {
     let gears = default_gears()?;
     let mut inputs = MeshTableInputs::of_gears(&gears);
     inputs.misalignment = vec![2e-4];
@@ -130,7 +130,7 @@ fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
 ///
 /// # Errors
 /// The default drive cannot be assembled.
-pub fn grid() -> Result<Vec<Case>, Trouble> {
+pub fn grid() -> Result<Vec<Case>, CheckError> {
     let drive = default_drive()?;
     let case = |point: manifest::PointSpec| {
         let mut case = drive.clone();
@@ -238,7 +238,7 @@ fn six_modes() -> Case {
     }
 }
 
-fn job() -> Result<Job, Trouble> {
+fn job() -> Result<Job, CheckError> {
     Ok(manifest::parse(
         DEFAULT_DRIVE,
         "manifests/flex80.toml",
@@ -250,20 +250,20 @@ fn job() -> Result<Job, Trouble> {
 ///
 /// # Errors
 /// Its manifest is not as expected.
-pub fn shafts() -> Result<FlexibleDrive, Trouble> {
+pub fn shafts() -> Result<FlexibleDrive, CheckError> {
     let job = job()?;
     match job.points.first().map(|point| point.model.source) {
         Some(StructureSource::Flexible(drive)) => Ok((*drive).clone()),
-        _ => Err(Trouble::Missing {
+        _ => Err(CheckError::Missing {
             what: "a flexible drive",
         }),
     }
 }
 
 /// The default drive with its forty modes in strong rattle, a half gap of 9 µm.
-fn default_drive() -> Result<Case, Trouble> {
+fn default_drive() -> Result<Case, CheckError> {
     let job = job()?;
-    let point = job.points.first().ok_or(Trouble::Missing {
+    let point = job.points.first().ok_or(CheckError::Missing {
         what: "an operating point of the default drive",
     })?;
     let (
@@ -276,7 +276,7 @@ fn default_drive() -> Result<Case, Trouble> {
         &point.mesh.friction,
     )
     else {
-        return Err(Trouble::Missing {
+        return Err(CheckError::Missing {
             what: "a piecewise mesh of the default drive",
         });
     };
@@ -294,7 +294,7 @@ fn default_drive() -> Result<Case, Trouble> {
 }
 
 /// The gears of the default drive, on its shafts.
-pub(super) fn default_gears() -> Result<GearPair, Trouble> {
+pub(super) fn default_gears() -> Result<GearPair, CheckError> {
     let drive = shafts()?;
     let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
     let mut gears = drive.gears.on_shafts(diameters);

@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::report::{drives_of, worse};
-use super::{Line, Subjects, Trouble, drives};
+use super::{CheckError, Line, Subjects, drives};
 use crate::model::Model;
 use crate::propagate::Tangents;
 use crate::reference::Reference;
@@ -27,7 +27,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Columns of the one-cycle tangent map through events, compared with central differences of the reference.
-pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let columns = subjects.extent.pick(4, 80);
     let mut lines = Vec::new();
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
@@ -45,7 +45,7 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         }
         let mut carried = Vec::new();
         for kernel in &subjects.kernels {
-            if !kernel.serves(&model) {
+            if !kernel.supports(&model) {
                 carried.push(None);
                 continue;
             }
@@ -97,8 +97,8 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 ///
 /// Valid if the direction of the mesh force is constant.
 fn exact_sum(model: &Model, contact: f64) -> f64 {
-    let felt = (0..model.modes()).filter(|i| !model.neutral.contains(i));
-    let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
+    let components = (0..model.modes()).filter(|i| !model.neutral.contains(i));
+    let flow: f64 = components.map(|i| 2.0 * model.blocks[i].growth()).sum();
     let coupling: f64 = (model.first_gains().iter())
         .map(|gain| {
             let (rate, g) = (gain.rate, gain.mesh_input);
@@ -115,7 +115,7 @@ fn volume_cycles(subjects: &Subjects, kernel: &Candidate) -> u64 {
 }
 
 /// Sum of all exponents through rattle, compared with the mean trace and the saltations.
-pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
     let mut fit = 0;
     for case in &subjects.cases {
@@ -126,15 +126,15 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         fit += 1;
         let start = drives::rattling(&model)?;
         for ((worst, served), kernel) in found.iter_mut().zip(&subjects.kernels) {
-            if !kernel.serves(&model) {
+            if !kernel.supports(&model) {
                 continue;
             }
             *served += 1;
             let cycles = volume_cycles(subjects, kernel);
             let growth = kernel.on(&model)?.volume_growth(&model, &start, cycles)?;
-            let growth = growth.ok_or(Trouble::Missing { what: "exponents" })?;
-            let apart = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
-            *worst = worse(*worst, apart);
+            let growth = growth.ok_or(CheckError::Missing { what: "exponents" })?;
+            let deviation = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
+            *worst = worse(*worst, deviation);
         }
     }
     let line = |(kernel, (worst, served)): (&Candidate, (f64, usize))| {
@@ -159,7 +159,7 @@ const CHAOTIC: f64 = 0.1;
 
 /// The largest exponent from tangents and from a twin, in chaos; in other motion neither of them aligns within so few
 /// cycles.
-pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     // The number of cycles of a twin.
     let cycles = 320;
@@ -169,7 +169,7 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let start = drives::rattling(&model)?;
         let found = kernel.on(&model)?.lyapunov(&model, &start, cycles)?;
         let Some((found, twin)) = found.and_then(|l| l.twin.map(|twin| (l, twin))) else {
-            return Err(Trouble::Missing { what: "a twin" });
+            return Err(CheckError::Missing { what: "a twin" });
         };
         let exponent = found.exponents[0];
         if exponent < CHAOTIC {
@@ -189,7 +189,7 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         ));
     }
     if lines.is_empty() {
-        Err(Trouble::Missing {
+        Err(CheckError::Missing {
             what: "a drive in chaos",
         })
     } else {

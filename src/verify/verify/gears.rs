@@ -3,7 +3,7 @@
 use super::drives::default_gears;
 use super::flank::EvenFlank;
 use super::report::worse;
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::gear::{
     Contact, Face, FaceLaw, Flanks, GearPair, IndependentSlices, LoadSharing, MeshTable,
     MeshTableInputs, ToothForm, pairs_at,
@@ -11,7 +11,7 @@ use crate::gear::{
 use crate::store::{Origin, TableStore};
 
 /// The steel pair of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
-fn published_pair() -> Result<Flanks, Trouble> {
+fn published_pair() -> Result<Flanks, CheckError> {
     Ok(Flanks::new(&GearPair {
         teeth: [62, 62],
         module: 2e-3,
@@ -28,7 +28,7 @@ fn published_pair() -> Result<Flanks, Trouble> {
 }
 
 /// Contact ratio of a published pair.
-pub fn geometry(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let ratio = published_pair()?.contact_ratio();
     Ok(vec![Line::at_most(
         format!("contact ratio of 62/62 teeth, {ratio:.5}"),
@@ -42,7 +42,7 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, Trouble> {
 /// Mean stiffness of that pair without shared bodies, from the other program (its rule of thumb, ε b E/18, gives
 /// 4.0966e8 N/m). It uses cantilevers on a fitted foundation, which count a part of the root twice and are 5 % softer
 /// than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the root angle.
-pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const PLACES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;
     let flanks = published_pair()?;
@@ -69,7 +69,7 @@ pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
 
 /// A misaligned flank carries load on a wedge of length `√(2 F / (k' ε))`, which determines stiffness and load
 /// centroid.
-pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn wedge(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let width = 20e-3;
     let stiffness = 4e8 / width;
     let force = default_gears()?.rated_force();
@@ -111,7 +111,7 @@ pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// A table compared with its load sharing, between its nodes; and after writing and reading.
-pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let gears = default_gears()?;
     let inputs = MeshTableInputs {
         misalignment: vec![0.0, 1e-4],
@@ -149,7 +149,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let differing = match found.origin {
         Origin::Found => differing(&built.table, &found.table) + differing(&table, &found.table),
         Origin::Built | Origin::BuiltInMemory => {
-            return Err(Trouble::Missing {
+            return Err(CheckError::Missing {
                 what: "the table that was just written",
             });
         }

@@ -4,13 +4,13 @@
 use super::candidate::{Candidate, Passage};
 use super::drives::{self, Case};
 use super::report::worse;
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
 /// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one before.
-struct Truth {
+struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,
     cycles: Vec<(TrajectoryState, ExtendedPassage)>,
@@ -18,7 +18,7 @@ struct Truth {
 
 /// Errors of a kernel.
 #[derive(Debug, Clone, Copy, Default)]
-struct Departure {
+struct KernelErrors {
     /// Error of states after one cycle, energy norm \[half gaps\].
     state: f64,
     /// Error of event times \[cycles\].
@@ -27,8 +27,8 @@ struct Departure {
     strays: usize,
 }
 
-impl Truth {
-    fn new(case: &Case, cycles: u64) -> Result<Self, Trouble> {
+impl ExactTrajectory {
+    fn new(case: &Case, cycles: u64) -> Result<Self, CheckError> {
         let model = case.model()?;
         let mut passages = Vec::new();
         let extended = Extended::new(&model);
@@ -56,9 +56,9 @@ impl Truth {
         self.norm.length(&exact.difference(state)) / self.norm.unit()
     }
 
-    fn departure(&self, kernel: &Candidate) -> Result<Departure, Trouble> {
+    fn departure(&self, kernel: &Candidate) -> Result<KernelErrors, CheckError> {
         let kernel = kernel.on(&self.model)?;
-        let mut worst = Departure::default();
+        let mut worst = KernelErrors::default();
         for (start, exact) in &self.cycles {
             let Passage {
                 end,
@@ -81,7 +81,7 @@ impl Truth {
     }
 
     /// The same for the reference integrator, states only.
-    fn departure_of_reference(&self, cycles: usize) -> Result<f64, Trouble> {
+    fn departure_of_reference(&self, cycles: usize) -> Result<f64, CheckError> {
         let reference = Reference::new(&self.model);
         let mut worst = 0.0f64;
         for (start, exact) in self.cycles.iter().take(cycles) {
@@ -98,15 +98,18 @@ const EXTENDED: &str = "integrator of 30 digits";
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
 /// Trajectories under one heading.
-fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<Truth>)>, Trouble> {
+fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();
     for case in &subjects.cases {
-        all.push((case.name.clone(), vec![Truth::new(case, cycles)?]));
+        all.push((case.name.clone(), vec![ExactTrajectory::new(case, cycles)?]));
     }
     if !subjects.grid.is_empty() {
         let cycles = subjects.extent.pick(2, 200);
-        let truths = subjects.grid.iter().map(|case| Truth::new(case, cycles));
+        let truths = subjects
+            .grid
+            .iter()
+            .map(|case| ExactTrajectory::new(case, cycles));
         let name = format!("flex80, {} points", subjects.grid.len());
         all.push((name, truths.collect::<Result<_, _>>()?));
     }
@@ -114,15 +117,15 @@ fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<Truth>)>, Trouble> {
 }
 
 /// Single mesh cycles of rattle: state, event times, sequence of events.
-pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let truths = truths(subjects)?;
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let mut all = Departure::default();
+        let mut all = KernelErrors::default();
         let (mut events, mut integrated) = (0, 0);
         for (name, truths) in &truths {
             let what = format!("{}: state after a cycle, {name}", kernel.name);
-            if !truths.iter().all(|truth| kernel.serves(&truth.model)) {
+            if !truths.iter().all(|truth| kernel.supports(&truth.model)) {
                 lines.push(Line::skipped(what, VARYING));
                 continue;
             }
@@ -176,7 +179,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// Many cycles without an event, where errors accumulate without being mixed by rattle.
-pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(20, 1000);
     let mut known = Vec::new();
     for case in &subjects.cases {
@@ -192,8 +195,8 @@ pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         for (model, start, exact) in &known {
             let passage = kernel.on(model)?.passage(start, cycles)?;
             let norm = EnergyNorm::new(model);
-            let apart = norm.distance(&passage.end.state, &exact.end.state) / norm.unit();
-            worst = worse(worst, apart);
+            let distance = norm.distance(&passage.end.state, &exact.end.state) / norm.unit();
+            worst = worse(worst, distance);
             events += passage.events.len() + exact.crossings.len();
         }
         lines.push(Line::at_most(

@@ -27,7 +27,7 @@ mod trouble;
 pub use closed_forms::constant_contact_exponents;
 pub use report::{Bound, Finding, Group, Line, Report};
 pub use subjects::{Extent, Subjects};
-pub use trouble::Trouble;
+pub use trouble::CheckError;
 
 use std::time::Instant;
 
@@ -38,7 +38,7 @@ pub struct Check {
     pub name: &'static str,
     /// Group of its lines.
     pub group: Group,
-    run: fn(&Subjects) -> Result<Vec<Line>, Trouble>,
+    run: fn(&Subjects) -> Result<Vec<Line>, CheckError>,
 }
 
 /// All checks, in the order of the ladder.
@@ -76,7 +76,7 @@ pub const CHECKS: &[Check] = &[
 const fn check(
     name: &'static str,
     group: Group,
-    run: fn(&Subjects) -> Result<Vec<Line>, Trouble>,
+    run: fn(&Subjects) -> Result<Vec<Line>, CheckError>,
 ) -> Check {
     Check { name, group, run }
 }

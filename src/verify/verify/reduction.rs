@@ -3,7 +3,7 @@
 
 use super::candidate::Propagator;
 use super::drives::{self, Case};
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::model::Model;
 use crate::propagate::Stepping;
 
@@ -11,7 +11,7 @@ use crate::propagate::Stepping;
 const TRANSIENT: u64 = 300;
 
 /// Ratio of the residual flexibility of modes 21 to 40 to the flexibility of the mesh.
-pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let drive = subjects.default_drive()?;
     let flexibility = drive.structure.truncated(20, true)?.residual_flexibility;
     let stiffness = drive.model()?.first_cycle().mean_stiffness();
@@ -25,14 +25,14 @@ pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// RMS of the mesh deflection \[m\] after a transient.
-fn rms(kernel: &dyn Propagator, model: &Model, cycles: u64) -> Result<f64, Trouble> {
+fn rms(kernel: &dyn Propagator, model: &Model, cycles: u64) -> Result<f64, CheckError> {
     let settled = kernel.passage(&drives::rattling(model)?, TRANSIENT)?.end;
     let nvh = kernel.nvh(model, &settled, cycles)?;
     Ok(nvh.map_or(f64::NAN, |nvh| nvh.deflection_rms))
 }
 
 /// RMS of the mesh deflection with all modes, with twenty, with twenty and residual flexibility.
-pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(4000, 100_000);
     let drive = subjects.default_drive()?;
     let kernel = subjects.kernel()?;
@@ -58,7 +58,7 @@ pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// RMS of the mesh deflection by the event-driven kernel and by small steps.
-pub fn small_step(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn small_step(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(2000, 100_000);
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;

@@ -1,6 +1,6 @@
 //! Results of the checks: lines with a value and its bound.
 
-use super::{Extent, Trouble};
+use super::{CheckError, Extent};
 use serde::{Serialize, Serializer};
 use std::fmt;
 
@@ -123,7 +123,7 @@ impl Line {
     }
 
     /// The failed line of a check that could not run.
-    pub(super) fn failed(trouble: &Trouble) -> Self {
+    pub(super) fn failed(trouble: &CheckError) -> Self {
         Self {
             what: format!("not carried out: {trouble}"),
             against: "",

@@ -3,7 +3,7 @@
 
 use super::candidate::Propagator;
 use super::drives;
-use super::{Line, Subjects, Trouble};
+use super::{CheckError, Line, Subjects};
 use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::propagate::Stepping;
@@ -32,14 +32,14 @@ fn error(
     steps: u32,
     start: &TrajectoryState,
     end: &TrajectoryState,
-) -> Result<f64, Trouble> {
+) -> Result<f64, CheckError> {
     let cycles = end.cycle - start.cycle;
     let found = Stepping::new(model, steps, 10_000).passage(start, cycles)?;
     let norm = EnergyNorm::new(model);
     Ok(norm.distance(&found.end.state, &end.state) / norm.unit())
 }
 
-fn order_in_contact(model: &Model) -> Result<f64, Trouble> {
+fn order_in_contact(model: &Model) -> Result<f64, CheckError> {
     let start = model.start(&InitialState::Static);
     let exact = Reference::new(model).advance(&start, 3)?.end;
     let mut ladder = [480, 960, 1920, 3840].map(|steps| (steps, 0.0));
@@ -49,7 +49,7 @@ fn order_in_contact(model: &Model) -> Result<f64, Trouble> {
     Ok(observed_order(&ladder))
 }
 
-fn order_through_events(model: &Model, cycles: u32) -> Result<f64, Trouble> {
+fn order_through_events(model: &Model, cycles: u32) -> Result<f64, CheckError> {
     let reference = Reference::new(model);
     let mut start = drives::rattling(model)?;
     let mut ladder = [480, 960, 1920, 3840, 7680].map(|steps| (steps, 0.0));
@@ -73,7 +73,7 @@ fn order_through_events(model: &Model, cycles: u32) -> Result<f64, Trouble> {
 }
 
 /// Observed orders on the smallest and the largest drive.
-pub fn order(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn order(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(8, 40);
     let mut ends = vec![subjects.default_drive()?];
     if let [first, _, ..] = &subjects.cases[..] {

@@ -2,7 +2,7 @@
 //! digit printed, and the default drive compared with another assembly.
 
 use super::report::worse;
-use super::{Line, Subjects, Trouble, drives};
+use super::{CheckError, Line, Subjects, drives};
 use crate::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section, ShaftError};
 use std::f64::consts::TAU;
 
@@ -54,12 +54,12 @@ fn worst(found: &[f64], published: &[f64]) -> f64 {
     if found.len() != published.len() {
         return f64::NAN;
     }
-    let apart = found.iter().zip(published).map(|(a, b)| (a - b).abs());
-    apart.fold(0.0, worse)
+    let differences = found.iter().zip(published).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, worse)
 }
 
 /// Two rotors at rest.
-pub fn shafts(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn shafts(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let two_discs = Rotor::new()?
         .disc(2, 0.28)?
         .disc(4, 0.35)?
@@ -117,7 +117,7 @@ fn add_torsional_spring(
 
 /// Branched geared system: 400e-6 kg m² drives the first of two equal gears of 25e-6 in rigid mesh through 1e4 N m/rad;
 /// on each gear is an inertia of 700e-6 behind 5e3 N m/rad.
-pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut assembly = Assembly::new();
     let [motor, gear_1, gear_2, load_1, load_2] = [(); 5].map(|()| assembly.add_node());
     for (node, inertia) in [
@@ -153,8 +153,8 @@ pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// Elastic frequencies of the default drive, relative.
-pub fn assembly(_: &Subjects) -> Result<Vec<Line>, Trouble> {
-    const MISSING: Trouble = Trouble::Missing {
+pub fn assembly(_: &Subjects) -> Result<Vec<Line>, CheckError> {
+    const MISSING: CheckError = CheckError::Missing {
         what: "the frequencies of the other assembly",
     };
     let table: toml::Table = ASSEMBLY.parse().map_err(|_| MISSING)?;

@@ -1,6 +1,6 @@
 //! Which kernels and drives do checks use, and for how many cycles?
 
-use super::Trouble;
+use super::CheckError;
 use super::candidate::{self, Candidate};
 use super::drives::{self, Case};
 use strum::IntoStaticStr;
@@ -47,7 +47,7 @@ impl Subjects {
     ///
     /// # Errors
     /// The built-in drives cannot be assembled.
-    pub fn all(extent: Extent) -> Result<Self, Trouble> {
+    pub fn all(extent: Extent) -> Result<Self, CheckError> {
         Ok(Self {
             extent,
             kernels: candidate::kernels(),
@@ -57,15 +57,15 @@ impl Subjects {
     }
 
     /// The default drive: the last case.
-    pub(super) fn default_drive(&self) -> Result<&Case, Trouble> {
-        self.cases.last().ok_or(Trouble::Missing {
+    pub(super) fn default_drive(&self) -> Result<&Case, CheckError> {
+        self.cases.last().ok_or(CheckError::Missing {
             what: "a drive to test on",
         })
     }
 
     /// The kernel for checks of a single one: the last, which is the default for users.
-    pub(super) fn kernel(&self) -> Result<&Candidate, Trouble> {
-        self.kernels.last().ok_or(Trouble::Missing {
+    pub(super) fn kernel(&self) -> Result<&Candidate, CheckError> {
+        self.kernels.last().ok_or(CheckError::Missing {
             what: "a kernel to test",
         })
     }

@@ -206,10 +206,10 @@ fn checks_have_names_of_their_own_and_groups_are_together() {
     }
     let mut groups: Vec<Group> = CHECKS.iter().map(|check| check.group).collect();
     groups.dedup();
-    let mut seen = Vec::new();
+    let mut reported = Vec::new();
     for group in groups {
-        assert!(!seen.contains(&group), "{group:?} is split");
-        seen.push(group);
+        assert!(!reported.contains(&group), "{group:?} is split");
+        reported.push(group);
     }
 }
 
@@ -241,7 +241,7 @@ fn the_text_is_aligned() {
                 seconds: 0.5,
                 lines: vec![
                     Line::between("order", "reference", 2.0, [1.9, 2.1], "1"),
-                    Line::failed(&Trouble::Missing {
+                    Line::failed(&CheckError::Missing {
                         what: "a drive that turns and turns",
                     }),
                 ],

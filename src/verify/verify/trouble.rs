@@ -13,7 +13,7 @@ use std::error::Error;
 
 /// Why a check could not run.
 #[derive(Debug, thiserror::Error)]
-pub enum Trouble {
+pub enum CheckError {
     /// A kernel stopped.
     #[error(transparent)]
     Stop(#[from] Stop),

@@ -97,13 +97,13 @@ impl Curve {
 
 /// Values of the axes that are fixed in a picture or a comparison.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Held {
+pub(super) struct FixedValues {
     /// Name and value of each.
     pub values: Vec<(String, f64)>,
     places: Vec<usize>,
 }
 
-impl Held {
+impl FixedValues {
     /// Whether a row of the tables has these values.
     pub fn holds(&self, at: &[f64]) -> bool {
         let own = self.places.iter().zip(&self.values);
@@ -152,10 +152,10 @@ impl Followed {
         }
         let units = table.units()?;
         let values = |place: usize| {
-            let mut met: Vec<f64> = own.at.iter().map(|at| at[place]).collect();
-            met.sort_by(f64::total_cmp);
-            met.dedup();
-            met
+            let mut axis_values: Vec<f64> = own.at.iter().map(|at| at[place]).collect();
+            axis_values.sort_by(f64::total_cmp);
+            axis_values.dedup();
+            axis_values
         };
         let axes = names.iter().enumerate().map(|(place, name)| Axis {
             name: printable(name).into_owned(),
@@ -181,25 +181,29 @@ impl Followed {
     }
 
     /// The lines on which orbits are followed: the combinations of values of all axes except the followed one.
-    pub fn lines(&self) -> Vec<Held> {
-        self.held(
+    pub fn lines(&self) -> Vec<FixedValues> {
+        self.fixed_values(
             &[self.over],
             self.branches.values().flatten().map(|o| &o.at[..]),
         )
     }
 
     /// The planes of the curves: the combinations of values of all axes except these two.
-    pub fn planes(&self, second: usize) -> Vec<Held> {
+    pub fn planes(&self, second: usize) -> Vec<FixedValues> {
         let points = self.curves.values().flat_map(|curve| &curve.points);
-        self.held(&[self.over, second], points.map(|(at, _)| &at[..]))
+        self.fixed_values(&[self.over, second], points.map(|(at, _)| &at[..]))
     }
 
-    fn held<'a>(&self, free: &[usize], met: impl Iterator<Item = &'a [f64]>) -> Vec<Held> {
+    fn fixed_values<'a>(
+        &self,
+        free: &[usize],
+        axis_values: impl Iterator<Item = &'a [f64]>,
+    ) -> Vec<FixedValues> {
         let places: Vec<usize> = (0..self.axes.len())
             .filter(|i| !free.contains(i) && !self.derived.contains(i))
             .collect();
         let mut all: Vec<Vec<f64>> = Vec::new();
-        for at in met {
+        for at in axis_values {
             let own: Vec<f64> = places.iter().map(|&place| at[place]).collect();
             if all.last() != Some(&own) {
                 all.push(own);
@@ -211,7 +215,7 @@ impl Followed {
             let names = places.iter().map(|&place| self.axes[place].name.clone());
             names.zip(own).collect()
         };
-        let held = all.into_iter().map(|own| Held {
+        let held = all.into_iter().map(|own| FixedValues {
             values: named(own),
             places: places.clone(),
         });
@@ -269,7 +273,7 @@ impl<'t> Rows<'t> {
             at: vec![Vec::with_capacity(names.len()); table.rows()],
         };
         for name in names {
-            for (at, value) in own.at.iter_mut().zip(own_values(folder, table, name)?) {
+            for (at, value) in own.at.iter_mut().zip(non_null_values(folder, table, name)?) {
                 at.push(value);
             }
         }
@@ -281,7 +285,7 @@ impl<'t> Rows<'t> {
     }
 
     fn numbers(&self, name: &str) -> Result<Vec<f64>, ReportError> {
-        own_values(self.folder, self.table, name)
+        non_null_values(self.folder, self.table, name)
     }
 
     fn texts(&self, name: &str) -> Result<Vec<String>, ReportError> {
@@ -289,7 +293,11 @@ impl<'t> Rows<'t> {
     }
 }
 
-fn own_values(folder: &Path, table: &ResultTable, name: &str) -> Result<Vec<f64>, ReportError> {
+fn non_null_values(
+    folder: &Path,
+    table: &ResultTable,
+    name: &str,
+) -> Result<Vec<f64>, ReportError> {
     filled(folder, name, table.f64(name)?)
 }
 

@@ -29,7 +29,7 @@ impl Blocks {
     }
 
     /// Marks the arrays from a number on as needed by the first picture.
-    pub fn come_first(&mut self, from: usize) {
+    pub fn mark_for_first_picture(&mut self, from: usize) {
         self.is_first[from..].fill(true);
     }
 

@@ -33,7 +33,7 @@ enum Values {
 
 /// A column while it is being read.
 #[derive(Debug)]
-pub(super) struct Gathered {
+pub(super) struct PartialColumn {
     pub head: ColumnHead,
     values: Values,
 }
@@ -79,7 +79,7 @@ impl Packed {
     }
 }
 
-impl Gathered {
+impl PartialColumn {
     /// A column without rows.
     pub fn new(head: ColumnHead) -> Self {
         let values = match head.kind {

@@ -70,7 +70,7 @@ pub(super) fn of_results(
     let held: Vec<Vec<Vec<usize>>> = (all.clone())
         .map(|first| {
             (all.clone())
-                .map(|second| summary.tied.held(axes.len(), &[first, second]))
+                .map(|second| summary.tied.fixed_axes(axes.len(), &[first, second]))
                 .collect()
         })
         .collect();

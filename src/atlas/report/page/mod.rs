@@ -107,7 +107,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         .into());
     };
     // Axes and motions, with which the map begins.
-    blocks.come_first(0);
+    blocks.mark_for_first_picture(0);
     head::complete(&mut header, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
         let table = ResultTable::head(folder, TableKind::Basins)?;

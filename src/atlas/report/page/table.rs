@@ -9,7 +9,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::block::Blocks;
-use super::columns::{Gathered, Packed};
+use super::columns::{Packed, PartialColumn};
 use crate::report::numbers::plural;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
@@ -35,7 +35,7 @@ pub(super) struct Embedded {
 
 /// The rows of a table that a page has room for.
 struct Rows {
-    columns: Vec<Gathered>,
+    columns: Vec<PartialColumn>,
     /// The keys that select rows: the point, or else the number of the row.
     keys: Vec<u64>,
     /// All points that have rows; empty if rows do not belong to points.
@@ -62,7 +62,7 @@ impl Rows {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let of_points = names.contains(&"point_id");
         let mut rows = Self {
-            columns: heads.into_iter().map(Gathered::new).collect(),
+            columns: heads.into_iter().map(PartialColumn::new).collect(),
             keys: Vec::new(),
             points: BTreeSet::new(),
             all: 0,
@@ -101,7 +101,7 @@ impl Rows {
     }
 
     fn bytes(&self) -> u64 {
-        self.columns.iter().map(Gathered::bytes).sum()
+        self.columns.iter().map(PartialColumn::bytes).sum()
     }
 
     /// Keeps every second of the kept points or rows on average; none if only one was left.
@@ -153,7 +153,8 @@ pub(super) fn embed_points(
     let alike = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
     for heads in alike.flat_map(|heads| heads.chunks(together)) {
         let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
-        let mut columns: Vec<Gathered> = heads.iter().cloned().map(Gathered::new).collect();
+        let mut columns: Vec<PartialColumn> =
+            heads.iter().cloned().map(PartialColumn::new).collect();
         ResultTable::scan(folder, TableKind::Points, &names, |part| {
             let all = vec![true; part.rows()];
             (columns.iter_mut()).try_for_each(|column| column.take(part, &all))
@@ -177,7 +178,7 @@ pub(super) fn embed_points(
                     let from = blocks.count();
                     descriptions.push(packed.embed(blocks));
                     if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
-                        blocks.come_first(from);
+                        blocks.mark_for_first_picture(from);
                     }
                 }
                 None => left.push(name),
@@ -227,8 +228,8 @@ pub(super) fn embed(
         let left_out = rows.left_out(kind.name());
         let held = rows.bytes();
         let (empty, columns): (Vec<_>, Vec<_>) =
-            rows.columns.into_iter().partition(Gathered::is_empty);
-        let packed: Vec<Packed> = columns.into_iter().map(Gathered::packed).collect();
+            rows.columns.into_iter().partition(PartialColumn::is_empty);
+        let packed: Vec<Packed> = columns.into_iter().map(PartialColumn::packed).collect();
         if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > most {
             // The data compressed less than assumed: read half of them next.
             room = held / 2;

@@ -8,9 +8,9 @@ use super::categories::{colour, lost};
 use super::error::PlotError;
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
-use super::what::What;
 use crate::report::branches::{Attractor, read_attractors};
 use crate::store::{ResultTable, TableKind};
 
@@ -36,23 +36,27 @@ struct Cell {
 
 /// A picture per point, or only that of the requested point.
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let table = results.needed(TableKind::Basins, What::Basins)?;
+    let table = results.needed(TableKind::Basins, PictureKind::Basins)?;
     let axes = slice_axes(&table);
     let mut slices = cells(&table)?;
     if let Some(id) = request.point {
         results.point(id)?;
         slices.retain(|point_id, _| *point_id == id);
         if slices.is_empty() {
-            return Err(What::Basins.unfit(format!("point {id} has no cell")));
+            return Err(PictureKind::Basins.unfit(format!("point {id} has no cell")));
         }
     }
     slices.retain(|_, cells| cells.iter().any(|cell| cell.at[0] > 0));
     if slices.is_empty() {
-        return Err(What::Basins.unfit("no slice of basins.parquet has two cells per side"));
+        return Err(PictureKind::Basins.unfit("no slice of basins.parquet has two cells per side"));
     }
     let attractors = read_attractors(&results.folder)?;
     let single = results.summary.all.len() == 1;
-    let mut drawn = Drawn::of_slices(What::Basins, slices.len().min(MOST_SLICES), slices.len());
+    let mut drawn = Drawn::of_slices(
+        PictureKind::Basins,
+        slices.len().min(MOST_SLICES),
+        slices.len(),
+    );
     for (point_id, cells) in slices.into_iter().take(MOST_SLICES) {
         let own: Vec<&Attractor> = attractors
             .iter()

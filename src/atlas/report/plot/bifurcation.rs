@@ -9,15 +9,15 @@ use super::error::PlotError;
 use super::evidence::Evidence;
 use super::hatch::hatch;
 use super::lambda_curve;
-use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::Panel;
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
+use super::point_style::PointStyle;
 use super::ramp::ink_on;
 use super::results::Results;
 use super::section::{Quantity, Section};
-use super::what::What;
 use crate::report::PointSummary;
 use crate::store::TableKind;
 
@@ -42,7 +42,7 @@ struct Samples {
 
 impl Samples {
     fn read(results: &Results) -> Result<Self, PlotError> {
-        let table = results.needed(TableKind::Poincare, What::Bifurcation)?;
+        let table = results.needed(TableKind::Poincare, PictureKind::Bifurcation)?;
         let section = Section::of(&table)?;
         let Quantity {
             column,
@@ -56,7 +56,7 @@ impl Samples {
             }
         }
         if values.is_empty() {
-            return Err(What::Bifurcation.unfit("poincare.parquet has no samples"));
+            return Err(PictureKind::Bifurcation.unfit("poincare.parquet has no samples"));
         }
         Ok(Self {
             values,
@@ -77,7 +77,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     let samples = Samples::read(results)?;
     let name = &results.summary.axes[along].name;
     let slices = results.slices_of_both(&[along]);
-    let drawn = results.by_slice(What::Bifurcation, slices, |slice| {
+    let drawn = results.by_slice(PictureKind::Bifurcation, slices, |slice| {
         let title = format!("bifurcation diagram over {name}");
         let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
         let errors = Evidence::of(slice.points.iter().copied()).words();
@@ -133,8 +133,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
                     marker_sample(canvas, at, motion)
                 } else {
                     let hatched = motion.is_hatched();
-                    let plain = Look::plain(motion.colour(), "");
-                    cell_sample(canvas, at, &Look { hatched, ..plain })
+                    let plain = PointStyle::plain(motion.colour(), "");
+                    cell_sample(canvas, at, &PointStyle { hatched, ..plain })
                 }
             },
         );

@@ -11,9 +11,9 @@ use super::marker::{Marker, SAMPLE, entry, name};
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::results::{MOST_SLICES, Results, distinct};
-use super::what::What;
-use crate::report::followed::{Bifurcation, Followed, Held, Orbit};
+use crate::report::followed::{Bifurcation, FixedValues, Followed, Orbit};
 use crate::report::numbers::plural;
 
 /// Points that settled.
@@ -36,7 +36,7 @@ const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Results>) -> Drawn {
     let lines = followed.lines();
     let count = lines.len();
-    let mut drawn = Drawn::of_slices(What::Branches, count.min(MOST_SLICES), count);
+    let mut drawn = Drawn::of_slices(PictureKind::Branches, count.min(MOST_SLICES), count);
     for line in lines.iter().take(MOST_SLICES) {
         let canvas = picture(followed, shown, line, results);
         let name = format!("branches{}", suffix(followed, line));
@@ -46,8 +46,8 @@ pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Resu
 }
 
 /// The fixed values in words: `load 0.05, mesh.half_gap 10 µm`.
-pub(super) fn words(followed: &Followed, shown: &AxisUnits, held: &Held) -> String {
-    let values = held.values.iter().filter_map(|(name, value)| {
+pub(super) fn words(followed: &Followed, shown: &AxisUnits, fixed: &FixedValues) -> String {
+    let values = fixed.values.iter().filter_map(|(name, value)| {
         let axis = followed.axes.iter().find(|axis| axis.name == *name)?;
         Some(shown.words(axis, *value))
     });
@@ -55,8 +55,8 @@ pub(super) fn words(followed: &Followed, shown: &AxisUnits, held: &Held) -> Stri
 }
 
 /// The values of axes with several values, for a file name: `-load=0.05`.
-pub(super) fn suffix(followed: &Followed, held: &Held) -> String {
-    let values = held.values.iter().filter_map(|(name, value)| {
+pub(super) fn suffix(followed: &Followed, fixed: &FixedValues) -> String {
+    let values = fixed.values.iter().filter_map(|(name, value)| {
         let axis = followed.axes.iter().find(|axis| axis.name == *name)?;
         (axis.values.len() > 1).then(|| format!("{name}={}", distinct(axis, *value)))
     });
@@ -69,7 +69,7 @@ pub(super) fn suffix(followed: &Followed, held: &Held) -> String {
 fn picture(
     followed: &Followed,
     shown: &AxisUnits,
-    line: &Held,
+    line: &FixedValues,
     results: Option<&Results>,
 ) -> Canvas {
     let axis = followed.axis();
@@ -156,7 +156,7 @@ fn plain(end: &str) -> bool {
 }
 
 /// The points on a line that have a deflection: value of the followed axis, RMS.
-fn settled(followed: &Followed, line: &Held, results: &Results) -> Vec<Place> {
+fn settled(followed: &Followed, line: &FixedValues, results: &Results) -> Vec<Place> {
     let axes = &results.summary.axes;
     let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
     let Some(over) = names.iter().position(|name| *name == followed.axis().name) else {

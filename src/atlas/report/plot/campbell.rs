@@ -118,8 +118,8 @@ impl Campbell {
         let mut found = Vec::new();
         for (contacts, mode) in closed.chain(open) {
             for ray in &self.rays {
-                let met = self.meetings(mode, ray).into_iter();
-                found.extend(met.filter(|(speed, _)| near.contains(speed)).map(
+                let crossings = self.meetings(mode, ray).into_iter();
+                found.extend(crossings.filter(|(speed, _)| near.contains(speed)).map(
                     |(speed, frequency)| Resonance {
                         speed,
                         frequency,
@@ -182,8 +182,8 @@ impl Campbell {
             self.line(&mut canvas, &panel, mode, false);
         }
         self.rays(&mut canvas, &panel);
-        let met = self.resonances();
-        for resonance in &met {
+        let crossings = self.resonances();
+        for resonance in &crossings {
             let at = panel.at(resonance.speed, resonance.frequency);
             if at[1] < TOP {
                 continue;
@@ -198,7 +198,7 @@ impl Campbell {
             canvas.disc(at, 3.2, fill);
         }
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
-        self.key(&mut canvas, &met, &unit);
+        self.key(&mut canvas, &crossings, &unit);
         Drawn::one(Picture::new("campbell".to_owned(), canvas))
     }
 
@@ -241,7 +241,7 @@ impl Campbell {
         }
     }
 
-    fn key(&self, canvas: &mut Canvas, met: &[Resonance], unit: &Unit) {
+    fn key(&self, canvas: &mut Canvas, crossings: &[Resonance], unit: &Unit) {
         let x = RIGHT + KEY;
         let mut y = TOP + 6.0;
         let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
@@ -259,7 +259,7 @@ impl Campbell {
         for (text, colour) in named {
             say(canvas, text, colour);
         }
-        let of = |contacts: Contacts| met.iter().filter(move |one| one.contacts == contacts);
+        let of = |contacts: Contacts| crossings.iter().filter(move |one| one.contacts == contacts);
         let (closed, open) = (of(Contacts::Closed).count(), of(Contacts::Open).count());
         let near = format!(
             "resonances within ± {:.0} % of the grid:",
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn resonances_are_where_rays_meet_modes_in_or_near_the_grid() {
         use Contacts::{Closed, Open};
-        let met = |diagram: &Campbell| -> Vec<(String, Contacts, usize)> {
+        let crossings = |diagram: &Campbell| -> Vec<(String, Contacts, usize)> {
             let found = diagram.resonances().into_iter();
             found
                 .map(|one| (one.excitation, one.contacts, one.mode))
@@ -355,16 +355,16 @@ mod tests {
             resonance("1 × mesh", Closed, 1),
             resonance("1 × mesh", Closed, 2),
         ];
-        assert_eq!(met(&diagram), near);
+        assert_eq!(crossings(&diagram), near);
         assert!((found[1].speed / TAU - 100.0).abs() < 1e-9);
         // 20 n = 2900 + n between 100 and 200 revolutions a second.
         assert!((found[2].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
         assert!((found[2].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
         // The open mode has 500 Hz, which is met at 25 and 12.5, below.
         diagram.grid = [TAU * 27.0, TAU * 30.0];
-        assert_eq!(met(&diagram), [resonance("1 × mesh", Open, 1)]);
+        assert_eq!(crossings(&diagram), [resonance("1 × mesh", Open, 1)]);
         diagram.grid = [TAU * 28.0, TAU * 30.0];
-        assert_eq!(met(&diagram), []);
+        assert_eq!(crossings(&diagram), []);
     }
 
     #[test]

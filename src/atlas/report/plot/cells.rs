@@ -6,8 +6,8 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT, WIDTH};
 use super::hatch::hatch;
 use super::lettering::{fitted, text_width, wrapped};
-use super::look::Look;
 use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
+use super::point_style::PointStyle;
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
 use crate::report::numbers::plural;
@@ -100,7 +100,7 @@ impl<'a> Cells<'a> {
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> Look,
+        show: impl Fn(&PointSummary) -> PointStyle,
     ) -> Drawn {
         match self.refined {
             Some(refined) => {
@@ -182,7 +182,7 @@ impl<'a> Cells<'a> {
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> Look,
+        show: impl Fn(&PointSummary) -> PointStyle,
     ) -> Drawn {
         let columns = self.across.1.values.len();
         let rows = self.up.1.values.len();

@@ -9,9 +9,9 @@ use super::motion::{Motion, counts};
 use super::over_axis::across;
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::ramp::ink_on;
 use super::results::Results;
-use super::what::What;
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 
@@ -30,7 +30,7 @@ const LEAST_WIDTH: f64 = 1.0;
 
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
-    results.by_slice(What::Classes, results.slices(&[along]), |slice| {
+    results.by_slice(PictureKind::Classes, results.slices(&[along]), |slice| {
         let title = format!("class of motion over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
         let found = counts(slice.points.iter().copied());
@@ -56,9 +56,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         }
         let tall = (0.6 * half).min(TALLEST);
         for (motion, [left, right]) in stretches(&panel, along, &slice.points) {
-            let row = rows.iter().position(|own| *own == motion).unwrap_or(0);
+            let row = rows.iter().position(|row| *row == motion).unwrap_or(0);
             let y = panel.y(row as f64 + 0.5);
-            let [left, right] = at_least_seen([left, right]);
+            let [left, right] = widened_to_visible([left, right]);
             canvas.rectangle([left, y - tall], [right, y + tall], SOFT);
             let edge = (0.2 * (right - left)).min(0.8);
             let [from, to] = [
@@ -101,7 +101,7 @@ fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Moti
 }
 
 /// An interval, widened to the smallest visible width.
-fn at_least_seen([left, right]: [f64; 2]) -> [f64; 2] {
+fn widened_to_visible([left, right]: [f64; 2]) -> [f64; 2] {
     let widening = (0.5 * (LEAST_WIDTH - (right - left))).max(0.0);
     [left - widening, right + widening]
 }
@@ -151,7 +151,7 @@ mod tests {
             .collect();
         let found = stretches(&panel, 0, &many.iter().collect::<Vec<_>>());
         assert_eq!(found.len(), 3, "{found:?}");
-        let [left, right] = at_least_seen(found[1].1);
+        let [left, right] = widened_to_visible(found[1].1);
         assert!((right - left - LEAST_WIDTH).abs() < 1e-9 && (left + right - 100.0).abs() < 1e-9);
     }
 }

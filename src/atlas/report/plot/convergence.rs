@@ -7,9 +7,9 @@ use super::error::PlotError;
 use super::evidence::Evidence;
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
-use super::what::What;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
@@ -20,7 +20,7 @@ const MOST: usize = 8;
 const BAND: f64 = 1.0;
 
 /// Whether any point has a history of its exponents.
-pub(super) fn is_there(results: &Results) -> bool {
+pub(super) fn has_history(results: &Results) -> bool {
     with_course(results).is_ok_and(|points| !points.is_empty())
 }
 
@@ -47,7 +47,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             let mut all = results.summary.chaotic.iter().chain(&results.summary.all);
             all.find(|point| known.contains(&point.point_id))
                 .ok_or_else(|| {
-                    What::Convergence.unfit(format!(
+                    PictureKind::Convergence.unfit(format!(
                         "no point has running estimates of its exponents; {ask}"
                     ))
                 })?
@@ -55,7 +55,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     };
     let id = point.point_id;
     if !known.contains(&id) {
-        return Err(What::Convergence.unfit(format!(
+        return Err(PictureKind::Convergence.unfit(format!(
             "point {id} has no running estimates of its exponents; {ask}"
         )));
     }

@@ -15,11 +15,11 @@ use super::motion::Motion;
 use super::over_axis::LEFT;
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::ramp::{bar, ink_on};
 use super::results::{MOST_SLICES, Results};
-use super::what::What;
 use crate::report::PointSummary;
-use crate::report::followed::{Curve, Followed, Held};
+use crate::report::followed::{Curve, FixedValues, Followed};
 use crate::report::numbers::plural;
 use crate::report::refined::Plane;
 
@@ -42,16 +42,16 @@ pub(super) fn draw(
     results: Option<&Results>,
 ) -> Result<Drawn, PlotError> {
     let second = followed.second.ok_or_else(|| {
-        What::Curves.unfit(
+        PictureKind::Curves.unfit(
             "there is no curves.parquet; name a `second` axis in [continuation] of the manifest",
         )
     })?;
     let planes = followed.planes(second);
     if planes.is_empty() {
-        return Err(What::Curves.unfit("curves.parquet has no curve"));
+        return Err(PictureKind::Curves.unfit("curves.parquet has no curve"));
     }
     let count = planes.len();
-    let mut drawn = Drawn::of_slices(What::Curves, count.min(MOST_SLICES), count);
+    let mut drawn = Drawn::of_slices(PictureKind::Curves, count.min(MOST_SLICES), count);
     for plane in planes.iter().take(MOST_SLICES) {
         let canvas = picture((followed, shown), [followed.over, second], plane, results);
         let name = format!("curves{}", suffix(followed, plane));
@@ -63,7 +63,7 @@ pub(super) fn draw(
 fn picture(
     (followed, units): (&Followed, &AxisUnits),
     axes: [usize; 2],
-    plane: &Held,
+    plane: &FixedValues,
     results: Option<&Results>,
 ) -> Canvas {
     let holds = |curve: &&Curve| curve.points.iter().all(|(at, _)| plane.holds(at));
@@ -105,7 +105,7 @@ fn picture(
     // Draw the onset last: it is the edge of all rattle.
     let mut order = curves.clone();
     order.sort_by_key(|curve| curve.kind == ONSET);
-    let mut kinds: BTreeMap<&str, Shown> = BTreeMap::new();
+    let mut kinds: BTreeMap<&str, CurveCounts> = BTreeMap::new();
     for curve in order {
         let shown = kinds.entry(&curve.kind).or_default();
         shown.curves += 1;
@@ -140,7 +140,7 @@ fn picture(
 /// Explains curves and symbols beside the picture.
 fn key(
     canvas: &mut Canvas,
-    kinds: &BTreeMap<&str, Shown>,
+    kinds: &BTreeMap<&str, CurveCounts>,
     notes: &BTreeMap<&str, Vec<Place>>,
     map: Option<&Map<'_>>,
 ) {
@@ -170,7 +170,7 @@ fn key(
 
 /// Counts of a kind of curve.
 #[derive(Default)]
-struct Shown {
+struct CurveCounts {
     curves: usize,
     /// Whether any part of them lies in the frame.
     visible: bool,
@@ -270,7 +270,7 @@ impl<'a> Map<'a> {
     fn of(
         followed: &Followed,
         axes: [usize; 2],
-        plane: &Held,
+        plane: &FixedValues,
         results: &'a Results,
     ) -> Option<Self> {
         let grid = &results.summary.axes;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::what::What;
+use super::picture_kind::PictureKind;
 use crate::report::ReportError;
 use crate::store::{CacheFault, StoreError};
 
@@ -40,7 +40,7 @@ pub enum PlotError {
     #[error("no {} picture: {reason}", what.name())]
     Unfit {
         /// The picture.
-        what: What,
+        what: PictureKind,
         /// Why, and what would help.
         reason: String,
     },
@@ -48,7 +48,7 @@ pub enum PlotError {
     #[error("no {} picture from `{}`: {reason}; available here: {available}", what.name(), path.display())]
     NotAvailable {
         /// The requested picture.
-        what: What,
+        what: PictureKind,
         /// The given folder or file.
         path: PathBuf,
         /// Why, and what would help.
@@ -160,7 +160,7 @@ pub enum PlotError {
     #[error("{} pictures need a single folder; several folders are possible with columns (`--what deflection_rms`) and `--what orders`", what.name())]
     OneFolder {
         /// The picture.
-        what: What,
+        what: PictureKind,
     },
     /// Columns were requested, but the source has no results.
     #[error("`{}` has no columns to draw; give a folder that `atlas run` wrote", folder.display())]
@@ -216,7 +216,7 @@ pub enum PlotError {
     },
 }
 
-impl What {
+impl PictureKind {
     /// The error of data that do not fit this kind of picture.
     pub(super) fn unfit(self, reason: impl Into<String>) -> PlotError {
         PlotError::Unfit {

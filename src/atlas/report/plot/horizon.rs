@@ -5,9 +5,9 @@ use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
-use super::what::What;
 use crate::report::PointSummary;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
@@ -23,19 +23,19 @@ const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 type Curve = Vec<[f64; 3]>;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let table = results.needed(TableKind::Horizon, What::Horizon)?;
+    let table = results.needed(TableKind::Horizon, PictureKind::Horizon)?;
     let ids = table.u64("point_id")?;
     let known = |point: &PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
     let point = match request.point {
         Some(id) => results.point(id)?,
         None => (results.summary.chaotic.iter().find(|p| known(p)))
-            .ok_or_else(|| What::Horizon.unfit("horizon.parquet has no chaotic point"))?,
+            .ok_or_else(|| PictureKind::Horizon.unfit("horizon.parquet has no chaotic point"))?,
     };
     if !known(point) {
         let reason = format!("point {} is not chaotic or has no horizon", point.point_id);
-        return Err(What::Horizon.unfit(reason));
+        return Err(PictureKind::Horizon.unfit(reason));
     }
-    let found = Found::read(results, &table, point)?;
+    let found = PointData::read(results, &table, point)?;
 
     let several = results.summary.chaotic.len() > 1;
     let chosen = if request.point.is_none() && several { "the most chaotic point" } else { "" };
@@ -50,7 +50,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
 }
 
 /// The data of a point from the tables.
-struct Found {
+struct PointData {
     separation: Curve,
     /// Averages of the contact force and of the mesh force.
     averages: [(&'static str, Curve, f64); 2],
@@ -61,7 +61,7 @@ struct Found {
     exponent: Option<f64>,
 }
 
-impl Found {
+impl PointData {
     fn read(
         results: &Results,
         table: &ResultTable,
@@ -102,7 +102,7 @@ impl Found {
 }
 
 /// Separation over cycles, with the slope of the exponent and the horizon.
-fn separations(canvas: &mut Canvas, found: &Found) {
+fn separations(canvas: &mut Canvas, found: &PointData) {
     let curve = &found.separation;
     let [low, high] = range(
         curve
@@ -168,7 +168,7 @@ fn separations(canvas: &mut Canvas, found: &Found) {
 }
 
 /// Standard errors of mean forces over the number of averaged cycles.
-fn averages(canvas: &mut Canvas, found: &Found) {
+fn averages(canvas: &mut Canvas, found: &PointData) {
     let all = || found.averages.iter().flat_map(|(_, curve, _)| curve);
     let [low, high] = range(all().map(|p| p[2]).filter(|spread| *spread > 0.0));
     let last = all().map(|p| p[0]).fold(2.0, f64::max);

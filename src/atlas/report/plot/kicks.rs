@@ -6,9 +6,9 @@ use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
 use super::panel::Panel;
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
-use super::what::What;
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
 
@@ -24,7 +24,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     pictures(
         results,
         request,
-        What::Kicks,
+        PictureKind::Kicks,
         "growth of kicks from periodic orbits, return by return",
         |orbit| orbit.kick[0].len() > 1,
         growth,

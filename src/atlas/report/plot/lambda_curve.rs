@@ -8,8 +8,8 @@ use super::motion::{Motion, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::Panel;
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::results::Results;
-use super::what::What;
 use crate::report::PointSummary;
 
 /// Half the height of the ends of an error bar's whiskers \[px\].
@@ -19,20 +19,24 @@ const PALE: Colour = Colour(0xc4, 0xc4, 0xc4);
 /// λ with its standard error over one axis.
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
-    results.by_slice(What::Lambda, results.slices_of_both(&[along]), |slice| {
-        let title = format!("largest Lyapunov exponent λ over {name}");
-        let joins = results.lines_words(&[along], &slice.points);
-        let errors = Evidence::of(slice.points.iter().copied()).words();
-        let parts = [&*slice.words, &joins, &errors];
-        let mut canvas = results.canvas(&title, &parts);
-        let area = [72.0, 526.0];
-        let y = panel(&mut canvas, area, results, along, &slice.points);
-        if sweeps(results, &slice.points).len() < 2 {
-            let found = counts(slice.points.iter().copied());
-            key(&mut canvas, [MARGIN, y], area[1], &found, marker_sample);
-        }
-        canvas
-    })
+    results.by_slice(
+        PictureKind::Lambda,
+        results.slices_of_both(&[along]),
+        |slice| {
+            let title = format!("largest Lyapunov exponent λ over {name}");
+            let joins = results.lines_words(&[along], &slice.points);
+            let errors = Evidence::of(slice.points.iter().copied()).words();
+            let parts = [&*slice.words, &joins, &errors];
+            let mut canvas = results.canvas(&title, &parts);
+            let area = [72.0, 526.0];
+            let y = panel(&mut canvas, area, results, along, &slice.points);
+            if sweeps(results, &slice.points).len() < 2 {
+                let found = counts(slice.points.iter().copied());
+                key(&mut canvas, [MARGIN, y], area[1], &found, marker_sample);
+            }
+            canvas
+        },
+    )
 }
 
 fn error(point: &PointSummary) -> f64 {

@@ -5,16 +5,16 @@ use super::axis::Axis;
 use super::canvas::Colour;
 use super::cells::{Cells, HEIGHT, MARGIN, notes};
 use super::evidence::Evidence;
-use super::look::Look;
 use super::motion::{Motion, cell_sample, counts, key};
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
+use super::point_style::PointStyle;
 use super::ramp::{bar, viridis};
 use super::results::Results;
-use super::what::What;
 use crate::report::PointSummary;
 
 /// Cells of points that are not chaotic: pale, so that the ramp stands out.
-fn calm(motion: Motion) -> Colour {
+fn pale_colour(motion: Motion) -> Colour {
     match motion {
         Motion::Failed | Motion::NotConverged => motion.colour(),
         Motion::QuasiPeriodic => Colour(0xc6, 0xdf, 0xf3),
@@ -31,102 +31,110 @@ pub(super) fn largest_of(results: &Results) -> f64 {
 /// The colour of a point.
 pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     match Motion::of(point) {
-        motion if !motion.is_chaos() => calm(motion),
+        motion if !motion.is_chaos() => pale_colour(motion),
         _ if largest > 0.0 => viridis(point.lambda.unwrap_or(0.0) / largest),
         _ => viridis(0.0),
     }
 }
 
 /// A cell of the key, for motions outside the ramp and for hatching.
-fn sample(motion: Motion) -> Look {
+fn sample(motion: Motion) -> PointStyle {
     if motion.is_hatched() {
-        Look {
+        PointStyle {
             hatched: true,
-            ..Look::plain(viridis(0.5), "")
+            ..PointStyle::plain(viridis(0.5), "")
         }
     } else {
-        Look::plain(calm(motion), &motion.mark())
+        PointStyle::plain(pale_colour(motion), &motion.mark())
     }
 }
 
 pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
     let largest = largest_of(results);
     let unit = results.unit("lambda_max");
-    results.by_slice(What::Lambda, results.slices(&cells.free()), |slice| {
-        let title = format!("largest Lyapunov exponent λ over {}", cells.words());
-        let errors = Evidence::of(slice.points.iter().copied()).words();
-        let mut canvas = results.canvas(&title, &[&slice.words, &errors]);
-        let cells_drawn = cells.draw(&mut canvas, slice, |point| {
-            let motion = Motion::of(point);
-            let text = if motion.is_chaos() {
-                format!("{:.2}", point.lambda.unwrap_or(0.0))
-            } else {
-                motion.mark()
-            };
-            Look {
-                hatched: motion.is_hatched(),
-                dotted: point.errors_verified == Some(false),
-                ..Look::plain(shade(point, largest), &text)
+    results.by_slice(
+        PictureKind::Lambda,
+        results.slices(&cells.free()),
+        |slice| {
+            let title = format!("largest Lyapunov exponent λ over {}", cells.words());
+            let errors = Evidence::of(slice.points.iter().copied()).words();
+            let mut canvas = results.canvas(&title, &[&slice.words, &errors]);
+            let cells_drawn = cells.draw(&mut canvas, slice, |point| {
+                let motion = Motion::of(point);
+                let text = if motion.is_chaos() {
+                    format!("{:.2}", point.lambda.unwrap_or(0.0))
+                } else {
+                    motion.mark()
+                };
+                PointStyle {
+                    hatched: motion.is_hatched(),
+                    dotted: point.errors_verified == Some(false),
+                    ..PointStyle::plain(shade(point, largest), &text)
+                }
+            });
+            let mut others = counts(slice.points.iter().copied());
+            let mut y = HEIGHT[0];
+            let has_ramp = others.keys().any(|motion| motion.is_chaos());
+            others.remove(&Motion::Chaotic);
+            if has_ramp && largest > 0.0 {
+                let name = "λ of chaotic points";
+                let axis = Axis::linear(name, unit, [0.0, largest]);
+                let bottom = HEIGHT[0] + 230.0;
+                bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
+                y = bottom + 26.0;
             }
-        });
-        let mut others = counts(slice.points.iter().copied());
-        let mut y = HEIGHT[0];
-        let has_ramp = others.keys().any(|motion| motion.is_chaos());
-        others.remove(&Motion::Chaotic);
-        if has_ramp && largest > 0.0 {
-            let name = "λ of chaotic points";
-            let axis = Axis::linear(name, unit, [0.0, largest]);
-            let bottom = HEIGHT[0] + 230.0;
-            bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
-            y = bottom + 26.0;
-        }
-        let bottom = HEIGHT[1] - 50.0;
-        // The entry of hatching comes first, because a key with many kinds leaves some out.
-        let hatched = others
-            .extract_if(.., |motion, _| motion.is_hatched())
-            .collect();
-        for kinds in [hatched, others] {
-            y += key(
-                &mut canvas,
-                [MARGIN, y],
-                bottom,
-                &kinds,
-                |canvas, at, motion| {
-                    cell_sample(canvas, at, &sample(motion));
-                },
-            );
-        }
-        notes(&mut canvas, y + 2.0, cells_drawn);
-        canvas
-    })
+            let bottom = HEIGHT[1] - 50.0;
+            // The entry of hatching comes first, because a key with many kinds leaves some out.
+            let hatched = others
+                .extract_if(.., |motion, _| motion.is_hatched())
+                .collect();
+            for kinds in [hatched, others] {
+                y += key(
+                    &mut canvas,
+                    [MARGIN, y],
+                    bottom,
+                    &kinds,
+                    |canvas, at, motion| {
+                        cell_sample(canvas, at, &sample(motion));
+                    },
+                );
+            }
+            notes(&mut canvas, y + 2.0, cells_drawn);
+            canvas
+        },
+    )
 }
 
 /// A kind of motion in a cell.
-fn class_cell(motion: Motion) -> Look {
-    Look {
+fn class_cell(motion: Motion) -> PointStyle {
+    PointStyle {
         hatched: motion.is_hatched(),
-        ..Look::plain(motion.colour(), &motion.mark())
+        ..PointStyle::plain(motion.colour(), &motion.mark())
     }
 }
 
 /// The kind of motion over two axes.
 pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
-    results.by_slice(What::Classes, results.slices(&cells.free()), |slice| {
-        let title = format!("class of motion over {}", cells.words());
-        let mut canvas = results.canvas(&title, &[&slice.words]);
-        let cells_drawn = cells.draw(&mut canvas, slice, |point| class_cell(Motion::of(point)));
-        let found = counts(slice.points.iter().copied());
-        let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
-        let used = key(
-            &mut canvas,
-            [MARGIN, top],
-            bottom,
-            &found,
-            |canvas, at, motion| {
-                cell_sample(canvas, at, &class_cell(motion));
-            },
-        );
-        notes(&mut canvas, top + used + 2.0, cells_drawn);
-        canvas
-    })
+    results.by_slice(
+        PictureKind::Classes,
+        results.slices(&cells.free()),
+        |slice| {
+            let title = format!("class of motion over {}", cells.words());
+            let mut canvas = results.canvas(&title, &[&slice.words]);
+            let cells_drawn = cells.draw(&mut canvas, slice, |point| class_cell(Motion::of(point)));
+            let found = counts(slice.points.iter().copied());
+            let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
+            let used = key(
+                &mut canvas,
+                [MARGIN, top],
+                bottom,
+                &found,
+                |canvas, at, motion| {
+                    cell_sample(canvas, at, &class_cell(motion));
+                },
+            );
+            notes(&mut canvas, top + used + 2.0, cells_drawn);
+            canvas
+        },
+    )
 }

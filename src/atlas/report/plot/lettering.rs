@@ -83,7 +83,7 @@ fn cut(text: &str, size: f64, width: f64) -> String {
 
 /// Heights near the `wanted` ones, in the same order, `distance` from each other and between two bounds if there is
 /// room.
-pub(super) fn apart(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
+pub(super) fn spread_out(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
     let mut places = wanted.to_vec();
@@ -139,9 +139,9 @@ mod tests {
 
     #[test]
     fn heights_are_apart_and_within_their_bounds() {
-        assert_eq!(apart(&[10.0, 90.0], 16.0, [0.0, 100.0]), [10.0, 90.0]);
+        assert_eq!(spread_out(&[10.0, 90.0], 16.0, [0.0, 100.0]), [10.0, 90.0]);
         for wanted in [[50.0; 4], [99.0, 98.0, 97.0, 3.0], [0.0, 0.0, 100.0, 100.0]] {
-            let places = apart(&wanted, 16.0, [0.0, 100.0]);
+            let places = spread_out(&wanted, 16.0, [0.0, 100.0]);
             for i in 0..4 {
                 assert!((0.0..=100.0).contains(&places[i]), "{places:?}");
                 for j in 0..i {

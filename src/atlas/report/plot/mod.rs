@@ -26,7 +26,6 @@ mod kicks;
 mod lambda_curve;
 mod lambda_map;
 mod lettering;
-mod look;
 mod machine;
 mod marker;
 mod mesh;
@@ -37,6 +36,8 @@ mod over_axis;
 mod panel;
 mod phase;
 mod picture;
+mod picture_kind;
+mod point_style;
 mod ramp;
 mod recording;
 mod request;
@@ -48,7 +49,6 @@ mod spectral;
 mod spectrum;
 mod trace;
 mod waterfall;
-mod what;
 
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub(super) use axis::PREFIXABLE;
 pub(super) use basins::slice_axes;
 pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
 pub(super) use categories::colour as category_colour;
-pub use column::{Asked, ColumnName, NoColumn};
+pub use column::{ColumnName, NoColumn, PictureRequest};
 pub(crate) use display::Unit;
 pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
@@ -74,9 +74,9 @@ pub use machine::pictures as machine_pictures;
 pub(super) use marker::{colour as kind_colour, name as kind_name};
 pub(super) use motion::Motion;
 pub use picture::{Drawn, Picture};
+pub use picture_kind::PictureKind;
 pub(super) use ramp::colours as ramp_colours;
 pub use request::{PlotRequest, USUAL_ORDERS};
-pub use what::What;
 
 /// Requirement of pictures of a mesh.
 const MESH_NEEDED: &str =
@@ -114,14 +114,14 @@ fn drawn(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
     let request = &column::completed(request)?;
     let mut drawn = Drawn::default();
     let (mut columns, mut kinds) = (Vec::new(), Vec::new());
-    for asked in &request.what {
-        match asked {
-            Asked::Kind(what) => kinds.push(*what),
-            Asked::Column(column) => columns.push(column.clone()),
+    for requested in &request.what {
+        match requested {
+            PictureRequest::Kind(what) => kinds.push(*what),
+            PictureRequest::Column(column) => columns.push(column.clone()),
         }
     }
-    let cut = kinds.contains(&What::Orders);
-    kinds.retain(|what| *what != What::Orders);
+    let cut = kinds.contains(&PictureKind::Orders);
+    kinds.retain(|what| *what != PictureKind::Orders);
     if let (Some(&what), [_, _, ..]) = (kinds.first(), paths) {
         return Err(PlotError::OneFolder { what });
     }
@@ -158,7 +158,7 @@ fn drawn(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawable {
     /// Kinds of pictures.
-    pub kinds: Vec<What>,
+    pub kinds: Vec<PictureKind>,
     /// Every column, by its name in requests.
     pub columns: Vec<ColumnHead>,
 }
@@ -218,15 +218,15 @@ impl Source {
     /// Draws all that the data allow, and notes what was left out.
     fn draw_all(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let mut drawn = Drawn::default();
-        let usual = |what: &&What| match what {
-            What::Orders | What::Campbell => false,
-            What::Waterfall => {
+        let usual = |what: &&PictureKind| match what {
+            PictureKind::Orders | PictureKind::Campbell => false,
+            PictureKind::Waterfall => {
                 let varies = |results: &Results| !results.varied().is_empty();
                 self.holds(TableKind::Spectra) && self.results.as_ref().is_some_and(varies)
             }
             _ => true,
         };
-        for &what in What::VARIANTS.iter().filter(usual) {
+        for &what in PictureKind::VARIANTS.iter().filter(usual) {
             match self.draw(what, request) {
                 Ok(pictures) => drawn.append(pictures),
                 Err(PlotError::Unfit { what, reason }) if self.can_hold(what) => {
@@ -243,10 +243,19 @@ impl Source {
     }
 
     /// Draws a requested kind.
-    fn draw_one(&self, what: What, path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    fn draw_one(
+        &self,
+        what: PictureKind,
+        path: &Path,
+        request: &PlotRequest,
+    ) -> Result<Drawn, PlotError> {
         self.draw(what, request).map_err(|error| match error {
             PlotError::Unfit { what, reason } => {
-                let names: Vec<&str> = self.available().into_iter().map(What::name).collect();
+                let names: Vec<&str> = self
+                    .available()
+                    .into_iter()
+                    .map(PictureKind::name)
+                    .collect();
                 PlotError::NotAvailable {
                     what,
                     path: path.to_path_buf(),
@@ -267,7 +276,7 @@ impl Source {
         let results = self.results.as_ref();
         (results.filter(|results| !results.summary.all.is_empty())).ok_or_else(|| {
             let folder = path.to_path_buf();
-            let kinds: Vec<String> = What::names().collect();
+            let kinds: Vec<String> = PictureKind::names().collect();
             let misspelt = columns.iter().find_map(|column| {
                 let name = column.to_string();
                 let nearest = column::nearest(&name, &kinds);
@@ -285,52 +294,60 @@ impl Source {
         })
     }
 
-    fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    fn draw(&self, what: PictureKind, request: &PlotRequest) -> Result<Drawn, PlotError> {
         if let Some(curves) = &self.mesh {
             return mesh::draw(what, curves);
         }
-        if let What::Spectrogram | What::Tracks = what {
+        if let PictureKind::Spectrogram | PictureKind::Tracks = what {
             let folder = self.run_up.as_ref();
             let folder =
                 folder.ok_or_else(|| what.unfit("give a folder that `atlas runup` wrote"))?;
             return folder.draw(what, request);
         }
-        if let What::Branches | What::Curves = what {
+        if let PictureKind::Branches | PictureKind::Curves = what {
             let Some((followed, shown)) = &self.followed else {
                 return Err(what.unfit(FOLLOWED_NEEDED));
             };
             return match what {
-                What::Curves => curves::draw(followed, shown, self.results.as_ref()),
+                PictureKind::Curves => curves::draw(followed, shown, self.results.as_ref()),
                 _ => Ok(branches::draw(followed, shown, self.results.as_ref())),
             };
         }
         match (what, &self.results, &self.recording) {
-            (What::Mesh | What::Sharing | What::Contact, _, _) => Err(what.unfit(MESH_NEEDED)),
-            (What::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
-            (What::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
-            (What::Trace, _, None) => Err(what.unfit("give a folder that `atlas trace` wrote")),
+            (PictureKind::Mesh | PictureKind::Sharing | PictureKind::Contact, _, _) => {
+                Err(what.unfit(MESH_NEEDED))
+            }
+            (PictureKind::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
+            (PictureKind::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
+            (PictureKind::Trace, _, None) => {
+                Err(what.unfit("give a folder that `atlas trace` wrote"))
+            }
             (_, Some(results), _) => of_results(what, results, request),
             (_, None, _) => Err(what.unfit("give a folder that `atlas run` wrote")),
         }
     }
 
     /// Whether this kind of picture belongs to this kind of folder or file.
-    fn can_hold(&self, what: What) -> bool {
+    fn can_hold(&self, what: PictureKind) -> bool {
         match what {
-            What::Trace => self.recording.is_some(),
-            What::Spectrogram | What::Tracks => self.run_up.is_some(),
-            What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
+            PictureKind::Trace => self.recording.is_some(),
+            PictureKind::Spectrogram | PictureKind::Tracks => self.run_up.is_some(),
+            PictureKind::Mesh | PictureKind::Sharing | PictureKind::Contact => self.mesh.is_some(),
             _ if self.mesh.is_some() => false,
-            What::Branches => self.followed.is_some(),
-            What::Curves => (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some()),
-            What::Phase => self.results.is_some() || self.recording.is_some(),
+            PictureKind::Branches => self.followed.is_some(),
+            PictureKind::Curves => {
+                (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some())
+            }
+            PictureKind::Phase => self.results.is_some() || self.recording.is_some(),
             // Only if the job requested them: most results have neither.
-            What::Shares => self.holds(TableKind::Attractors),
-            What::Basins => self.holds(TableKind::Basins),
-            What::Multipliers | What::Kicks => self.holds(TableKind::Orbits),
-            What::Convergence => (self.results.as_ref()).is_some_and(convergence::is_there),
+            PictureKind::Shares => self.holds(TableKind::Attractors),
+            PictureKind::Basins => self.holds(TableKind::Basins),
+            PictureKind::Multipliers | PictureKind::Kicks => self.holds(TableKind::Orbits),
+            PictureKind::Convergence => {
+                (self.results.as_ref()).is_some_and(convergence::has_history)
+            }
             // Few jobs request it: leave it out silently if none did.
-            What::Horizon => (self.results.as_ref()).is_some_and(|results| {
+            PictureKind::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
             }),
             _ => self.results.is_some(),
@@ -344,48 +361,52 @@ impl Source {
     }
 
     /// The pictures that the data allow.
-    fn available(&self) -> Vec<What> {
+    fn available(&self) -> Vec<PictureKind> {
         let request = PlotRequest::default();
-        let all = What::VARIANTS.iter().copied();
+        let all = PictureKind::VARIANTS.iter().copied();
         all.filter(|&what| self.draw(what, &request).is_ok())
             .collect()
     }
 }
 
-fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+fn of_results(
+    what: PictureKind,
+    results: &Results,
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
     if results.summary.all.is_empty() {
         return Err(what.unfit("points.parquet has no points"));
     }
     let over = request.over.as_deref();
     let cells = cells::Cells::new(results);
     match what {
-        What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(what.unfit(
+        PictureKind::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(what.unfit(
             "no point has an exponent; add `lyapunov = {}` to [analyses] of the manifest, with enough cycles",
         )),
-        What::Lambda => match cells {
+        PictureKind::Lambda => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),
             _ => Ok(lambda_curve::draw(results, results.along(what, over)?)),
         },
-        What::Classes => match cells {
+        PictureKind::Classes => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw_classes(results, &cells)),
             _ => Ok(class_rows::draw(results, results.along(what, over)?)),
         },
-        What::Bifurcation => bifurcation::draw(results, results.along(what, over)?),
-        What::Shares => shares::draw(results, results.along(what, over)?),
-        What::Basins => basins::draw(results, request),
-        What::Multipliers => multipliers::draw(results, request),
-        What::Kicks => kicks::draw(results, request),
-        What::Spectrum => spectrum::draw(results, request),
-        What::Waterfall => waterfall::draw(results, request),
-        What::Campbell => Err(what.unfit(CAMPBELL_APART)),
-        What::Orders => column::draw_orders(&column::named(&[results]), request),
-        What::Horizon => horizon::draw(results, request),
-        What::Convergence => convergence::draw(results, request),
-        What::Phase => phase::of_results(results, request),
-        What::Trace => Err(what.unfit("give a folder that `atlas trace` wrote")),
-        What::Spectrogram | What::Tracks => Err(what.unfit("give a folder that `atlas runup` wrote")),
-        What::Mesh | What::Sharing | What::Contact => Err(what.unfit(MESH_NEEDED)),
-        What::Branches | What::Curves => Err(what.unfit(FOLLOWED_NEEDED)),
+        PictureKind::Bifurcation => bifurcation::draw(results, results.along(what, over)?),
+        PictureKind::Shares => shares::draw(results, results.along(what, over)?),
+        PictureKind::Basins => basins::draw(results, request),
+        PictureKind::Multipliers => multipliers::draw(results, request),
+        PictureKind::Kicks => kicks::draw(results, request),
+        PictureKind::Spectrum => spectrum::draw(results, request),
+        PictureKind::Waterfall => waterfall::draw(results, request),
+        PictureKind::Campbell => Err(what.unfit(CAMPBELL_APART)),
+        PictureKind::Orders => column::draw_orders(&column::named(&[results]), request),
+        PictureKind::Horizon => horizon::draw(results, request),
+        PictureKind::Convergence => convergence::draw(results, request),
+        PictureKind::Phase => phase::of_results(results, request),
+        PictureKind::Trace => Err(what.unfit("give a folder that `atlas trace` wrote")),
+        PictureKind::Spectrogram | PictureKind::Tracks => Err(what.unfit("give a folder that `atlas runup` wrote")),
+        PictureKind::Mesh | PictureKind::Sharing | PictureKind::Contact => Err(what.unfit(MESH_NEEDED)),
+        PictureKind::Branches | PictureKind::Curves => Err(what.unfit(FOLLOWED_NEEDED)),
     }
 }
 

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
 use super::hatch::hatch;
 use super::lettering::fitted;
-use super::look::Look;
 use super::marker::Marker;
 use super::panel::TICK_SIZE;
+use super::point_style::PointStyle;
 use super::ramp::ink_on;
 use crate::report::PointSummary;
 use crate::report::point::{CHAOTIC, TRANSIENT_CHAOS};
@@ -159,7 +159,7 @@ const PITCH: f64 = 24.0;
 const SAMPLE: [f64; 2] = [20.0, 18.0];
 
 /// A sample of a key: a cell with its look on the map, with the letter of its motion if the map has letters.
-pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &Look) {
+pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &PointStyle) {
     let (corner, colour) = ([x + SAMPLE[0], y + SAMPLE[1]], look.colour);
     canvas.rectangle([x, y], corner, colour);
     if look.hatched {
@@ -243,7 +243,7 @@ mod tests {
     }
 
     /// CIE 1976 L*a*b* of a colour for a reader's vision (sRGB, D65).
-    fn seen(colour: Colour, sight: &[[f64; 3]; 3]) -> [f64; 3] {
+    fn lab_colour(colour: Colour, vision: &[[f64; 3]; 3]) -> [f64; 3] {
         let linear = [colour.0, colour.1, colour.2].map(|value| {
             let value = f64::from(value) / 255.0;
             if value <= 0.04045 {
@@ -252,7 +252,7 @@ mod tests {
                 ((value + 0.055) / 1.055).powf(2.4)
             }
         });
-        let seen = times(sight, linear).map(|value| value.clamp(0.0, 1.0));
+        let seen = times(vision, linear).map(|value| value.clamp(0.0, 1.0));
         let to_xyz = [
             [0.4124564, 0.3575761, 0.1804375],
             [0.2126729, 0.7151522, 0.0721750],
@@ -286,10 +286,10 @@ mod tests {
         let all: Vec<Motion> = periods.into_iter().chain(others).collect();
         for (index, a) in all.iter().enumerate() {
             for b in &all[..index] {
-                for sight in &SIGHTS {
-                    let [p, q] = [a, b].map(|motion| seen(motion.colour(), sight));
-                    let apart = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
-                    assert!(apart > 11.0, "{a:?} and {b:?}: {apart}");
+                for vision in &SIGHTS {
+                    let [p, q] = [a, b].map(|motion| lab_colour(motion.colour(), vision));
+                    let distance = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+                    assert!(distance > 11.0, "{a:?} and {b:?}: {distance}");
                 }
             }
         }

@@ -8,9 +8,9 @@ use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
 use super::panel::Panel;
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
-use super::what::What;
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
 
@@ -31,7 +31,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     pictures(
         results,
         request,
-        What::Multipliers,
+        PictureKind::Multipliers,
         "multipliers of periodic orbits",
         |orbit| !orbit.multipliers.is_empty(),
         plane,

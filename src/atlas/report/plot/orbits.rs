@@ -4,9 +4,9 @@ use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
 use super::categories::colour;
 use super::error::PlotError;
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
-use super::what::What;
 use crate::report::orbits::Orbit;
 
 /// Most entries of a key, and the height of one \[px\].
@@ -17,7 +17,7 @@ const ENTRY: f64 = 42.0;
 pub(super) fn pictures(
     results: &Results,
     request: &PlotRequest,
-    what: What,
+    what: PictureKind,
     title: &str,
     drawable: impl Fn(&Orbit) -> bool,
     draw: impl Fn(&mut Canvas, &[&Orbit]),
@@ -36,7 +36,7 @@ pub(super) fn pictures(
     }
     if ids.is_empty() {
         return Err(what.unfit(match what {
-            What::Multipliers => {
+            PictureKind::Multipliers => {
                 "no orbit with multipliers was found; set analyses.orbits.floquet = true to keep them"
             }
             _ => "no orbit was found",
@@ -97,8 +97,8 @@ pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     let mut taken: Vec<Place> = Vec::new();
     for (_, wanted) in wanted {
         let free = |at: &Place| {
-            let apart = |other: &Place| (at[0] - other[0]).hypot(at[1] - other[1]) >= APART;
-            taken.iter().all(apart)
+            let is_distinct = |other: &Place| (at[0] - other[0]).hypot(at[1] - other[1]) >= APART;
+            taken.iter().all(is_distinct)
         };
         let steps =
             (0..=2 * taken.len()).flat_map(|step| [-0.5, 0.5].map(|side| side * step as f64));

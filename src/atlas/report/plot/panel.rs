@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT};
-use super::lettering::{apart, fitted, text_width, wrapped};
+use super::lettering::{fitted, spread_out, text_width, wrapped};
 
 /// Em size of tick texts \[px\].
 pub(super) const TICK_SIZE: f64 = 12.5;
@@ -128,7 +128,7 @@ impl Panel {
     /// Dashed lines at values, with their names to the right of the panel, without overlap.
     pub fn levels(&self, canvas: &mut Canvas, levels: &[(f64, &str)], colour: Colour) {
         let wanted: Vec<f64> = levels.iter().map(|(value, _)| self.y(*value)).collect();
-        let places = apart(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);
+        let places = spread_out(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);
         for ((y, place), (_, name)) in wanted.into_iter().zip(places).zip(levels) {
             canvas.dashes([self.left, y], [self.right, y], colour, 1.2);
             canvas.label([self.right + 8.0, place + 0.35 * TICK_SIZE], name, colour);

@@ -7,11 +7,11 @@ use super::error::PlotError;
 use super::motion::Motion;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::recording::Recording;
 use super::request::PlotRequest;
 use super::results::Results;
 use super::section::{Quantity, Section};
-use super::what::What;
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 use crate::store::TableKind;
@@ -28,7 +28,7 @@ fn panel(across: Axis, up: Axis) -> Panel {
 /// Poincaré samples of one point in a plane in which they differ: the requested point, else the most chaotic, else the
 /// one with the largest RMS.
 pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let table = results.needed(TableKind::Poincare, What::Phase)?;
+    let table = results.needed(TableKind::Poincare, PictureKind::Phase)?;
     let ids = table.u64("point_id")?;
     let sampled = |point: &&PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
     let liveliness = |point: &PointSummary| match Motion::of(point) {
@@ -44,7 +44,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
                 chaos.then(a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             });
             let (point, _) =
-                best.ok_or_else(|| What::Phase.unfit("poincare.parquet has no samples"))?;
+                best.ok_or_else(|| PictureKind::Phase.unfit("poincare.parquet has no samples"))?;
             let why = match Motion::of(point) {
                 _ if results.summary.all.len() == 1 => "",
                 motion if motion.is_chaos() => "the point with the largest λ",
@@ -67,7 +67,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         .filter_map(|(_, (first, second))| Some([(*first)?, (*second)?]))
         .collect();
     if samples.is_empty() {
-        return Err(What::Phase.unfit(format!("point {} has no sample", point.point_id)));
+        return Err(PictureKind::Phase.unfit(format!("point {} has no sample", point.point_id)));
     }
     let units = table.units()?;
     let title = format!("Poincaré samples {}", section.words);

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::draw;
 use super::error::PlotError;
-use super::what::What;
+use super::picture_kind::PictureKind;
 
 /// A picture, not yet in a file format.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +59,7 @@ impl Drawn {
     }
 
     /// No pictures yet, but a note if not all slices will be drawn.
-    pub(super) fn of_slices(what: What, drawn: usize, all: usize) -> Self {
+    pub(super) fn of_slices(what: PictureKind, drawn: usize, all: usize) -> Self {
         Self::sliced(what.name(), drawn, all)
     }
 
@@ -79,7 +79,11 @@ impl Drawn {
 
     /// Adds a note with the number of overlapping marks of each picture that were left out.
     pub(super) fn say_what_was_thinned(&mut self) {
-        for picture in self.pictures.iter().filter(|own| own.canvas.left_out > 0) {
+        for picture in self
+            .pictures
+            .iter()
+            .filter(|picture| picture.canvas.left_out > 0)
+        {
             self.notes.push(format!(
                 "{}: {} marks and line points that lie within a pixel of others",
                 picture.name, picture.canvas.left_out

@@ -1,6 +1,6 @@
 //! What does a request for pictures contain?
 
-use super::column::Asked;
+use super::column::PictureRequest;
 use super::display::Display;
 use crate::manifest::Measured;
 
@@ -11,7 +11,7 @@ pub const USUAL_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlotRequest {
     /// Kinds of pictures and columns; empty for all kinds that the data allow.
-    pub what: Vec<Asked>,
+    pub what: Vec<PictureRequest>,
     /// Axis of pictures over one axis; default: the one with most values.
     pub over: Option<String>,
     /// Axis whose values become the curves of one picture.

@@ -9,7 +9,7 @@ use super::axis_units::AxisUnits;
 use super::canvas::Canvas;
 use super::error::PlotError;
 use super::picture::{Drawn, Picture};
-use super::what::What;
+use super::picture_kind::PictureKind;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
@@ -97,7 +97,7 @@ impl Results {
     }
 
     /// A table that a kind of picture needs.
-    pub fn needed(&self, kind: TableKind, what: What) -> Result<ResultTable, PlotError> {
+    pub fn needed(&self, kind: TableKind, what: PictureKind) -> Result<ResultTable, PlotError> {
         let reason = || format!("there is no {}; {}", kind.file_name(), kind.remedy());
         self.table(kind)?.ok_or_else(|| what.unfit(reason()))
     }
@@ -130,7 +130,7 @@ impl Results {
 
     /// The axis of pictures over one axis: the named one, else the swept one, else the one with most values, the
     /// fastest of equals.
-    pub fn along(&self, what: What, name: Option<&str>) -> Result<usize, PlotError> {
+    pub fn along(&self, what: PictureKind, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
         match name.or(self.summary.carried_along.as_deref()) {
@@ -196,9 +196,9 @@ impl Results {
         self.cut(free, false)
     }
 
-    fn cut(&self, free: &[usize], apart: bool) -> (Vec<Slice<'_>>, usize) {
+    fn cut(&self, free: &[usize], by_direction: bool) -> (Vec<Slice<'_>>, usize) {
         let axes = &self.summary.axes;
-        let held = self.summary.tied.held(axes.len(), free);
+        let held = self.summary.tied.fixed_axes(axes.len(), free);
         let values = |point: &PointSummary| -> Vec<f64> {
             held.iter().map(|&index| point.axis_values[index]).collect()
         };
@@ -208,7 +208,10 @@ impl Results {
         let several = self.directions().len() > 1;
         for point in &self.summary.all {
             let key = values(point);
-            let direction = point.direction.as_deref().filter(|_| apart && several);
+            let direction = point
+                .direction
+                .as_deref()
+                .filter(|_| by_direction && several);
             let bits = key.iter().map(|value| value.to_bits()).collect();
             let index = *known.entry((bits, direction)).or_insert(all.len());
             match all.get_mut(index) {
@@ -229,7 +232,7 @@ impl Results {
                 let known = || held.iter().map(|&index| &axes[index]).zip(&key);
                 let swept = direction.map(|direction| format!("sweep {direction}"));
                 let words: Vec<String> = known()
-                    .map(|(axis, value)| self.held_words(axis, *value))
+                    .map(|(axis, value)| self.axis_value_text(axis, *value))
                     .chain(swept)
                     .collect();
                 let parts: Vec<String> = known()
@@ -262,7 +265,7 @@ impl Results {
 
     /// Axes on which points of a slice differ in addition to those of the slice: the other axes of a list. The points
     /// of a chain form one course, even if other axes are tied to its axis.
-    pub fn accompanying(&self, free: &[usize]) -> Vec<usize> {
+    pub fn companion_axes(&self, free: &[usize]) -> Vec<usize> {
         let Summary {
             axes,
             tied,
@@ -273,7 +276,7 @@ impl Results {
         if free.first().is_some_and(is_chain) {
             return Vec::new();
         }
-        let held = tied.held(axes.len(), free);
+        let held = tied.fixed_axes(axes.len(), free);
         let mut varied = self.varied();
         varied.retain(|axis| !free.contains(axis) && !held.contains(axis));
         varied
@@ -282,7 +285,7 @@ impl Results {
     /// Indices of points in lines over the first axis of a slice. Points with different values on other axes are on
     /// different lines.
     pub fn lines(&self, free: &[usize], points: &[&PointSummary]) -> Vec<Vec<usize>> {
-        let others = self.accompanying(free);
+        let others = self.companion_axes(free);
         let mut lines: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
         for (place, point) in points.iter().enumerate() {
             let key = others.iter().map(|&axis| point.axis_values[axis].to_bits());
@@ -297,7 +300,7 @@ impl Results {
 
     /// Text that names the other axes in which points of a slice differ, and says whether lines join equal values.
     pub fn lines_words(&self, free: &[usize], points: &[&PointSummary]) -> String {
-        let others = self.accompanying(free);
+        let others = self.companion_axes(free);
         let names: Vec<&str> = (others.iter())
             .map(|&axis| self.summary.axes[axis].name.as_str())
             .collect();
@@ -334,7 +337,7 @@ impl Results {
     /// A picture per slice of the grid, named by its kind.
     pub fn by_slice<'s>(
         &self,
-        what: What,
+        what: PictureKind,
         (slices, all): (Vec<Slice<'s>>, usize),
         mut draw: impl FnMut(&Slice<'s>) -> Canvas,
     ) -> Drawn {
@@ -358,7 +361,7 @@ impl Results {
     }
 
     /// `speed 6000 rpm`.
-    pub fn held_words(&self, axis: &GridAxis, value: f64) -> String {
+    pub fn axis_value_text(&self, axis: &GridAxis, value: f64) -> String {
         self.shown.words(axis, value)
     }
 
@@ -372,7 +375,7 @@ impl Results {
     pub fn point_words(&self, point: &PointSummary) -> String {
         let values = self.summary.axes.iter().zip(&point.axis_values);
         let values: Vec<String> = values
-            .map(|(axis, value)| self.held_words(axis, *value))
+            .map(|(axis, value)| self.axis_value_text(axis, *value))
             .chain(point.direction.as_ref().map(|word| format!("sweep {word}")))
             .collect();
         let motion = super::motion::Motion::of(point).name();

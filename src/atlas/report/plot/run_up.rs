@@ -10,9 +10,9 @@ use super::error::PlotError;
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::ramp::{bar, viridis};
 use super::request::PlotRequest;
-use super::what::What;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
@@ -40,7 +40,7 @@ impl OfSignal {
     fn read(
         folder: &Path,
         kind: TableKind,
-        what: What,
+        what: PictureKind,
         signal: Option<&str>,
     ) -> Result<Self, PlotError> {
         let table = ResultTable::read(folder, kind)?;
@@ -99,9 +99,9 @@ impl RunUpFolder {
     }
 
     /// Draws one of its pictures.
-    pub fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    pub fn draw(&self, what: PictureKind, request: &PlotRequest) -> Result<Drawn, PlotError> {
         match what {
-            What::Spectrogram => self.spectrogram(request),
+            PictureKind::Spectrogram => self.spectrogram(request),
             _ => self.tracks(request),
         }
     }
@@ -109,7 +109,12 @@ impl RunUpFolder {
     /// Levels in colour over speed and frequency.
     fn spectrogram(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let signal = request.signal.as_deref();
-        let own = OfSignal::read(&self.0, TableKind::Spectrogram, What::Spectrogram, signal)?;
+        let own = OfSignal::read(
+            &self.0,
+            TableKind::Spectrogram,
+            PictureKind::Spectrogram,
+            signal,
+        )?;
         let lists = own.table.lists("amplitudes")?;
         let step = column(&own.table, "frequency_step")?[own.rows[0]];
         let spectra: Vec<Vec<f64>> = (own.rows.iter())
@@ -129,7 +134,7 @@ impl RunUpFolder {
             .fold(0.0, f64::max);
         let scale = scale(&own, request)?;
         let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
-            return Err(silent(What::Spectrogram));
+            return Err(silent(PictureKind::Spectrogram));
         };
         let level = scale.axis_over([low, high]);
         let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
@@ -172,7 +177,7 @@ impl RunUpFolder {
     /// Amplitudes of orders over the speed.
     fn tracks(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let signal = request.signal.as_deref();
-        let own = OfSignal::read(&self.0, TableKind::OrderTracks, What::Tracks, signal)?;
+        let own = OfSignal::read(&self.0, TableKind::OrderTracks, PictureKind::Tracks, signal)?;
         let (orders, amplitudes) = (
             column(&own.table, "order")?,
             column(&own.table, "amplitude")?,
@@ -189,7 +194,7 @@ impl RunUpFolder {
         let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
         let ends = range(own.rows.iter().filter_map(|row| shown(*row)));
         if largest == 0.0 {
-            return Err(silent(What::Tracks));
+            return Err(silent(PictureKind::Tracks));
         }
         let (mut canvas, panel) = framed(&own, "orders", scale.axis(ends));
         for (place, order) in known.iter().enumerate() {
@@ -231,6 +236,6 @@ fn one(name: &str, canvas: Canvas) -> Drawn {
     drawn
 }
 
-fn silent(what: What) -> PlotError {
+fn silent(what: PictureKind) -> PlotError {
     what.unfit("no amplitude is above zero")
 }

@@ -11,8 +11,8 @@ use super::marker::OTHERS;
 use super::over_axis::across;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::results::Results;
-use super::what::What;
 use crate::report::PointSummary;
 use crate::report::branches::{Attractor, branches, read_attractors};
 use crate::report::numbers::plural;
@@ -30,16 +30,16 @@ const BOTTOM: f64 = 526.0;
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
     let attractors = read_attractors(&results.folder)?;
     if attractors.is_empty() {
-        return Err(What::Shares.unfit(
+        return Err(PictureKind::Shares.unfit(
             "there are no attractors; add `multistability = {}` to [analyses] of the manifest",
         ));
     }
     let summary = &results.summary;
-    let held = summary.tied.held(summary.axes.len(), &[along]);
+    let held = summary.tied.fixed_axes(summary.axes.len(), &[along]);
     let followed = branches(&attractors, &summary.all, &summary.axes, along, &held);
     let name = &summary.axes[along].name;
     let slices = results.slices(&[along]);
-    let drawn = results.by_slice(What::Shares, slices, |slice| {
+    let drawn = results.by_slice(PictureKind::Shares, slices, |slice| {
         let title = format!("basin shares over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
         // A slice counts its branches from 0, for the colours.

@@ -3,9 +3,9 @@
 
 use super::column::{SUBORDERS, nearest};
 use super::error::PlotError;
+use super::picture_kind::PictureKind;
 use super::results::Results;
 use super::spectrum::unit_of;
-use super::what::What;
 use crate::store::{ResultTable, TableKind};
 
 /// The name in `signals` of the manifest for the group of a signal, such as `bearing pinion 1 x`; `None` if it belongs
@@ -54,11 +54,11 @@ impl SpectralLines {
     ///
     /// # Errors
     /// There are none, or the signal does not exist.
-    pub fn read(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
+    pub fn read(results: &Results, what: PictureKind, signal: &str) -> Result<Self, PlotError> {
         if let Some(table) = results.table(TableKind::Spectra)? {
             return Self::of_lines(results, &table, "spectra.parquet", what, signal);
         }
-        if what == What::Orders
+        if what == PictureKind::Orders
             && signal != "deflection"
             && let Some(table) = results.table(TableKind::Orders)?
         {
@@ -72,7 +72,7 @@ impl SpectralLines {
         results: &Results,
         table: &ResultTable,
         file: &str,
-        what: What,
+        what: PictureKind,
         signal: &str,
     ) -> Result<Self, PlotError> {
         let ids = table.u64("point_id")?;
@@ -104,11 +104,11 @@ impl SpectralLines {
                 [] => String::new(),
                 near => format!("; did you mean {}?", near.join(", ")),
             };
-            let asked = group(signal).map_or(String::new(), |word| {
+            let group_words = group(signal).map_or(String::new(), |word| {
                 format!("; name \"{word}\" in `signals` of that analysis to compute more")
             });
             return Err(what.unfit(format!(
-                "{file} has no lines of the signal `{signal}`{near}; its signals: {}{asked}",
+                "{file} has no lines of the signal `{signal}`{near}; its signals: {}{group_words}",
                 known.join(", ")
             )));
         }
@@ -125,7 +125,7 @@ impl SpectralLines {
     }
 
     /// Reads the lines of the deflection from the lists of points.parquet.
-    fn of_harmonics(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
+    fn of_harmonics(results: &Results, what: PictureKind, signal: &str) -> Result<Self, PlotError> {
         if signal != "deflection" {
             return Err(what.unfit(&match group(signal) {
                 None => format!(

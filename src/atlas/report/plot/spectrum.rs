@@ -6,9 +6,9 @@ use super::error::PlotError;
 use super::lettering::fitted;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
-use super::what::What;
 use crate::report::numbers::to_digits;
 use crate::store::TableKind;
 
@@ -24,7 +24,7 @@ const NAME: [f64; 2] = [76.0, 15.0];
 const CLEAR: f64 = 4.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let table = results.needed(TableKind::Spectra, What::Spectrum)?;
+    let table = results.needed(TableKind::Spectra, PictureKind::Spectrum)?;
     let ids = table.u64("point_id")?;
     let (signals, orders) = (table.text("signal")?, table.f64("order")?);
     let (amplitudes, methods) = (table.f64("amplitude")?, table.text("method")?);
@@ -39,11 +39,11 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .filter(|(point, _)| has_lines(point.point_id))
             .max_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             .map(|(point, _)| point)
-            .ok_or_else(|| What::Spectrum.unfit("spectra.parquet has no lines"))?,
+            .ok_or_else(|| PictureKind::Spectrum.unfit("spectra.parquet has no lines"))?,
     };
     if !has_lines(point.point_id) {
         let reason = format!("point {} has no spectrum", point.point_id);
-        return Err(What::Spectrum.unfit(reason));
+        return Err(PictureKind::Spectrum.unfit(reason));
     }
     let start = ids.partition_point(|id| *id < Some(point.point_id));
     // Exact lines are separate; averaged power is a continuous curve.

@@ -156,16 +156,19 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
     folder
 }
 
-fn drawn(folder: &Path, what: &[What], over: Option<&str>) -> Drawn {
+fn drawn(folder: &Path, what: &[PictureKind], over: Option<&str>) -> Drawn {
     let request = PlotRequest {
-        what: what.iter().map(|what| Asked::Kind(*what)).collect(),
+        what: what
+            .iter()
+            .map(|what| PictureRequest::Kind(*what))
+            .collect(),
         over: over.map(str::to_owned),
         ..PlotRequest::default()
     };
     plot(&[folder.to_path_buf()], &request).unwrap()
 }
 
-fn one(folder: &Path, what: What) -> Canvas {
+fn one(folder: &Path, what: PictureKind) -> Canvas {
     let mut drawn = drawn(folder, &[what], None);
     assert_eq!(drawn.pictures.len(), 1);
     drawn.pictures.remove(0).canvas
@@ -195,15 +198,15 @@ fn nothing_written_is_cut_off_or_covered_whatever_the_number_of_points() {
 #[test]
 fn an_error_bar_is_explained_only_where_there_is_one() {
     let folder = written([1, 12], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Lambda);
+    let canvas = one(folder.path(), PictureKind::Lambda);
     assert!(canvas.texts().any(|text| text == "± standard error"));
     // One steady point has no error.
     let calm = written([3, 1], SampleKind::Strobe);
-    let pictures = drawn(calm.path(), &[What::Lambda], None).pictures;
+    let pictures = drawn(calm.path(), &[PictureKind::Lambda], None).pictures;
     let texts: Vec<&str> = pictures[0].canvas.texts().collect();
     assert!(texts.contains(&"± standard error"), "{texts:?}");
     let calm = written([2, 1], SampleKind::Strobe);
-    let pictures = drawn(calm.path(), &[What::Lambda], None).pictures;
+    let pictures = drawn(calm.path(), &[PictureKind::Lambda], None).pictures;
     let texts: Vec<&str> = pictures[0].canvas.texts().collect();
     assert!(
         !texts.iter().any(|text| text.contains("standard error")),
@@ -215,7 +218,7 @@ fn an_error_bar_is_explained_only_where_there_is_one() {
 #[test]
 fn a_point_that_failed_looks_as_in_the_key() {
     let folder = written([1, 12], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Lambda);
+    let canvas = one(folder.path(), PictureKind::Lambda);
     let texts: Vec<&str> = canvas.texts().collect();
     assert!(texts.contains(&"at the edge: no λ (1)"), "{texts:?}");
     // The cross of ink, once on the lower edge and once in the key.
@@ -238,7 +241,7 @@ fn a_point_that_failed_looks_as_in_the_key() {
 #[test]
 fn a_thousand_kinds_of_motion_leave_their_colours_to_be_seen() {
     let folder = written([1, 1000], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Classes);
+    let canvas = one(folder.path(), PictureKind::Classes);
     let wide = |from: [f64; 2], to: [f64; 2]| (to[0] - from[0]) * (to[1] - from[1]);
     let (mut edges, mut inner) = (0.0, 0.0);
     for shape in &canvas.shapes {
@@ -256,7 +259,7 @@ fn a_thousand_kinds_of_motion_leave_their_colours_to_be_seen() {
 #[test]
 fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
     let folder = written([3, 80], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Classes);
+    let canvas = one(folder.path(), PictureKind::Classes);
     let texts: Vec<&str> = canvas.texts().collect();
     // Two digits do not fit into eight pixels; one does.
     assert!(texts.contains(&"q") && texts.contains(&"400"), "{texts:?}");
@@ -266,7 +269,7 @@ fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
     );
     assert!(!texts.contains(&"172.9"), "{texts:?}");
     let folder = written([3, 4], SampleKind::Strobe);
-    let texts: Vec<String> = one(folder.path(), What::Classes)
+    let texts: Vec<String> = one(folder.path(), PictureKind::Classes)
         .texts()
         .map(str::to_owned)
         .collect();
@@ -280,7 +283,7 @@ fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
 #[test]
 fn shares_stand_at_their_points() {
     let folder = written([1, 12], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Shares);
+    let canvas = one(folder.path(), PictureKind::Shares);
     let mut places: Vec<f64> = (canvas.shapes.iter())
         .filter_map(|shape| match shape {
             Shape::Disc { centre, colour, .. } if *colour == INK && centre[0] < 690.0 => {
@@ -301,7 +304,7 @@ fn shares_stand_at_their_points() {
 #[test]
 fn peaks_of_a_spectrum_have_orders_and_the_unit_of_their_axis() {
     let folder = written([1, 1], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Spectrum);
+    let canvas = one(folder.path(), PictureKind::Spectrum);
     let texts: Vec<&str> = canvas.texts().collect();
     assert!(
         texts.iter().any(|text| text.starts_with("order ")),
@@ -314,7 +317,7 @@ fn peaks_of_a_spectrum_have_orders_and_the_unit_of_their_axis() {
 #[test]
 fn samples_of_an_entry_section_are_over_the_mesh_phase() {
     let folder = written([1, 1], SampleKind::Entry);
-    let canvas = one(folder.path(), What::Phase);
+    let canvas = one(folder.path(), PictureKind::Phase);
     let texts: Vec<&str> = canvas.texts().collect();
     assert!(
         texts.contains(&"mesh phase [–]") && texts.contains(&"3 samples"),
@@ -343,7 +346,7 @@ fn hatching(canvas: &Canvas) -> Vec<[[f64; 2]; 2]> {
 fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
     // Of the twelve points, 2 is chaotic and 5 is transient chaos, in the second row and the second column.
     let folder = written([3, 4], SampleKind::Strobe);
-    let picture = drawn(folder.path(), &[What::Lambda], None)
+    let picture = drawn(folder.path(), &[PictureKind::Lambda], None)
         .pictures
         .remove(0);
     let canvas = &picture.canvas;
@@ -380,7 +383,7 @@ fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
 #[test]
 fn the_map_of_classes_has_transient_chaos_hatched_with_its_letter() {
     let folder = written([3, 4], SampleKind::Strobe);
-    let canvas = one(folder.path(), What::Classes);
+    let canvas = one(folder.path(), PictureKind::Classes);
     let texts: Vec<&str> = canvas.texts().collect();
     assert_eq!(
         texts.iter().filter(|text| **text == "t").count(),
@@ -399,7 +402,7 @@ fn the_map_of_classes_has_transient_chaos_hatched_with_its_letter() {
 #[test]
 fn maps_without_transient_chaos_have_no_lines_over_cells() {
     let folder = written([2, 2], SampleKind::Strobe);
-    for what in [What::Lambda, What::Classes] {
+    for what in [PictureKind::Lambda, PictureKind::Classes] {
         let canvas = one(folder.path(), what);
         assert_eq!(hatching(&canvas).len(), 0, "{what:?}");
     }

@@ -10,11 +10,11 @@ use super::error::PlotError;
 use super::over_axis::{LEFT, across};
 use super::panel::Panel;
 use super::picture::Drawn;
+use super::picture_kind::PictureKind;
 use super::ramp::{bar, viridis};
 use super::request::PlotRequest;
 use super::results::Results;
 use super::spectral::{Line, SpectralLines};
-use super::what::What;
 
 const RIGHT: f64 = 775.0;
 const TOP: f64 = 72.0;
@@ -33,9 +33,9 @@ const SHADES: f64 = 64.0;
 const FLOOR: f64 = 1e-4;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let found = SpectralLines::read(results, What::Waterfall, request.signal())?;
+    let found = SpectralLines::read(results, PictureKind::Waterfall, request.signal())?;
     if request.frequency && !found.has_frequencies() {
-        return Err(What::Waterfall.unfit("spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest"));
+        return Err(PictureKind::Waterfall.unfit("spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest"));
     }
     let place = |line: &Line| {
         if request.frequency { line.frequency } else { Some(line.order) }
@@ -51,7 +51,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let largest = shown().map(|line| line.amplitude).fold(0.0, f64::max);
     let ends = [FLOOR * largest, largest].map(|end| scale.shown(end));
     let [Some(low), Some(high)] = ends else {
-        return Err(What::Waterfall.unfit("no line is above zero"));
+        return Err(PictureKind::Waterfall.unfit("no line is above zero"));
     };
     let level = scale.axis_over([low, high]);
     let seen = |line: &&Line| {
@@ -68,7 +68,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let along = results.along_any(request.over.as_deref(), None)?;
     let axis = &results.summary.axes[along];
     let slices = results.slices(&[along]);
-    let drawn = results.by_slice(What::Waterfall, slices, |slice| {
+    let drawn = results.by_slice(PictureKind::Waterfall, slices, |slice| {
         let title = format!("{} over {}", found.name, axis.name);
         let mut canvas = results.canvas(&title, &[&slice.words]);
         let panel = Panel::new(

@@ -42,7 +42,7 @@ pub(super) fn shorter_lived(a: &PointSummary, b: &PointSummary) -> Ordering {
 }
 
 /// Data of a point for the census in addition to its summary.
-pub(super) struct Extra {
+pub(super) struct CensusData {
     cycles: u64,
     wall_time: f64,
     energy_residual: Option<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Extra {
 pub(super) fn scan(
     folder: &Path,
     head: &ResultTable,
-    mut each: impl FnMut(Vec<PointSummary>, Vec<Extra>),
+    mut each: impl FnMut(Vec<PointSummary>, Vec<CensusData>),
 ) -> Result<(), ReportError> {
     let axes = head.axes()?;
     let columns = axes.iter().map(String::as_str).chain(COLUMNS);
@@ -66,7 +66,7 @@ pub(super) fn scan(
         let points = read_points(folder, part, with_evidence)?;
         let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
         let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
-        let extra = (0..points.len()).map(|row| Extra {
+        let extra = (0..points.len()).map(|row| CensusData {
             cycles: cycles[row].unwrap_or_default(),
             wall_time: time[row].unwrap_or_default(),
             energy_residual: residual[row],
@@ -108,12 +108,12 @@ const EVIDENCE: [&str; 7] = [
 
 /// The first points in some order, and their number.
 #[derive(Default)]
-pub(super) struct Leading {
+pub(super) struct FirstPoints {
     count: usize,
     kept: Vec<PointSummary>,
 }
 
-impl Leading {
+impl FirstPoints {
     fn add(
         &mut self,
         point: &PointSummary,
@@ -149,15 +149,15 @@ pub(super) struct Census {
     /// Points with a residual above [`LARGEST_RESIDUAL`].
     pub(super) open_balances: usize,
     pub(super) with_exponent: usize,
-    pub(super) chaotic: Leading,
+    pub(super) chaotic: FirstPoints,
     pub(super) lifetimes: Lifetimes,
     /// Points whose chaos some trajectories left.
-    pub(super) transient: Leading,
+    pub(super) transient: FirstPoints,
     pub(super) with_evidence: usize,
     pub(super) unverified: usize,
     pub(super) with_twin: usize,
-    pub(super) twin_disagrees: Leading,
-    pub(super) troubled: Leading,
+    pub(super) twin_disagrees: FirstPoints,
+    pub(super) troubled: FirstPoints,
     pub(super) coexisting: Vec<PointSummary>,
     /// Values on each axis.
     values: Vec<Values>,
@@ -174,7 +174,7 @@ impl Census {
         }
     }
 
-    pub(super) fn take(&mut self, points: Vec<PointSummary>, extra: Vec<Extra>) {
+    pub(super) fn take(&mut self, points: Vec<PointSummary>, extra: Vec<CensusData>) {
         for (point, extra) in points.iter().zip(extra) {
             self.points += 1;
             self.cycles = self.cycles.saturating_add(extra.cycles);

@@ -82,10 +82,10 @@ fn stability(stable: bool) -> &'static str {
 
 /// Axis values of the orbits of a period: `load 0.05, speed 900 … 1200 rad/s`, for the axes with several values.
 fn place(summary: &Summary, orbits: &[Orbit], count: &OrbitCount) -> String {
-    let alike = |orbit: &&Orbit| orbit.period == count.period && orbit.stable == count.stable;
+    let same_kind = |orbit: &&Orbit| orbit.period == count.period && orbit.stable == count.stable;
     let ids: BTreeSet<u64> = orbits
         .iter()
-        .filter(alike)
+        .filter(same_kind)
         .map(|orbit| orbit.point_id)
         .collect();
     let points = summary

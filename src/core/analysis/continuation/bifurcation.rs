@@ -85,10 +85,10 @@ impl Bifurcation {
             }
             (a, b) => a == b,
         };
-        let apart = (self.orbit.at[span.axis] - other.orbit.at[span.axis]).abs();
+        let difference = (self.orbit.at[span.axis] - other.orbit.at[span.axis]).abs();
         touches
             && self.orbit.period == other.orbit.period
-            && apart <= SAME_PLACE * span.scale()
+            && difference <= SAME_PLACE * span.scale()
             && distance(&self.orbit.u, &other.orbit.u) <= SAME_ORBIT * other.orbit.size()
     }
 
@@ -200,10 +200,10 @@ fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
 fn grazes(a: &Orbit, b: &Orbit) -> Vec<Extreme> {
     let period = f64::from(b.period);
     (a.details.touches.extremes.iter())
-        .filter(|own| {
-            let other = b.details.touches.nearest(own, period);
+        .filter(|extreme| {
+            let other = b.details.touches.nearest(extreme, period);
             let back = other.and_then(|other| a.details.touches.nearest(other, period));
-            other.is_some_and(|other| other.depth * own.depth < 0.0) && back == Some(own)
+            other.is_some_and(|other| other.depth * extreme.depth < 0.0) && back == Some(extreme)
         })
         .copied()
         .collect()

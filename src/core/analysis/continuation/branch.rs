@@ -9,11 +9,11 @@ use super::bifurcation::{Bifurcation, between};
 use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
-use super::path::{Across, Span, Vector, apart, guess, place, tangent};
+use super::path::{PathCondition, Span, Vector, apart, guess, place, tangent};
 
 /// Settings for the steps along a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
+pub struct StepSettings {
     /// First step, relative to the parameter's interval.
     pub first: f64,
     /// Longest step.
@@ -24,7 +24,7 @@ pub struct Steps {
     pub most: usize,
 }
 
-impl Default for Steps {
+impl Default for StepSettings {
     fn default() -> Self {
         Self {
             first: 2e-3,
@@ -120,14 +120,14 @@ pub struct Branch {
 
 impl Branch {
     /// Whether the orbit before or after a bifurcation of this branch is stable.
-    pub fn is_stable_beside(&self, bifurcation: &Bifurcation) -> bool {
-        let beside = self.orbits.iter().skip(bifurcation.after).take(2);
-        beside.into_iter().any(|orbit| orbit.unstable() == 0)
+    pub fn has_stable_neighbour(&self, bifurcation: &Bifurcation) -> bool {
+        let neighbours = self.orbits.iter().skip(bifurcation.after).take(2);
+        neighbours.into_iter().any(|orbit| orbit.unstable() == 0)
     }
 }
 
 /// Half a branch: from its first orbit in one direction.
-struct Arm {
+struct HalfBranch {
     orbits: Vec<Orbit>,
     lengths: Vec<f64>,
     bifurcations: Vec<Bifurcation>,
@@ -143,15 +143,15 @@ pub fn follow(
     map: &mut impl CycleMap,
     span: &Span,
     start: Orbit,
-    steps: &Steps,
+    steps: &StepSettings,
 ) -> Result<Branch, NoOrbit> {
     let direction = tangent(map, span, &start)?;
-    let up = arm(map, span, vec![start.clone()], direction.clone(), steps);
+    let up = half_branch(map, span, vec![start.clone()], direction.clone(), steps);
     if up.end == End::Closed {
         return Ok(up.into_branch(End::Closed));
     }
     let back = direction.reversed();
-    let down = arm(map, span, vec![start], back, steps);
+    let down = half_branch(map, span, vec![start], back, steps);
     Ok(down.joined(up))
 }
 
@@ -161,13 +161,13 @@ pub fn follow_away(
     span: &Span,
     first: Orbit,
     second: Orbit,
-    steps: &Steps,
+    steps: &StepSettings,
 ) -> Branch {
     let direction = Vector::between(span, &first, &second);
-    arm(map, span, vec![first, second], direction, steps).into_branch(End::Start)
+    half_branch(map, span, vec![first, second], direction, steps).into_branch(End::Start)
 }
 
-impl Arm {
+impl HalfBranch {
     fn into_branch(self, first: End) -> Branch {
         Branch {
             orbits: self.orbits,
@@ -187,15 +187,15 @@ impl Arm {
         orbits.extend(other.orbits.into_iter().skip(1));
         lengths.extend(other.lengths.iter().skip(1).map(|s| whole + s));
         let mut bifurcations: Vec<Bifurcation> = self.bifurcations;
-        for own in &mut bifurcations {
-            own.length = whole - own.length;
-            own.after = before - 2 - own.after;
+        for bifurcation in &mut bifurcations {
+            bifurcation.length = whole - bifurcation.length;
+            bifurcation.after = before - 2 - bifurcation.after;
         }
         bifurcations.reverse();
-        bifurcations.extend(other.bifurcations.into_iter().map(|mut own| {
-            own.length += whole;
-            own.after += before - 1;
-            own
+        bifurcations.extend(other.bifurcations.into_iter().map(|mut bifurcation| {
+            bifurcation.length += whole;
+            bifurcation.after += before - 1;
+            bifurcation
         }));
         Branch {
             orbits,
@@ -208,18 +208,18 @@ impl Arm {
 }
 
 /// Follows a branch in one direction from the last of some orbits.
-fn arm(
+fn half_branch(
     map: &mut impl CycleMap,
     span: &Span,
     orbits: Vec<Orbit>,
     direction: Vector,
-    steps: &Steps,
-) -> Arm {
+    steps: &StepSettings,
+) -> HalfBranch {
     let mut lengths = vec![0.0];
     for pair in orbits.windows(2) {
         lengths.push(lengths[lengths.len() - 1] + apart(span, &pair[0], &pair[1]));
     }
-    let mut arm = Arm {
+    let mut half_branch = HalfBranch {
         orbits,
         lengths,
         bifurcations: Vec::new(),
@@ -228,18 +228,18 @@ fn arm(
     };
     let mut step = steps.first;
     // Along the exact tangent if it is known, otherwise along the last chord.
-    let mut ahead = Ahead {
+    let mut ahead = StepDirection {
         direction,
-        exact: arm.orbits.len() == 1,
+        exact: half_branch.orbits.len() == 1,
         refusals: 0,
         last_resort: false,
     };
-    while arm.orbits.len() < steps.most {
-        match advance(map, span, &arm, &ahead, step) {
+    while half_branch.orbits.len() < steps.most {
+        match advance(map, span, &half_branch, &ahead, step) {
             Ok(next) => {
                 let few = next.orbit.steps <= FEW_STEPS;
-                let last = &arm.orbits[arm.orbits.len() - 1];
-                ahead = Ahead {
+                let last = &half_branch.orbits[half_branch.orbits.len() - 1];
+                ahead = StepDirection {
                     direction: Vector::between(span, last, &next.orbit),
                     exact: false,
                     refusals: 0,
@@ -249,25 +249,25 @@ fn arm(
                 if few && next.angle < SMALL_ANGLE {
                     step = (1.5 * step).min(steps.longest);
                 }
-                if let Some(end) = take(map, span, &mut arm, next) {
-                    arm.end = end;
+                if let Some(end) = take(map, span, &mut half_branch, next) {
+                    half_branch.end = end;
                     break;
                 }
                 if leaves {
-                    arm.end = End::Interval;
+                    half_branch.end = End::Interval;
                     break;
                 }
             }
             Err(End::Interval) => {
-                arm.end = End::Interval;
+                half_branch.end = End::Interval;
                 break;
             }
             Err(refused) => {
-                arm.rejected += 1;
+                half_branch.rejected += 1;
                 ahead.refusals += 1;
                 step *= SHORTER;
                 ahead.last_resort = step * SHORTER < steps.shortest;
-                let last = &arm.orbits[arm.orbits.len() - 1];
+                let last = &half_branch.orbits[half_branch.orbits.len() - 1];
                 if ahead.refusals == FEW_REFUSALS
                     && let Ok(mut exact) = tangent(map, span, last)
                 {
@@ -278,17 +278,17 @@ fn arm(
                     ahead.exact = true;
                 }
                 if step < steps.shortest {
-                    arm.end = refused;
+                    half_branch.end = refused;
                     break;
                 }
             }
         }
     }
-    arm
+    half_branch
 }
 
 /// Direction and history of the next step.
-struct Ahead {
+struct StepDirection {
     direction: Vector,
     /// Whether `direction` is the exact tangent.
     exact: bool,
@@ -299,7 +299,7 @@ struct Ahead {
 }
 
 /// An accepted step.
-struct Next {
+struct AcceptedStep {
     orbit: Orbit,
     /// Angle by which the branch turns \[rad\].
     angle: f64,
@@ -313,14 +313,14 @@ struct Next {
 fn advance(
     map: &mut impl CycleMap,
     span: &Span,
-    arm: &Arm,
-    go: &Ahead,
+    half_branch: &HalfBranch,
+    go: &StepDirection,
     step: f64,
-) -> Result<Next, End> {
+) -> Result<AcceptedStep, End> {
     let lost = |reason| End::Lost { reason };
-    let count = arm.orbits.len();
-    let last = &arm.orbits[count - 1];
-    let s = arm.lengths[count - 1] + step;
+    let count = half_branch.orbits.len();
+    let last = &half_branch.orbits[count - 1];
+    let s = half_branch.lengths[count - 1] + step;
     let chord = &go.direction;
     let ahead = if go.exact {
         let factor = step / chord.length();
@@ -332,14 +332,15 @@ fn advance(
             size: last.size(),
         }
     } else {
-        let knots: Vec<(f64, &Orbit)> = (arm.lengths.iter().copied().zip(&arm.orbits))
-            .skip(count.saturating_sub(4))
-            .collect();
+        let knots: Vec<(f64, &Orbit)> =
+            (half_branch.lengths.iter().copied().zip(&half_branch.orbits))
+                .skip(count.saturating_sub(4))
+                .collect();
         guess(span, &knots, s)
     };
     let across = match go.refusals {
-        0 => Across::Steep(chord),
-        _ => Across::Always(chord),
+        0 => PathCondition::Steep(chord),
+        _ => PathCondition::Always(chord),
     };
     let mut orbit = place(map, span, last, &ahead, across).map_err(lost)?;
     let angle = angle(&Vector::between(span, last, &orbit), chord);
@@ -360,24 +361,39 @@ fn advance(
             .map_err(lost)?
             .ok_or(End::Interval)?;
     }
-    let largest = arm.orbits.iter().map(Orbit::size).fold(0.0, f64::max);
+    let largest = half_branch
+        .orbits
+        .iter()
+        .map(Orbit::size)
+        .fold(0.0, f64::max);
     orbit.details.size = orbit.size().max(LEAST_SIZE * largest);
     let from = count.saturating_sub(3);
-    let mut knots: Vec<(f64, &Orbit)> =
-        (arm.lengths[from..].iter().copied().zip(&arm.orbits[from..])).collect();
-    knots.push((arm.lengths[count - 1] + apart(span, last, &orbit), &orbit));
+    let mut knots: Vec<(f64, &Orbit)> = (half_branch.lengths[from..]
+        .iter()
+        .copied()
+        .zip(&half_branch.orbits[from..]))
+    .collect();
+    knots.push((
+        half_branch.lengths[count - 1] + apart(span, last, &orbit),
+        &orbit,
+    ));
     let found = between(map, span, &knots, go.last_resort).ok_or(End::Corner)?;
     // No branch passes a bifurcation twice or merges where it began: such a step leads back.
-    let first = &arm.orbits[0];
-    let began = |own: &Bifurcation| {
-        let apart = (own.orbit.at[span.axis] - first.at[span.axis]).abs();
-        own.merges().is_some() && first.repeats_sooner() && apart <= AT_START * span.scale()
+    let first = &half_branch.orbits[0];
+    let began = |bifurcation: &Bifurcation| {
+        let apart = (bifurcation.orbit.at[span.axis] - first.at[span.axis]).abs();
+        bifurcation.merges().is_some() && first.repeats_sooner() && apart <= AT_START * span.scale()
     };
-    let again = |own: &Bifurcation| arm.bifurcations.iter().any(|known| known.is(own, span));
+    let again = |bifurcation: &Bifurcation| {
+        half_branch
+            .bifurcations
+            .iter()
+            .any(|known| known.is(bifurcation, span))
+    };
     if found.iter().any(|own| again(own) || began(own)) {
         return Err(End::Corner);
     }
-    Ok(Next {
+    Ok(AcceptedStep {
         angle,
         leaves,
         found,
@@ -407,18 +423,23 @@ fn at_the_end(
         p: end,
         size: inside.size(),
     };
-    place(map, span, inside, &guess, Across::Parameter).map(Some)
+    place(map, span, inside, &guess, PathCondition::Parameter).map(Some)
 }
 
 /// Adds a step to an arm. Returns the reason if the arm ends there.
-fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Option<End> {
-    let Next {
+fn take(
+    map: &mut impl CycleMap,
+    span: &Span,
+    half_branch: &mut HalfBranch,
+    next: AcceptedStep,
+) -> Option<End> {
+    let AcceptedStep {
         mut orbit,
         mut found,
         ..
     } = next;
-    let last = arm.orbits.len() - 1;
-    let s = arm.lengths[last];
+    let last = half_branch.orbits.len() - 1;
+    let s = half_branch.lengths[last];
     let home = (found.iter()).find_map(|own| Some((own.merges()?, own.clone())));
     if let Some((period, merging)) = &home
         && merging.orbit.period == *period
@@ -426,10 +447,11 @@ fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Opti
     {
         // Beyond it, the branch repeats half a period later, with nothing new.
         let knots = [
-            (s, &arm.orbits[last]),
-            (s + apart(span, &arm.orbits[last], &end), &end),
+            (s, &half_branch.orbits[last]),
+            (s + apart(span, &half_branch.orbits[last], &end), &end),
         ];
-        let turns = |own: &Bifurcation| matches!(own.kind, Kind::Fold | Kind::BranchPoint);
+        let turns =
+            |bifurcation: &Bifurcation| matches!(bifurcation.kind, Kind::Fold | Kind::BranchPoint);
         found = between(map, span, &knots, true).unwrap_or_default();
         found.retain(|own| !turns(own) && own.merges().is_none());
         let mut merging = merging.clone();
@@ -437,26 +459,35 @@ fn take(map: &mut impl CycleMap, span: &Span, arm: &mut Arm, next: Next) -> Opti
         found.push(merging);
         // A multiplier is +1 where the branch merges; nearby it does not mean a fold.
         let near = knots[1].0 - 2.0 * HOMECOMING;
-        arm.bifurcations
+        half_branch
+            .bifurcations
             .retain(|own| !(turns(own) && own.length > near));
         orbit = end;
     }
-    arm.lengths.push(s + apart(span, &arm.orbits[last], &orbit));
-    arm.orbits.push(orbit);
-    arm.bifurcations.extend(found.into_iter().map(|mut own| {
-        own.after = last;
-        own
-    }));
+    half_branch
+        .lengths
+        .push(s + apart(span, &half_branch.orbits[last], &orbit));
+    half_branch.orbits.push(orbit);
+    half_branch
+        .bifurcations
+        .extend(found.into_iter().map(|mut own| {
+            own.after = last;
+            own
+        }));
     match home {
         Some((period, _)) => Some(End::Merged { period }),
-        None => closes(map, span, arm).then_some(End::Closed),
+        None => closes(map, span, half_branch).then_some(End::Closed),
     }
 }
 
 /// Whether the last step of an arm passes its first orbit.
-fn closes(map: &mut impl CycleMap, span: &Span, arm: &Arm) -> bool {
-    let last = arm.orbits.len() - 1;
-    let (first, now, before) = (&arm.orbits[0], &arm.orbits[last], &arm.orbits[last - 1]);
+fn closes(map: &mut impl CycleMap, span: &Span, half_branch: &HalfBranch) -> bool {
+    let last = half_branch.orbits.len() - 1;
+    let (first, now, before) = (
+        &half_branch.orbits[0],
+        &half_branch.orbits[last],
+        &half_branch.orbits[last - 1],
+    );
     let value = first.at[span.axis];
     let passes = (before.at[span.axis] - value) * (now.at[span.axis] - value) <= 0.0;
     let near = 1.5 * distance(&before.u, &now.u);
@@ -469,7 +500,7 @@ fn closes(map: &mut impl CycleMap, span: &Span, arm: &Arm) -> bool {
         p: value,
         size: now.size(),
     };
-    let again = place(map, span, now, &guess, Across::Parameter);
+    let again = place(map, span, now, &guess, PathCondition::Parameter);
     again.is_ok_and(|again| same(&again, first))
 }
 

@@ -7,8 +7,8 @@
 
 use super::bifurcation::Bifurcation;
 use super::kind::{Kind, Test, critical, pairs_outside};
-use super::map::{At, CycleMap};
-use super::orbit::{Bare, Border, Orbit, correct, distance};
+use super::map::{CycleMap, MapParameters};
+use super::orbit::{Orbit, OrbitCondition, OrbitSolution, correct, distance};
 use super::touches::Extreme;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
 use num_complex::Complex64;
@@ -16,28 +16,28 @@ use std::f64::consts::{PI, TAU};
 
 /// Settings for a bifurcation curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
+pub struct CurveSettings {
     /// Smallest values of both parameters.
-    pub from: At,
+    pub from: MapParameters,
     /// Largest values.
-    pub to: At,
+    pub to: MapParameters,
     /// Longest step, relative to the intervals.
     pub longest: f64,
     /// Largest number of points in one direction.
     pub most: usize,
 }
 
-impl Plane {
+impl CurveSettings {
     fn scale(&self, axis: usize) -> f64 {
         self.to[axis] - self.from[axis]
     }
 
-    fn holds(&self, at: At) -> bool {
+    fn holds(&self, at: MapParameters) -> bool {
         (0..2).all(|axis| (self.from[axis]..=self.to[axis]).contains(&at[axis]))
     }
 
     /// Distance of two points, relative to the intervals.
-    pub fn apart(&self, a: At, b: At) -> f64 {
+    pub fn distance_between(&self, a: MapParameters, b: MapParameters) -> f64 {
         ((a[0] - b[0]) / self.scale(0)).hypot((a[1] - b[1]) / self.scale(1))
     }
 }
@@ -96,8 +96,12 @@ const FIRST_TRIAL: f64 = 1e-5;
 const LONGEST_TRIAL: f64 = 0.02;
 
 /// Follows a bifurcation in the plane of both parameters, in both directions.
-pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Option<Curve> {
-    Sought::new(&start.kind, &start.orbit)?;
+pub fn follow(
+    map: &mut impl CycleMap,
+    plane: &CurveSettings,
+    start: &Bifurcation,
+) -> Option<Curve> {
+    CurveFunction::new(&start.kind, &start.orbit)?;
     let own = CurvePoint {
         orbit: start.orbit.clone(),
         note: None,
@@ -106,10 +110,10 @@ pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Op
     let mut both = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
-        let (back, first) = one_way(map, plane, &start.kind, &own, towards(-1.0));
+        let (back, first) = follow_one_direction(map, plane, &start.kind, &own, towards(-1.0));
         let (ahead, last) = match first {
             "closed" => (Vec::new(), first),
-            _ => one_way(map, plane, &start.kind, &own, towards(1.0)),
+            _ => follow_one_direction(map, plane, &start.kind, &own, towards(1.0)),
         };
         let found = back.len() + ahead.len();
         both = Some((back, ahead, [first, last]));
@@ -128,9 +132,9 @@ pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Op
     })
 }
 
-fn one_way(
+fn follow_one_direction(
     map: &mut impl CycleMap,
-    plane: &Plane,
+    plane: &CurveSettings,
     kind: &Kind,
     start: &CurvePoint,
     towards: [f64; 2],
@@ -143,25 +147,34 @@ fn one_way(
         if points.len() > plane.most {
             break "the limit of continuation.orbits is reached";
         }
-        let (taken, direction) = chord(plane, &points).unwrap_or((0.0, towards));
+        let (length, direction) = chord(plane, &points).unwrap_or((0.0, towards));
         let last = &points[points.len() - 1].orbit;
-        let target: At = std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
-        let held = if direction[1].abs() >= direction[0].abs() { 1 } else { 0 };
+        let target: MapParameters =
+            std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
+        let fixed_axis = if direction[1].abs() >= direction[0].abs() { 1 } else { 0 };
         let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
-        slopes[1 - held] = None;
-        match point(map, plane, &kind, &known, target, held, &mut slopes[held]) {
+        slopes[1 - fixed_axis] = None;
+        match point(
+            map,
+            plane,
+            &kind,
+            &known,
+            target,
+            fixed_axis,
+            &mut slopes[fixed_axis],
+        ) {
             Ok(orbit) => {
                 let turn = turned(plane, direction, last.at, orbit.at);
-                let far = plane.apart(last.at, orbit.at) > 3.0 * step;
+                let far = plane.distance_between(last.at, orbit.at) > 3.0 * step;
                 let cusp = kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
                 let sharp = turn > LARGEST_TURN && points.len() > 1 && !cusp;
                 if sharp || far {
                     step *= 0.4;
                     // If the curve leaves the last chord sharply however short the next step, the last step missed a
                     // bend. Repeat that step with a shorter length.
-                    if sharp && step < 0.1 * taken && 0.25 * taken > SHORTEST {
+                    if sharp && step < 0.1 * length && 0.25 * length > SHORTEST {
                         points.pop();
-                        step = 0.25 * taken;
+                        step = 0.25 * length;
                         continue;
                     }
                     if step < SHORTEST {
@@ -182,9 +195,9 @@ fn one_way(
                 {
                     *extreme = *now;
                 }
-                let again = plane.apart(orbit.at, start.orbit.at);
+                let again = plane.distance_between(orbit.at, start.orbit.at);
                 let closed = points.len() > 10
-                    && again < plane.apart(last.at, orbit.at)
+                    && again < plane.distance_between(last.at, orbit.at)
                     && distance(&orbit.u, &start.orbit.u) < 0.2 * orbit.size();
                 points.push(CurvePoint { orbit, note });
                 if closed {
@@ -208,18 +221,23 @@ fn one_way(
 
 /// Length and direction of the last step, relative to the intervals; `None` before the first step. The fixed
 /// parameter differs between its ends.
-fn chord(plane: &Plane, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
+fn chord(plane: &CurveSettings, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     let [.., before, last] = points else {
         return None;
     };
     let (from, to) = (before.orbit.at, last.orbit.at);
-    let apart = plane.apart(from, to);
+    let apart = plane.distance_between(from, to);
     let direction = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i) / apart);
     Some((apart, direction))
 }
 
 /// The angle by which a curve turns \[rad\].
-fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
+fn turned(
+    plane: &CurveSettings,
+    direction: [f64; 2],
+    from: MapParameters,
+    to: MapParameters,
+) -> f64 {
     let next: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i));
     let size = next[0].hypot(next[1]);
     if size > 0.0 {
@@ -232,7 +250,7 @@ fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
 }
 
 /// A function of an orbit that is zero on the curve.
-enum Sought {
+enum CurveFunction {
     /// Distance of the multiplier nearest to the given one from its value at the bifurcation.
     Multiplier(Kind, Complex64),
     /// The depth of the extreme nearest in time to the given one \[half gaps\].
@@ -243,7 +261,7 @@ const NO_TEST: &str = "the grazing extreme disappears";
 const NO_MULTIPLIER: &str = "the multiplier changes its type";
 const JUMPS: &str = "the multiplier jumps";
 
-impl Sought {
+impl CurveFunction {
     fn new(kind: &Kind, last: &Orbit) -> Option<Self> {
         Some(match *kind {
             Kind::Fold => Self::Multiplier(*kind, Complex64::ONE),
@@ -257,7 +275,7 @@ impl Sought {
     fn at(
         &mut self,
         map: &mut impl CycleMap,
-        orbit: &Bare,
+        orbit: &OrbitSolution,
         period: u32,
     ) -> Result<f64, &'static str> {
         let (kind, near) = match self {
@@ -289,22 +307,28 @@ impl Sought {
 
 /// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
 /// It starts at the latest point and ends where the parameter reverses.
-fn extrapolated(known: &[&Orbit], target: At, held: usize) -> (Vec<f64>, At) {
-    let run = |i: usize| known[i - 1].at[held] - known[i].at[held];
+fn extrapolated(
+    known: &[&Orbit],
+    target: MapParameters,
+    fixed_axis: usize,
+) -> (Vec<f64>, MapParameters) {
+    let run = |i: usize| known[i - 1].at[fixed_axis] - known[i].at[fixed_axis];
     let mut used = 1;
     while used < known.len() && run(used) != 0.0 && run(used) * run(1) > 0.0 {
         used += 1;
     }
-    let free = 1 - held;
+    let free = 1 - fixed_axis;
     let mut u = vec![0.0; known[0].u.len()];
     let mut place = target;
     if used > 1 {
         place[free] = 0.0;
     }
     for (i, own) in known[..used].iter().enumerate() {
-        let others = (0..used).filter(|&j| j != i).map(|j| known[j].at[held]);
+        let others = (0..used)
+            .filter(|&j| j != i)
+            .map(|j| known[j].at[fixed_axis]);
         let weight: f64 = others
-            .map(|other| (target[held] - other) / (own.at[held] - other))
+            .map(|other| (target[fixed_axis] - other) / (own.at[fixed_axis] - other))
             .product();
         for (sum, value) in u.iter_mut().zip(&own.u) {
             *sum += weight * value;
@@ -320,18 +344,18 @@ fn extrapolated(known: &[&Orbit], target: At, held: usize) -> (Vec<f64>, At) {
 /// kept from point to point.
 fn point(
     map: &mut impl CycleMap,
-    plane: &Plane,
+    plane: &CurveSettings,
     kind: &Kind,
     known: &[&Orbit],
-    target: At,
-    held: usize,
+    target: MapParameters,
+    fixed_axis: usize,
     slope: &mut Option<f64>,
 ) -> Result<Orbit, &'static str> {
-    let free = 1 - held;
+    let free = 1 - fixed_axis;
     let last = known[0];
     let (period, size) = (last.period, last.size());
-    let mut sought = Sought::new(kind, last).ok_or(NO_MULTIPLIER)?;
-    let (guess, place) = extrapolated(known, target, held);
+    let mut function = CurveFunction::new(kind, last).ok_or(NO_MULTIPLIER)?;
+    let (guess, place) = extrapolated(known, target, fixed_axis);
     // A fold has orbits on one side only, so the search runs along its null vector.
     let across = match kind {
         Kind::Fold => {
@@ -350,26 +374,26 @@ fn point(
             let there: Vec<f64> = (guess.iter().zip(null))
                 .map(|(u, v)| u + x * size * v)
                 .collect();
-            let border = Border::Plane {
+            let condition = OrbitCondition::Plane {
                 axis: free,
                 scale: plane.scale(free),
                 normal: null.clone(),
                 along: 0.0,
                 column: column.clone(),
             };
-            correct(map, &there, place, period, &border)
+            correct(map, &there, place, period, &condition)
         }
         None => {
             let mut at = place;
             at[free] += x * plane.scale(free);
-            correct(map, near, at, period, &Border::Parameters)
+            correct(map, near, at, period, &OrbitCondition::Parameters)
         }
     };
     let (x, first) = FIRST_PLACES
         .into_iter()
         .find_map(|x| Some((x, at_trial(map, x, &guess).ok()?)))
         .ok_or(NO_ORBIT)?;
-    let mut older = (x, sought.at(map, &first, period)?, first);
+    let mut older = (x, function.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
     // A slope across a jump says nothing about the next point.
     if change.abs() <= LOCATED && older.1.abs() > NEAR {
@@ -377,14 +401,14 @@ fn point(
     }
     // The last trials with a negative and a positive value.
     let mut bracket: [Option<f64>; 2] = [None; 2];
-    let watched = matches!(sought, Sought::Depth(_));
+    let is_graze = matches!(function, CurveFunction::Depth(_));
     for trial in 0..MOST_TRIALS {
-        let located = if watched {
+        let located = if is_graze {
             older.1.abs() < NO_DEPTH * size
         } else {
             older.1 == 0.0 || change.abs() <= LOCATED
         };
-        if located && !watched && older.1.abs() > NEAR {
+        if located && !is_graze && older.1.abs() > NEAR {
             return Err(JUMPS);
         }
         if located {
@@ -397,7 +421,7 @@ fn point(
         for refusal in 0..MOST_REFUSALS {
             let x = older.0 + shorter;
             if let Ok(orbit) = at_trial(map, x, &older.2.u) {
-                found = Some((x, sought.at(map, &orbit, period)?, orbit));
+                found = Some((x, function.at(map, &orbit, period)?, orbit));
                 break;
             }
             shorter *= match (trial, refusal) {
@@ -416,7 +440,7 @@ fn point(
             break;
         }
         // The slope of a depth jumps at the graze, so it does not help at the next point.
-        *slope = (!watched).then_some(rate);
+        *slope = (!is_graze).then_some(rate);
         if let [Some(low), Some(high)] = bracket {
             // If the slope jumps, secants alone may not converge.
             let outside = (older.0 + change - low) * (older.0 + change - high) >= 0.0;
@@ -460,7 +484,7 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
             if Test::MinusOne.changes(a, b) {
                 return Some("graze and period doubling");
             }
-            let [a, b] = [a, b].map(|orbit| orbit.details.touches.changes_beside(extreme));
+            let [a, b] = [a, b].map(|orbit| orbit.details.touches.changes_besides_graze(extreme));
             (a != b).then_some("another graze")
         }
         Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
@@ -468,30 +492,34 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
 }
 
 /// Whether a bifurcation lies on a known curve, that is, on a segment between similar orbits.
-pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
+pub fn is_known(plane: &CurveSettings, curves: &[Curve], bifurcation: &Bifurcation) -> bool {
     curves
         .iter()
-        .filter(|c| c.kind.name() == own.kind.name())
+        .filter(|c| c.kind.name() == bifurcation.kind.name())
         .any(|curve| {
             curve.points.windows(2).any(|pair| {
                 let [a, b] = [&pair[0].orbit, &pair[1].orbit];
-                let (whole, first) = (plane.apart(a.at, b.at), plane.apart(a.at, own.orbit.at));
-                let second = plane.apart(b.at, own.orbit.at);
+                let (whole, first) = (
+                    plane.distance_between(a.at, b.at),
+                    plane.distance_between(a.at, bifurcation.orbit.at),
+                );
+                let second = plane.distance_between(b.at, bifurcation.orbit.at);
                 let part = first / (first + second).max(f64::MIN_POSITIVE);
-                let like = || {
-                    let u: Vec<f64> =
-                        a.u.iter()
-                            .zip(&b.u)
-                            .map(|(a, b)| a + part * (b - a))
-                            .collect();
-                    let apart = distance(&a.u, &b.u);
-                    own.orbit
-                        .details
-                        .strobes
-                        .iter()
-                        .any(|o| distance(o, &u) < 0.2 * apart + 0.02 * own.orbit.size())
-                };
-                a.period == own.orbit.period && first + second < 1.02 * whole + 1e-7 && like()
+                let like =
+                    || {
+                        let u: Vec<f64> =
+                            a.u.iter()
+                                .zip(&b.u)
+                                .map(|(a, b)| a + part * (b - a))
+                                .collect();
+                        let apart = distance(&a.u, &b.u);
+                        bifurcation.orbit.details.strobes.iter().any(|o| {
+                            distance(o, &u) < 0.2 * apart + 0.02 * bifurcation.orbit.size()
+                        })
+                    };
+                a.period == bifurcation.orbit.period
+                    && first + second < 1.02 * whole + 1e-7
+                    && like()
             })
         })
 }

@@ -1,8 +1,8 @@
 //! The cycle map of a drive, as an input of continuation.
 
-use super::map::{At, CycleMap, Details, Image, MapError};
+use super::map::{CycleMap, Details, Image, MapError, MapParameters};
 use super::orbit::length;
-use super::touches::Watch;
+use super::touches::TouchObserver;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
 use crate::analysis::recurrence::excitation_period;
@@ -16,18 +16,18 @@ use std::sync::atomic::AtomicBool;
 const LEAST_SWING: f64 = 1e-4;
 
 /// A drive whose model depends on two parameters.
-pub trait Family {
+pub trait ParametricDrive {
     /// The model at these values of the parameters.
     ///
     /// # Errors
     /// The reason why there is no model.
-    fn model(&self, at: At) -> Result<Model, String>;
+    fn model(&self, at: MapParameters) -> Result<Model, String>;
 
     /// The derivative of the model with respect to a parameter, per unit ([`Model::combined`]).
     ///
     /// # Errors
     /// The reason why there is no derivative.
-    fn derivative(&self, at: At, axis: usize) -> Result<Model, String>;
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String>;
 
     /// Most events in a mesh cycle before integration stops.
     fn event_limit(&self) -> u32;
@@ -45,22 +45,22 @@ pub struct DriveMap<'f, F> {
     scales: Vec<f64>,
     felt: Vec<usize>,
     unit: u32,
-    built: Built,
+    built: CurrentModel,
     /// Models built so far.
     pub models: u64,
 }
 
 /// The model, its kernel and its norm at the last requested parameters.
 #[derive(Debug)]
-struct Built {
-    at: At,
+struct CurrentModel {
+    at: MapParameters,
     kernel: Volterra<'static>,
     norm: EnergyNorm,
     workspace: <Volterra<'static> as Kernel>::Workspace,
 }
 
-impl Built {
-    fn new(family: &impl Family, at: At) -> Result<Self, MapError> {
+impl CurrentModel {
+    fn new(family: &impl ParametricDrive, at: MapParameters) -> Result<Self, MapError> {
         let model = family.model(at).map_err(MapError::NoModel)?;
         let norm = EnergyNorm::new(&model);
         let kernel = Volterra::of(model, f64::EPSILON, family.event_limit());
@@ -74,16 +74,16 @@ impl Built {
     }
 }
 
-impl<'f, F: Family> DriveMap<'f, F> {
+impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     /// The map, with the scale of its coordinates at the given parameters.
     ///
     /// # Errors
     /// [`MapError`] if there is no model, or if the excitation is not periodic.
-    pub fn new(family: &'f F, at: At) -> Result<Self, MapError> {
-        let built = Built::new(family, at)?;
+    pub fn new(family: &'f F, at: MapParameters) -> Result<Self, MapError> {
+        let built = CurrentModel::new(family, at)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
         let norm = &built.norm;
-        let felt = norm.felt();
+        let felt = norm.weighted_components();
         let scales = felt
             .iter()
             .map(|&i| norm.weights()[i] / norm.unit())
@@ -101,7 +101,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
 
     /// The same map, with integrations that end with [`Stop::CalledOff`](crate::propagate::Stop::CalledOff) once the
     /// flag is raised.
-    pub fn heeding(self, called_off: &'f AtomicBool) -> Self {
+    pub fn with_interrupt(self, called_off: &'f AtomicBool) -> Self {
         Self { called_off, ..self }
     }
 
@@ -109,17 +109,17 @@ impl<'f, F: Family> DriveMap<'f, F> {
     ///
     /// # Errors
     /// [`MapError::NoModel`].
-    pub fn model(&mut self, at: At) -> Result<&Model, MapError> {
+    pub fn model(&mut self, at: MapParameters) -> Result<&Model, MapError> {
         self.build(at)?;
         Ok(self.built.kernel.model())
     }
 
-    fn build(&mut self, at: At) -> Result<(), MapError> {
+    fn build(&mut self, at: MapParameters) -> Result<(), MapError> {
         if self.built.at == at {
             return Ok(());
         }
-        let built = Built::new(self.family, at)?;
-        if built.norm.felt() != self.felt {
+        let built = CurrentModel::new(self.family, at)?;
+        if built.norm.weighted_components() != self.felt {
             return Err(MapError::NoModel(
                 "the number of relevant modes changes with the parameter".to_owned(),
             ));
@@ -156,13 +156,13 @@ impl<'f, F: Family> DriveMap<'f, F> {
     /// [`MapError`].
     pub fn advance<O: Observer>(
         &mut self,
-        at: At,
+        at: MapParameters,
         cycles: u64,
         state: &mut TrajectoryState,
         observer: &mut O,
     ) -> Result<(), MapError> {
         self.build(at)?;
-        let Built {
+        let CurrentModel {
             kernel, workspace, ..
         } = &mut self.built;
         let kernel = Interruptible::new(&*kernel, self.called_off);
@@ -171,7 +171,7 @@ impl<'f, F: Family> DriveMap<'f, F> {
     }
 }
 
-impl<F: Family> CycleMap for DriveMap<'_, F> {
+impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
     fn dimension(&self) -> usize {
         self.felt.len()
     }
@@ -180,10 +180,10 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         self.unit
     }
 
-    fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError> {
+    fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError> {
         self.build(at)?;
         let mut state = self.state(u);
-        let Built {
+        let CurrentModel {
             kernel,
             norm,
             workspace,
@@ -219,7 +219,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
     fn by_parameter(
         &mut self,
         u: &[f64],
-        at: At,
+        at: MapParameters,
         period: u32,
         axis: usize,
     ) -> Result<Vec<f64>, MapError> {
@@ -230,7 +230,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
             .map_err(MapError::NoModel)?;
         let mut state = self.state(u);
         let start = vec![0.0; state.state.len()];
-        let Built {
+        let CurrentModel {
             kernel, workspace, ..
         } = &mut self.built;
         let mut tangent = ParameterTangent::new(kernel.model(), &by, &state.state, start, ());
@@ -245,14 +245,14 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         Ok(self.coordinates(&end))
     }
 
-    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError> {
+    fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError> {
         self.build(at)?;
         let mut state = self.state(u);
         let mut strobes = Vec::with_capacity(period as usize);
-        let Built {
+        let CurrentModel {
             kernel, workspace, ..
         } = &mut self.built;
-        let mut watch = Watch::new(kernel.model());
+        let mut watch = TouchObserver::new(kernel.model());
         let mut starts = Vec::with_capacity(period as usize);
         for _ in 0..period {
             starts.push(state.state.clone());

@@ -5,13 +5,13 @@
 //! reproducible bit by bit.
 
 use super::bifurcation::{Bifurcation, Unfollowed};
-use super::branch::{Branch, End, Steps, follow, follow_away};
-use super::drive::{DriveMap, Family};
+use super::branch::{Branch, End, StepSettings, follow, follow_away};
+use super::drive::{DriveMap, ParametricDrive};
 use super::kind::Kind;
-use super::map::{At, CycleMap, MapError};
+use super::map::{CycleMap, MapError, MapParameters};
 use super::orbit::{Orbit, distance, same};
-use super::path::{Across, Span, Vector, guess, place};
-use super::search::{Search, orbits, take};
+use super::path::{PathCondition, Span, Vector, guess, place};
+use super::search::{OrbitSearchSettings, orbits, take};
 use super::switch;
 use crate::analysis::called_off::CalledOff;
 use std::collections::VecDeque;
@@ -19,17 +19,17 @@ use std::sync::atomic::AtomicBool;
 
 /// Settings of an exploration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Exploration {
+pub struct ExplorationSettings {
     /// The parameter and its interval.
     pub span: Span,
     /// Values of the parameter at which orbits are sought.
     pub starts: Vec<f64>,
     /// How orbits are sought.
-    pub search: Search,
+    pub search: OrbitSearchSettings,
     /// Initial states, each with its parameter value and period.
     pub states: Vec<GivenState>,
     /// How branches are followed.
-    pub steps: Steps,
+    pub steps: StepSettings,
     /// Largest number of branches.
     pub most: usize,
 }
@@ -95,16 +95,16 @@ pub enum ExploreError {
 ///
 /// # Errors
 /// [`ExploreError`].
-pub fn explore<F: Family>(
+pub fn explore<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     second: f64,
-    asked: &Exploration,
+    settings: &ExplorationSettings,
     called_off: &AtomicBool,
 ) -> Result<Branches, ExploreError> {
-    let span = &asked.span;
-    let at = |value: f64| -> At { [value, second] };
+    let span = &settings.span;
+    let at = |value: f64| -> MapParameters { [value, second] };
     let mut out = Branches::default();
-    for (number, given) in asked.states.iter().enumerate() {
+    for (number, given) in settings.states.iter().enumerate() {
         CalledOff::check(called_off)?;
         let start = map.model(at(given.value))?.start(&given.state);
         let guess = map.coordinates(&start.state);
@@ -120,7 +120,7 @@ pub fn explore<F: Family>(
             begin(
                 map,
                 span,
-                asked,
+                settings,
                 orbit,
                 Origin::Given(number),
                 &mut out,
@@ -128,20 +128,20 @@ pub fn explore<F: Family>(
             )?;
         }
     }
-    for &value in &asked.starts {
+    for &value in &settings.starts {
         CalledOff::check(called_off)?;
-        let found = orbits(map, at(value), &asked.search)?;
+        let found = orbits(map, at(value), &settings.search)?;
         if found.is_empty() {
             out.failures.push(format!(
                 "no orbit of period {} or shorter is found at {value}; raise continuation.guesses or longest_period",
-                asked.search.longest
+                settings.search.longest
             ));
         }
         for orbit in found {
             begin(
                 map,
                 span,
-                asked,
+                settings,
                 orbit,
                 Origin::Found(value),
                 &mut out,
@@ -151,12 +151,12 @@ pub fn explore<F: Family>(
     }
     // A search whose integrations were called off looks like one without orbits.
     CalledOff::check(called_off)?;
-    tell_lost(&mut out, span);
+    report_lost_branches(&mut out, span);
     Ok(out)
 }
 
 /// Reports branches that were not followed, except those that were followed from their other ends.
-fn tell_lost(out: &mut Branches, span: &Span) {
+fn report_lost_branches(out: &mut Branches, span: &Span) {
     for branch in 0..out.all.len() {
         for number in 0..out.all[branch].1.bifurcations.len() {
             let own = &out.all[branch].1.bifurcations[number];
@@ -166,8 +166,8 @@ fn tell_lost(out: &mut Branches, span: &Span) {
             if is_end(out, span, own, period) {
                 out.all[branch].1.bifurcations[number].lost = None;
             } else if let Some(lost) = &own.lost {
-                let told = format!("at {}: {lost}", own.orbit.at[span.axis]);
-                out.failures.push(told);
+                let message = format!("at {}: {lost}", own.orbit.at[span.axis]);
+                out.failures.push(message);
             }
         }
     }
@@ -177,17 +177,17 @@ fn tell_lost(out: &mut Branches, span: &Span) {
 fn begin(
     map: &mut impl CycleMap,
     span: &Span,
-    asked: &Exploration,
+    settings: &ExplorationSettings,
     orbit: Orbit,
     origin: Origin,
     out: &mut Branches,
     called_off: &AtomicBool,
 ) -> Result<(), ExploreError> {
-    if out.all.len() >= asked.most {
-        let told =
+    if out.all.len() >= settings.most {
+        let message =
             "more orbits are found than continuation.branches allows; raise continuation.branches";
-        if !out.failures.iter().any(|known| known == told) {
-            out.failures.push(told.to_owned());
+        if !out.failures.iter().any(|known| known == message) {
+            out.failures.push(message.to_owned());
         }
         return Ok(());
     }
@@ -197,7 +197,7 @@ fn begin(
     }
     let value = orbit.at[span.axis];
     let period = orbit.period;
-    let branch = match follow(map, span, orbit, &asked.steps) {
+    let branch = match follow(map, span, orbit, &settings.steps) {
         Ok(branch) => branch,
         Err(reason) => {
             out.failures.push(format!(
@@ -212,7 +212,7 @@ fn begin(
         for number in 0..out.all[parent].1.bifurcations.len() {
             CalledOff::check(called_off)?;
             let before = out.all.len();
-            let lost = begun(map, span, asked, (parent, number), out);
+            let lost = begun(map, span, settings, (parent, number), out);
             queue.extend(before..out.all.len());
             out.all[parent].1.bifurcations[number].lost = lost;
         }
@@ -225,7 +225,7 @@ fn begin(
 fn begun(
     map: &mut impl CycleMap,
     span: &Span,
-    asked: &Exploration,
+    settings: &ExplorationSettings,
     (parent, number): (usize, usize),
     out: &mut Branches,
 ) -> Option<Unfollowed> {
@@ -238,7 +238,7 @@ fn begun(
         out.known += 1;
         return None;
     }
-    if bifurcation.kind == Kind::PeriodDoubling && period > asked.search.longest {
+    if bifurcation.kind == Kind::PeriodDoubling && period > settings.search.longest {
         return Some(Unfollowed::Long { period });
     }
     let mut lost = None;
@@ -249,17 +249,17 @@ fn begun(
                 out.known += 1;
                 continue;
             }
-            Ok(_) if out.all.len() >= asked.most => {
+            Ok(_) if out.all.len() >= settings.most => {
                 format!(
                     "{} branches are followed, the limit of continuation.branches",
-                    asked.most
+                    settings.most
                 )
             }
             Ok([_, second]) if !span.holds(second.at[span.axis]) => {
                 "it leaves the interval".to_owned()
             }
             Ok([first, second]) => {
-                let branch = follow_away(map, span, first, second, &asked.steps);
+                let branch = follow_away(map, span, first, second, &settings.steps);
                 out.all.push((Origin::Bifurcation(parent, number), branch));
                 continue;
             }
@@ -275,10 +275,10 @@ fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool 
         return false;
     }
     let meets = |orbit: &Orbit| {
-        let apart = (orbit.at[span.axis] - at.orbit.at[span.axis]).abs();
+        let difference = (orbit.at[span.axis] - at.orbit.at[span.axis]).abs();
         let near = |u: &Vec<f64>| distance(u, &at.orbit.u) <= SAME_PLACE * at.orbit.size();
         orbit.period == period
-            && apart <= SAME_PLACE * span.scale()
+            && difference <= SAME_PLACE * span.scale()
             && orbit.details.strobes.iter().any(near)
     };
     known.all.iter().any(|(_, branch)| {
@@ -343,11 +343,11 @@ fn passes(
         size: chord.size,
     };
     [near, on_plane].into_iter().any(|guess| {
-        let found = place(map, span, a, &guess, Across::Always(&chord));
+        let found = place(map, span, a, &guess, PathCondition::Always(&chord));
         found.is_ok_and(|found| {
             same(&found, orbit) && {
-                let apart = (found.at[span.axis] - orbit.at[span.axis]).abs();
-                apart <= SAME_PLACE * span.scale()
+                let difference = (found.at[span.axis] - orbit.at[span.axis]).abs();
+                difference <= SAME_PLACE * span.scale()
             }
         })
     })

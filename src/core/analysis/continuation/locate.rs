@@ -6,8 +6,8 @@
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
-use super::orbit::{Border, Orbit, distance, find};
-use super::path::{Across, Span, Vector, guess, place_bare, tangent};
+use super::orbit::{Orbit, OrbitCondition, distance, find};
+use super::path::{PathCondition, Span, Vector, guess, place_bare, tangent};
 
 /// Part of the parameter's interval to which a bifurcation is located.
 const LOCATED: f64 = 1e-12;
@@ -105,7 +105,7 @@ pub(super) fn merging(
     let mut parent = |guess: &[f64], value: f64| -> Option<(f64, f64, Orbit)> {
         let mut at = a.at;
         at[span.axis] = value;
-        let orbit = find(map, guess, at, period, &Border::Parameters).ok()?;
+        let orbit = find(map, guess, at, period, &OrbitCondition::Parameters).ok()?;
         let (size, sign) = Test::MinusOne.at(&orbit)?;
         Some((value, sign * size.exp(), orbit))
     };
@@ -171,12 +171,12 @@ pub(super) fn locate(
         let halves = matches!(test, Test::Offset(..)) || width > 0.5 * before;
         let part = if halves { 0.5 } else { (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3) };
         before = if halves { f64::INFINITY } else { width };
-        let watched = matches!(test, Test::Depth(_) | Test::Offset(..));
+        let needs_details = matches!(test, Test::Depth(_) | Test::Offset(..));
         let ends = [&low, &high].map(|end| (end.0, &end.2));
         let mut parts = std::iter::once(part).chain(PARTS);
         let middle = parts.find_map(|part| {
             let (s, orbit) = inside(map, span, knots, ends, part, turns)?;
-            let orbit = if watched { orbit.with_details(map).ok()? } else { orbit };
+            let orbit = if needs_details { orbit.with_details(map).ok()? } else { orbit };
             Some((s, value(&orbit)?, orbit))
         });
         let Some(middle) = middle else { break };
@@ -236,7 +236,7 @@ fn inside(
         .copied()
         .collect();
     let chord = Vector::between(span, low, high);
-    let across = if turns { Across::Always(&chord) } else { Across::Steep(&chord) };
+    let across = if turns { PathCondition::Always(&chord) } else { PathCondition::Steep(&chord) };
     // A polynomial through a corner is a bad guess, but a chord is not.
     [guess(span, &chosen, s), guess(span, &ends, s)]
         .into_iter()

@@ -8,7 +8,7 @@ use super::touches::Touches;
 use faer::Mat;
 
 /// Two parameters of a map.
-pub type At = [f64; 2];
+pub type MapParameters = [f64; 2];
 
 /// Reasons why the map cannot be evaluated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -78,7 +78,7 @@ pub trait CycleMap {
     ///
     /// # Errors
     /// [`MapError`].
-    fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError>;
+    fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError>;
 
     /// The derivative of that image with respect to the parameter `axis`, per unit.
     ///
@@ -87,7 +87,7 @@ pub trait CycleMap {
     fn by_parameter(
         &mut self,
         u: &[f64],
-        at: At,
+        at: MapParameters,
         period: u32,
         axis: usize,
     ) -> Result<Vec<f64>, MapError>;
@@ -96,5 +96,5 @@ pub trait CycleMap {
     ///
     /// # Errors
     /// [`MapError`].
-    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError>;
+    fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError>;
 }

@@ -5,10 +5,10 @@
 //! under the load `−d₀/d₁`. The largest of these loads is the onset; the orbit then grazes the flank from inside. The
 //! stiffness must not depend on the load.
 
-use super::drive::{DriveMap, Family};
-use super::map::{At, CycleMap, MapError};
-use super::orbit::{Border, Orbit, find};
-use super::touches::Watch;
+use super::drive::{DriveMap, ParametricDrive};
+use super::map::{CycleMap, MapError, MapParameters};
+use super::orbit::{Orbit, OrbitCondition, find};
+use super::touches::TouchObserver;
 use crate::analysis::modal_series::Series;
 use crate::model::{DRIVE_FLANK, InitialState};
 use crate::numerics::legendre::evaluate;
@@ -18,7 +18,7 @@ use crate::propagate::{Event, Observer, Window};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Onset {
     /// The parameters; the load is the largest under which contact is lost.
-    pub at: At,
+    pub at: MapParameters,
     /// Mesh phase of the graze \[cycles of the base period\].
     pub phase: f64,
     /// Largest modulus of the multipliers; below 1, the orbit is stable down to the onset.
@@ -36,7 +36,7 @@ const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.
 struct Depths<'m> {
-    watch: Watch<'m>,
+    watch: TouchObserver<'m>,
     windows: Vec<(f64, f64, Series)>,
     period: f64,
 }
@@ -59,9 +59,9 @@ impl Observer for Depths<'_> {
 ///
 /// # Errors
 /// [`MapError`] if there is no model.
-pub fn onset<F: Family>(
+pub fn onset<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
-    at: At,
+    at: MapParameters,
     load: usize,
 ) -> Result<Option<Onset>, MapError> {
     let mut high = at;
@@ -134,23 +134,26 @@ pub fn onset<F: Family>(
 }
 
 /// The orbit in lasting contact of the drive flank; `None` if contact changes.
-fn in_contact<F: Family>(map: &mut DriveMap<'_, F>, at: At) -> Result<Option<Orbit>, MapError> {
+fn in_contact<F: ParametricDrive>(
+    map: &mut DriveMap<'_, F>,
+    at: MapParameters,
+) -> Result<Option<Orbit>, MapError> {
     let start = map.model(at)?.start(&InitialState::Static);
     let guess = map.coordinates(&start.state);
     let unit = map.unit();
-    let found = find(map, &guess, at, unit, &Border::Parameters).ok();
+    let found = find(map, &guess, at, unit, &OrbitCondition::Parameters).ok();
     Ok(found.filter(|orbit| {
         orbit.details.touches.sequence.is_empty() && map.state(&orbit.u).contact.holds(DRIVE_FLANK)
     }))
 }
 
-fn depths<F: Family>(
+fn depths<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     orbit: &Orbit,
 ) -> Result<Vec<(f64, f64, Series)>, MapError> {
     let model = map.model(orbit.at)?.clone();
     let mut watch = Depths {
-        watch: Watch::new(&model),
+        watch: TouchObserver::new(&model),
         windows: Vec::new(),
         period: model.period(),
     };

@@ -6,7 +6,7 @@
 //! | cᵀ      c_p | | Δp |  = −| c·(u − u₀) + c_p (p − p₀) |
 //! ```
 
-use super::map::{At, CycleMap, Details, MapError};
+use super::map::{CycleMap, Details, MapError, MapParameters};
 use crate::numerics::linalg::{eigenvalues, solve};
 use faer::Mat;
 use num_complex::Complex64;
@@ -32,7 +32,7 @@ pub struct Orbit {
     /// Coordinates at the start of the first cycle.
     pub u: Vec<f64>,
     /// The parameters.
-    pub at: At,
+    pub at: MapParameters,
     /// Period in cycles.
     pub period: u32,
     /// Distance between start and end of a period, before the last step \[half gaps\].
@@ -72,7 +72,7 @@ impl Orbit {
     /// # Errors
     /// [`NoOrbit`] if the orbit cannot be integrated.
     pub(super) fn doubled(&self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
-        let twice = Bare {
+        let twice = OrbitSolution {
             u: self.u.clone(),
             at: self.at,
             residual: self.residual,
@@ -91,7 +91,7 @@ impl Orbit {
 
 /// Which condition selects the orbit near a guess.
 #[derive(Debug, Clone)]
-pub enum Border {
+pub enum OrbitCondition {
     /// The parameters are those of the guess.
     Parameters,
     /// The orbit lies on a plane through the guess, and one parameter is free.
@@ -125,11 +125,11 @@ pub enum NoOrbit {
 
 /// An orbit without multipliers and details.
 #[derive(Debug, Clone)]
-pub struct Bare {
+pub struct OrbitSolution {
     /// Coordinates.
     pub u: Vec<f64>,
     /// Parameters.
-    pub at: At,
+    pub at: MapParameters,
     residual: f64,
     /// Newton steps.
     pub steps: u32,
@@ -144,10 +144,10 @@ pub struct Bare {
 pub fn correct(
     map: &mut impl CycleMap,
     guess: &[f64],
-    at: At,
+    at: MapParameters,
     period: u32,
-    border: &Border,
-) -> Result<Bare, NoOrbit> {
+    condition: &OrbitCondition,
+) -> Result<OrbitSolution, NoOrbit> {
     let n = map.dimension();
     let (mut u, mut here) = (guess.to_vec(), at);
     let mut last = f64::INFINITY;
@@ -167,7 +167,13 @@ pub fn correct(
         }
         let found =
             residual <= CONVERGED * size || residual <= STAGNANT * size && residual > 0.5 * last;
-        let step = newton_step(&image.monodromy, &defect, (&u, here), (guess, at), border);
+        let step = newton_step(
+            &image.monodromy,
+            &defect,
+            (&u, here),
+            (guess, at),
+            condition,
+        );
         let long = length(&step[..n]);
         if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
@@ -177,12 +183,12 @@ pub fn correct(
             for (u, step) in u.iter_mut().zip(&step) {
                 *u += step;
             }
-            if let Border::Plane { axis, scale, .. } = border {
+            if let OrbitCondition::Plane { axis, scale, .. } = condition {
                 here[*axis] += scale * step[n];
             }
         }
         if found {
-            return Ok(Bare {
+            return Ok(OrbitSolution {
                 u,
                 at: here,
                 residual,
@@ -198,16 +204,16 @@ pub fn correct(
 fn newton_step(
     monodromy: &Mat<f64>,
     defect: &[f64],
-    (u, here): (&[f64], At),
-    (guess, at): (&[f64], At),
-    border: &Border,
+    (u, here): (&[f64], MapParameters),
+    (guess, at): (&[f64], MapParameters),
+    condition: &OrbitCondition,
 ) -> Vec<f64> {
     let n = defect.len();
     let entry = |i: usize, j: usize| monodromy[(i, j)] - f64::from(u8::from(i == j));
     let mut right: Vec<f64> = defect.iter().map(|d| -d).collect();
-    match border {
-        Border::Parameters => solve(Mat::from_fn(n, n, entry).as_ref(), &right),
-        Border::Plane {
+    match condition {
+        OrbitCondition::Parameters => solve(Mat::from_fn(n, n, entry).as_ref(), &right),
+        OrbitCondition::Plane {
             axis,
             scale,
             normal,
@@ -232,7 +238,7 @@ fn newton_step(
     }
 }
 
-impl Bare {
+impl OrbitSolution {
     /// Adds the multipliers.
     ///
     /// # Errors
@@ -272,11 +278,11 @@ impl Orbit {
 pub fn find(
     map: &mut impl CycleMap,
     guess: &[f64],
-    at: At,
+    at: MapParameters,
     period: u32,
-    border: &Border,
+    condition: &OrbitCondition,
 ) -> Result<Orbit, NoOrbit> {
-    correct(map, guess, at, period, border)?
+    correct(map, guess, at, period, condition)?
         .with_multipliers(period)?
         .with_details(map)
 }

@@ -1,7 +1,7 @@
 //! Guesses and corrected orbits between and beyond consecutive orbits of a branch.
 
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, correct, length};
+use super::orbit::{NoOrbit, Orbit, OrbitCondition, correct, length};
 
 /// Weight, in the arclength, of a change by the motion's size, relative to the whole interval of the parameter.
 const WEIGHT: f64 = 0.1;
@@ -109,7 +109,7 @@ pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
 
 /// The condition that fixes the position of an orbit on a branch.
 #[derive(Debug, Clone, Copy)]
-pub enum Across<'v> {
+pub enum PathCondition<'v> {
     /// The parameter of the guess.
     Parameter,
     /// A plane across this direction if the branch is steep along it, otherwise the parameter.
@@ -128,7 +128,7 @@ pub fn place(
     span: &Span,
     like: &Orbit,
     guess: &Vector,
-    across: Across<'_>,
+    across: PathCondition<'_>,
 ) -> Result<Orbit, NoOrbit> {
     place_bare(map, span, like, guess, across)?.with_details(map)
 }
@@ -142,19 +142,21 @@ pub fn place_bare(
     span: &Span,
     like: &Orbit,
     guess: &Vector,
-    across: Across<'_>,
+    across: PathCondition<'_>,
 ) -> Result<Orbit, NoOrbit> {
     let mut at = like.at;
     at[span.axis] = guess.p;
-    let border = match across {
-        Across::Steep(direction) if direction.p.abs() < STEEP * direction.length() => {
+    let condition = match across {
+        PathCondition::Steep(direction) if direction.p.abs() < STEEP * direction.length() => {
             plane(map, span, like.period, (&guess.u, at), direction)?
         }
-        Across::Always(direction) => plane(map, span, like.period, (&guess.u, at), direction)?,
-        Across::Parameter | Across::Steep(_) => Border::Parameters,
+        PathCondition::Always(direction) => {
+            plane(map, span, like.period, (&guess.u, at), direction)?
+        }
+        PathCondition::Parameter | PathCondition::Steep(_) => OrbitCondition::Parameters,
     };
     let mut orbit =
-        correct(map, &guess.u, at, like.period, &border)?.with_multipliers(like.period)?;
+        correct(map, &guess.u, at, like.period, &condition)?.with_multipliers(like.period)?;
     orbit.details.size = like.size();
     Ok(orbit)
 }
@@ -163,13 +165,13 @@ fn plane(
     map: &mut impl CycleMap,
     span: &Span,
     period: u32,
-    (u, at): (&[f64], super::map::At),
+    (u, at): (&[f64], super::map::MapParameters),
     direction: &Vector,
-) -> Result<Border, NoOrbit> {
+) -> Result<OrbitCondition, NoOrbit> {
     let long = direction.length();
     let weight = (WEIGHT / direction.size).powi(2) / long;
     let column = map.by_parameter(u, at, period, span.axis)?;
-    Ok(Border::Plane {
+    Ok(OrbitCondition::Plane {
         axis: span.axis,
         scale: span.scale(),
         normal: direction.u.iter().map(|u| weight * u).collect(),

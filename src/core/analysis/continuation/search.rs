@@ -1,14 +1,14 @@
 //! First orbits at given parameters: the orbit in lasting contact, and the orbits that a trajectory approaches.
 
-use super::drive::{DriveMap, Family};
-use super::map::{At, CycleMap, MapError};
-use super::orbit::{Border, Orbit, distance, find, length, same};
+use super::drive::{DriveMap, ParametricDrive};
+use super::map::{CycleMap, MapError, MapParameters};
+use super::orbit::{Orbit, OrbitCondition, distance, find, length, same};
 use crate::analysis::orbits::returns;
 use crate::model::{InitialState, TrajectoryState};
 
 /// Settings of the search for orbits.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Search {
+pub struct OrbitSearchSettings {
     /// Cycles before the search for returns.
     pub transient: u64,
     /// Cycles with a search for returns.
@@ -26,10 +26,10 @@ pub struct Search {
 ///
 /// # Errors
 /// [`MapError`] if there is no model.
-pub fn orbits<F: Family>(
+pub fn orbits<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
-    at: At,
-    search: &Search,
+    at: MapParameters,
+    search: &OrbitSearchSettings,
 ) -> Result<Vec<Orbit>, MapError> {
     let start = map.model(at)?.start(&search.initial);
     let unit = map.unit();
@@ -60,15 +60,21 @@ pub fn orbits<F: Family>(
 }
 
 /// Finds the orbit near a guess, reduces it to its shortest period, and adds it to `found` if it is new.
-pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: At, period: u32) {
-    let Ok(mut orbit) = find(map, guess, at, period, &Border::Parameters) else {
+pub fn take(
+    map: &mut impl CycleMap,
+    found: &mut Vec<Orbit>,
+    guess: &[f64],
+    at: MapParameters,
+    period: u32,
+) {
+    let Ok(mut orbit) = find(map, guess, at, period, &OrbitCondition::Parameters) else {
         return;
     };
     let unit = map.unit();
     let shorter = (1..period).filter(|d| period.is_multiple_of(*d) && d.is_multiple_of(unit));
     for cycles in shorter {
         if length(&orbit.offset(cycles)) < SAME_POINT * orbit.size() {
-            if let Ok(own) = find(map, &orbit.u, at, cycles, &Border::Parameters) {
+            if let Ok(own) = find(map, &orbit.u, at, cycles, &OrbitCondition::Parameters) {
                 orbit = own;
             }
             break;
@@ -94,11 +100,11 @@ fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {
 /// Distance, in sizes of the motion, below which two points of an orbit are the same.
 const SAME_POINT: f64 = 1e-7;
 
-fn strobes<F: Family>(
+fn strobes<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
-    at: At,
+    at: MapParameters,
     start: TrajectoryState,
-    search: &Search,
+    search: &OrbitSearchSettings,
 ) -> Result<Vec<Vec<f64>>, MapError> {
     let mut state = start;
     map.advance(at, search.transient, &mut state, &mut ())?;
@@ -113,9 +119,9 @@ fn strobes<F: Family>(
 /// Midpoints between a state of the path and its return after `period` cycles, nearest returns first. No two are
 /// within a period of each other, and all are at the start of the base period.
 fn near_returns(path: &[Vec<f64>], period: usize, unit: usize, most: usize) -> Vec<Vec<f64>> {
-    let apart = |n: usize| distance(&path[n], &path[n + period]);
+    let return_distance = |n: usize| distance(&path[n], &path[n + period]);
     let places = (0..path.len().saturating_sub(period)).step_by(unit);
-    let chosen = returns::nearest(places, apart, period, most);
+    let chosen = returns::nearest(places, return_distance, period, most);
     let midway = |n: usize| {
         path[n]
             .iter()

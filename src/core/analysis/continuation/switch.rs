@@ -3,7 +3,7 @@
 use super::bifurcation::Bifurcation;
 use super::kind::Kind;
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, distance, find, length};
+use super::orbit::{NoOrbit, Orbit, OrbitCondition, distance, find, length};
 use super::path::Span;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
@@ -52,13 +52,13 @@ pub fn branches(
         Ok(here) => here,
         Err(reason) => return vec![Err(reason.into())],
     };
-    let beside = |side: &f64| {
+    let displaced = |side: &f64| {
         Ok([
             here.clone(),
             first(map, span, &here, &critical.vector[0], *side)?,
         ])
     };
-    sides.iter().map(beside).collect()
+    sides.iter().map(displaced).collect()
 }
 
 /// The first orbit, away from the bifurcation, of the branch that leaves it in a direction.
@@ -78,14 +78,14 @@ fn first(
         let column = map
             .by_parameter(&guess, here.at, here.period, span.axis)
             .map_err(NoOrbit::from)?;
-        let border = Border::Plane {
+        let condition = OrbitCondition::Plane {
             axis: span.axis,
             scale: span.scale(),
             normal: direction.to_vec(),
             along: 0.0,
             column: column.iter().map(|c| c * span.scale()).collect(),
         };
-        let found = match find(map, &guess, here.at, here.period, &border) {
+        let found = match find(map, &guess, here.at, here.period, &condition) {
             Ok(found) => found,
             Err(reason) => {
                 fault.get_or_insert(reason);

@@ -55,7 +55,7 @@ impl Touches {
 
     /// Contact changes over the period, counted by the signs of the depths at their extremes. Changes at the grazing
     /// extreme are omitted, because its depth is round-off.
-    pub fn changes_beside(&self, graze: &Extreme) -> usize {
+    pub fn changes_besides_graze(&self, graze: &Extreme) -> usize {
         let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
         let grazing = (self.extremes.iter().filter(same))
             .min_by(|a, b| a.depth.abs().total_cmp(&b.depth.abs()));
@@ -97,19 +97,19 @@ impl Touches {
     /// The extreme of the same contact and kind that is nearest in time to the given one, on an orbit of `period`
     /// cycles.
     pub fn nearest(&self, to: &Extreme, period: f64) -> Option<&Extreme> {
-        let apart = |e: &Extreme| {
+        let time_difference = |e: &Extreme| {
             let d = (e.time - to.time).rem_euclid(period);
             d.min(period - d)
         };
         (self.extremes.iter())
             .filter(|e| e.contact == to.contact && e.minimum == to.minimum)
-            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+            .min_by(|a, b| time_difference(a).total_cmp(&time_difference(b)))
     }
 }
 
 /// Observes the touches and the motion of an orbit.
 #[derive(Debug)]
-pub struct Watch<'m> {
+pub struct TouchObserver<'m> {
     model: &'m Model,
     /// Created at the first window that does not contain the required deflection.
     motion: Option<ModalMotion<'m>>,
@@ -124,7 +124,7 @@ pub struct Watch<'m> {
     bounds: [f64; 3],
 }
 
-impl<'m> Watch<'m> {
+impl<'m> TouchObserver<'m> {
     /// Before the first window.
     pub fn new(model: &'m Model) -> Self {
         Self {
@@ -194,7 +194,7 @@ impl<'m> Watch<'m> {
     }
 }
 
-impl Observer for Watch<'_> {
+impl Observer for TouchObserver<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
@@ -283,13 +283,13 @@ mod tests {
     use crate::structure::StructureContact;
 
     /// The depth of a contact at both ends of every window.
-    struct Ends<'m> {
-        watch: Watch<'m>,
+    struct WindowEndDepths<'m> {
+        watch: TouchObserver<'m>,
         contact: usize,
         seen: Vec<[f64; 2]>,
     }
 
-    impl Observer for Ends<'_> {
+    impl Observer for WindowEndDepths<'_> {
         const WINDOWS: bool = true;
 
         fn window(&mut self, window: &Window<'_>) {
@@ -331,7 +331,7 @@ mod tests {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &own, &own);
         let drive = fixtures::two_level_mesh(1e-5);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
-        let mut watch = Watch::new(&model);
+        let mut watch = TouchObserver::new(&model);
         for (half, slope) in [(0.0, -1e-6), (0.5, 1e-6)] {
             watch.window(&Window {
                 cycle: 4,
@@ -372,13 +372,13 @@ mod tests {
         for _ in 0..5 {
             let depth = |state: &[f64], cycle: u64| {
                 let segment = &model.segments_at(cycle, 0.0)[contact];
-                let own = &model.contacts[contact];
-                own.side * model.deflection_on(segment, cycle, state, 0.0).0
-                    - own.gap(segment, 0.0)[0]
+                let contact = &model.contacts[contact];
+                contact.side * model.deflection_on(segment, cycle, state, 0.0).0
+                    - contact.gap(segment, 0.0)[0]
             };
             let before = depth(&trajectory.state, trajectory.cycle);
-            let mut ends = Ends {
-                watch: Watch::new(model),
+            let mut ends = WindowEndDepths {
+                watch: TouchObserver::new(model),
                 contact,
                 seen: Vec::new(),
             };

@@ -19,7 +19,7 @@ const SHORT: f64 = 1e-9;
 pub(in crate::analysis) struct Balance<'m> {
     motion: ModalMotion<'m>,
     /// End of the last window.
-    last: Option<Edge>,
+    last: Option<WindowEndContacts>,
     /// `None` if modes are not coupled.
     coupled: Option<CoupledModes>,
     /// Exact for the square of a deflection times the slope of a stiffness.
@@ -30,7 +30,7 @@ pub(in crate::analysis) struct Balance<'m> {
 
 /// The contacts at one end of a window.
 #[derive(Debug, Clone)]
-pub(in crate::analysis) struct Edge {
+pub(in crate::analysis) struct WindowEndContacts {
     /// The segment of every contact.
     segments: Vec<Segment>,
     /// The closed contacts and their deflections \[m\].
@@ -39,7 +39,7 @@ pub(in crate::analysis) struct Edge {
     phase: f64,
 }
 
-impl Edge {
+impl WindowEndContacts {
     /// The start of a window.
     pub fn start(model: &Model, window: &Window<'_>) -> Self {
         Self::of(model, window, at_start, window.start / model.period())
@@ -120,7 +120,7 @@ impl<'m> Balance<'m> {
 
     /// Energy stored in structure and contacts at the start of a window \[J\].
     pub fn stored_before(&self, window: &Window<'_>) -> f64 {
-        let edge = Edge::start(self.model(), window);
+        let edge = WindowEndContacts::start(self.model(), window);
         let springs = edge.closed.iter().map(|&(contact, deflection)| {
             let segment = &edge.segments[contact];
             energy(spring(
@@ -200,14 +200,19 @@ impl<'m> Balance<'m> {
     /// Passes each work \[J\] of a window, and of the steps since the last one, to `work`.
     pub fn window(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
-            steps(self.model(), last, &Edge::start(self.model(), window), work);
+            steps(
+                self.model(),
+                last,
+                &WindowEndContacts::start(self.model(), window),
+                work,
+            );
         }
         if !self.struck.is_empty() {
             let gained = self.gained_by_impacts(window.first, window.second);
             work(Cause::Contact, gained);
             self.struck.clear();
         }
-        self.last = Some(Edge::end(self.model(), window));
+        self.last = Some(WindowEndContacts::end(self.model(), window));
         for closed in window.closed {
             self.contact_work(window, closed, work);
         }
@@ -215,14 +220,14 @@ impl<'m> Balance<'m> {
     }
 
     /// Passes each work \[J\] of the steps from the last window to `next` to `work`.
-    pub fn step_to(&self, next: &Edge, work: &mut impl FnMut(Cause, f64)) {
+    pub fn step_to(&self, next: &WindowEndContacts, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
             steps(self.model(), last, next, work);
         }
     }
 
     /// Series over a window of the flank error of a closed contact towards its side, s e.
-    fn lack(&self, window: &Window<'_>, contact: usize) -> Series {
+    fn contact_gap_error(&self, window: &Window<'_>, contact: usize) -> Series {
         let model = self.model();
         let segment = &window.segments[contact];
         let place = |time: f64| segment.place(time / model.period());
@@ -312,15 +317,15 @@ impl<'m> Balance<'m> {
             // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
             let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;
             let rate = cosine_series(h.angular_frequency, phase, tau);
-            let taken = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
-            work(Cause::Error, -taken);
+            let removed_work = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
+            work(Cause::Error, -removed_work);
         }
         if !segment.error.is_none() {
-            let lack = self.lack(window, closed.contact);
-            let opening = derivative(&lack).map(|d| 2.0 / tau * d);
+            let contact_gap_error = self.contact_gap_error(window, closed.contact);
+            let opening = derivative(&contact_gap_error).map(|d| 2.0 / tau * d);
             work(Cause::Error, -integral(&force, &opening, tau));
-            for (d, lack) in deflection.iter_mut().zip(&lack) {
-                *d -= lack;
+            for (d, contact_gap_error) in deflection.iter_mut().zip(&contact_gap_error) {
+                *d -= contact_gap_error;
             }
         }
         if let Some(friction) = model.friction_of(closed.contact) {
@@ -360,7 +365,12 @@ impl<'m> Balance<'m> {
 /// Energy that the springs of contacts gain from one edge to the next, at one moment, if stiffness, line or
 /// gap step. If stiffness and length step at once, each gets the mean of its works before and after the other
 /// step.
-fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause, f64)) {
+fn steps(
+    model: &Model,
+    before: &WindowEndContacts,
+    after: &WindowEndContacts,
+    work: &mut impl FnMut(Cause, f64),
+) {
     for (contact, law) in model.contacts.iter().enumerate() {
         let (old, new) = (&before.segments[contact], &after.segments[contact]);
         let springs = [before, after].map(|edge| edge.spring(model, contact));
@@ -389,8 +399,8 @@ fn steps(model: &Model, before: &Edge, after: &Edge, work: &mut impl FnMut(Cause
                 }
             }
             // If contact ends or begins at the gap, its spring has no energy.
-            [held, holds] if turned || released => {
-                let gained = holds.map_or(0.0, energy) - held.map_or(0.0, energy);
+            [resting, holds] if turned || released => {
+                let gained = holds.map_or(0.0, energy) - resting.map_or(0.0, energy);
                 let cause = if released { Cause::Contact } else { Cause::Error };
                 work(cause, gained);
             }

@@ -12,11 +12,11 @@ impl Balance<'_> {
         let stop = self.model().stop_of(event.contact);
         let struck = stop.filter(|stop| stop.impact == event.contact && event.closes());
         if let Some(stop) = struck {
-            let (beside, push) = self.model().held_beside(stop, event.from);
+            let (rests, push) = self.model().impulses_at_rests(stop, event.from);
             let impulse = (1.0 + stop.restitution) * event.rate / push;
-            let beside = beside.into_iter().chain([(stop.hold(), 1.0)]);
+            let rests = rests.into_iter().chain([(stop.constraint(), 1.0)]);
             self.struck
-                .extend(beside.map(|(own, share)| (own.direction, share * impulse)));
+                .extend(rests.map(|(own, share)| (own.direction, share * impulse)));
         }
     }
 

@@ -318,13 +318,13 @@ impl<'a, K: Kernel> Record<'a, K> {
         (self.norm.distance(a, b) / self.norm.unit()).max(f64::EPSILON)
     }
 
-    /// Mean logarithmic distance of states at least `apart` cycles apart, as a distance.
-    fn saturation(&self, states: &[(u64, Vec<f64>)], apart: u64) -> f64 {
+    /// Mean logarithmic distance of states at least `least_lag` cycles apart, as a distance.
+    fn saturation(&self, states: &[(u64, Vec<f64>)], least_lag: u64) -> f64 {
         let mut logarithms = Vec::new();
         for (i, (late, a)) in states.iter().enumerate() {
             let unrelated = states[..i]
                 .iter()
-                .filter(|(early, _)| late - early >= apart);
+                .filter(|(early, _)| late - early >= least_lag);
             logarithms.extend(unrelated.map(|(_, b)| self.distance(a, b).ln()));
         }
         mean_logarithms(&logarithms)

@@ -1,7 +1,7 @@
 //! Which attractors does a point have? Integration finds them and numbers them in the order of discovery.
 
 use super::capture::KnownOrbits;
-use super::field::Field;
+use super::field::IntegrationContext;
 use super::outcome::{AttractorOutcome, BasinShare};
 use super::plane::Plane;
 use super::same::Attractor;
@@ -22,7 +22,7 @@ pub(super) struct Attractors {
 
 impl Attractors {
     /// No attractors yet.
-    pub fn new<K: Kernel>(field: &Field<'_, K>) -> Self {
+    pub fn new<K: Kernel>(field: &IntegrationContext<'_, K>) -> Self {
         Self {
             known: Vec::new(),
             outcomes: Vec::new(),
@@ -32,9 +32,9 @@ impl Attractors {
     }
 
     /// The number of a motion's attractor: a known one, or the next.
-    pub fn admit<K: Kernel>(
+    pub fn number_of<K: Kernel>(
         &mut self,
-        field: &Field<'_, K>,
+        field: &IntegrationContext<'_, K>,
         new: Option<Attractor>,
         found: &PointOutcome,
     ) -> Option<u32> {
@@ -63,7 +63,7 @@ impl Attractors {
 
     /// Converges the orbits of periodic attractors, so that they can decide cells. An orbit that Newton's
     /// method does not reach, or that is not damped, decides none.
-    pub fn seek_orbits<K: Kernel>(&mut self, field: &Field<'_, K>) {
+    pub fn seek_orbits<K: Kernel>(&mut self, field: &IntegrationContext<'_, K>) {
         let mut workspace = field.kernel.workspace();
         for id in self.sought..self.known.len() {
             let Some((start, period)) = self.known[id].orbit() else {

@@ -4,7 +4,7 @@
 //! one, and is decided once its distance falls as the monodromy matrix of that orbit predicts
 //! ([`approaches`]). Every known orbit attracts.
 
-use super::field::{Field, Integrated};
+use super::field::{IntegrationContext, InvestigatedMotion};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::config::PointConfig;
 use crate::analysis::orbits::attracting::approaches;
@@ -18,11 +18,11 @@ const NEAR: f64 = 0.3;
 
 /// How a cell of a slice ended.
 #[derive(Debug)]
-pub(super) enum Watched {
+pub(super) enum CellEnding {
     /// On a known attractor.
     Captured(u32),
     /// Near no known orbit in time, then investigated.
-    Open(Box<Integrated>),
+    Open(Box<InvestigatedMotion>),
     /// Stopped by the kernel.
     Stopped(Stop),
 }
@@ -55,51 +55,51 @@ impl KnownOrbits {
     ///
     /// # Errors
     /// [`CalledOff`] if the work was called off.
-    pub fn watch<K: Kernel>(
+    pub fn advance_until_captured<K: Kernel>(
         &self,
-        field: &Field<'_, K>,
+        field: &IntegrationContext<'_, K>,
         mut trajectory: TrajectoryState,
         cycles: u64,
         config: &PointConfig,
-    ) -> Result<(Watched, u64), CalledOff> {
+    ) -> Result<(CellEnding, u64), CalledOff> {
         let mut counters = Counters::default();
         let ending = self.approach(field, &mut trajectory, cycles, &mut counters)?;
-        let watched = match ending {
-            Some(watched) => watched,
-            None => Watched::Open(Box::new(field.investigate(trajectory, config)?)),
+        let cell_ending = match ending {
+            Some(cell_ending) => cell_ending,
+            None => CellEnding::Open(Box::new(field.investigate(trajectory, config)?)),
         };
-        Ok((watched, counters.cycles))
+        Ok((cell_ending, counters.cycles))
     }
 
     /// Advances `trajectory` until it approaches a known orbit, for at most `cycles` and one approach; `None`
     /// if it did not approach any.
     fn approach<K: Kernel>(
         &self,
-        field: &Field<'_, K>,
+        field: &IntegrationContext<'_, K>,
         trajectory: &mut TrajectoryState,
         cycles: u64,
         counters: &mut Counters,
-    ) -> Result<Option<Watched>, CalledOff> {
+    ) -> Result<Option<CellEnding>, CalledOff> {
         let (kernel, norm) = (field.kernel, field.norm);
         let mut workspace = kernel.workspace();
         while counters.cycles < cycles {
             CalledOff::check(field.called_off)?;
             let near = self.orbits.iter().find(|(_, orbit)| {
-                let apart = trajectory.cycle.abs_diff(orbit.start.cycle);
-                apart.is_multiple_of(self.excitation)
+                let cycles_since = trajectory.cycle.abs_diff(orbit.start.cycle);
+                cycles_since.is_multiple_of(self.excitation)
                     && norm.distance(&trajectory.state, &orbit.start.state) <= NEAR * norm.unit()
             });
             if let Some((id, orbit)) = near {
                 match approaches(kernel, norm, orbit, trajectory, &mut workspace, counters) {
-                    Ok(true) => return Ok(Some(Watched::Captured(*id))),
+                    Ok(true) => return Ok(Some(CellEnding::Captured(*id))),
                     Ok(false) => {}
-                    Err(stop) => return Ok(Some(Watched::Stopped(stop))),
+                    Err(stop) => return Ok(Some(CellEnding::Stopped(stop))),
                 }
             }
             // Also after a failed approach, which may not have integrated at all.
             let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), counters);
             if let Err(stop) = integrated {
-                return Ok(Some(Watched::Stopped(stop)));
+                return Ok(Some(CellEnding::Stopped(stop)));
             }
         }
         Ok(None)

@@ -11,7 +11,7 @@ use crate::propagate::Kernel;
 use std::sync::atomic::AtomicBool;
 
 /// The context in which trajectories are integrated.
-pub(super) struct Field<'a, K: Kernel> {
+pub(super) struct IntegrationContext<'a, K: Kernel> {
     pub model: &'a Model,
     pub kernel: &'a K,
     pub norm: &'a EnergyNorm,
@@ -20,13 +20,13 @@ pub(super) struct Field<'a, K: Kernel> {
 
 /// A motion investigated in full.
 #[derive(Debug)]
-pub(super) struct Integrated {
+pub(super) struct InvestigatedMotion {
     pub found: PointOutcome,
     /// `None` if it settled on no attractor.
     pub attractor: Option<Attractor>,
 }
 
-impl<K: Kernel> Field<'_, K> {
+impl<K: Kernel> IntegrationContext<'_, K> {
     /// Investigates the motion from `trajectory` on.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ impl<K: Kernel> Field<'_, K> {
         &self,
         mut trajectory: TrajectoryState,
         config: &PointConfig,
-    ) -> Result<Integrated, CalledOff> {
+    ) -> Result<InvestigatedMotion, CalledOff> {
         let mut found = investigate_onward(
             self.model,
             self.kernel,
@@ -54,6 +54,6 @@ impl<K: Kernel> Field<'_, K> {
         };
         // The statistics no longer need the samples, and thousands of probes may wait in memory.
         found.poincare = Vec::new();
-        Ok(Integrated { found, attractor })
+        Ok(InvestigatedMotion { found, attractor })
     }
 }

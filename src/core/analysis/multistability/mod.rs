@@ -36,8 +36,8 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
 use attractors::Attractors;
-use capture::Watched;
-use field::{Field, Integrated};
+use capture::CellEnding;
+use field::{IntegrationContext, InvestigatedMotion};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
@@ -151,7 +151,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     called_off: &AtomicBool,
 ) -> Result<MultistabilityOutcome, CalledOff> {
     let norm = EnergyNorm::new(model);
-    let field = Field {
+    let field = IntegrationContext {
         model,
         kernel,
         norm: &norm,
@@ -163,7 +163,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     let mut chaos = ChaosOutcome::default();
     let ids: Vec<u32> = (0..probes.config.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
-        let integrated: Vec<(f64, Integrated)> = round
+        let integrated: Vec<(f64, InvestigatedMotion)> = round
             .par_iter()
             .map(|&probe_id| {
                 let (amplitude, trajectory) =
@@ -172,7 +172,7 @@ pub fn probe_basins<K: Kernel + Sync>(
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
-            let id = attractors.admit(&field, integrated.attractor, &integrated.found);
+            let id = attractors.number_of(&field, integrated.attractor, &integrated.found);
             if let Some(seen) = &integrated.found.chaos {
                 chaos.cycles += seen.cycles;
                 chaos.exits += seen.exits;
@@ -200,7 +200,7 @@ pub fn probe_basins<K: Kernel + Sync>(
 /// Computes the cells of a slice. A cell is watched for as long as a probe's transient. If it comes near no
 /// orbit, it is investigated from there on.
 fn slice<K: Kernel + Sync>(
-    field: &Field<'_, K>,
+    field: &IntegrationContext<'_, K>,
     start: &TrajectoryState,
     probes: &Probes,
     plane: &Plane,
@@ -216,15 +216,20 @@ fn slice<K: Kernel + Sync>(
         // Every n-th cell, so that a round covers the slice.
         let round: Vec<usize> = (round..plane.cells()).step_by(rounds).collect();
         let orbits = attractors.orbits();
-        let integrated: Vec<(Watched, u64)> = round
+        let integrated: Vec<(CellEnding, u64)> = round
             .par_iter()
             .map(|&cell| {
                 let trajectory = plane.state(field.model, start, cell);
-                orbits.watch(field, trajectory, probes.config.transient, &point_config)
+                orbits.advance_until_captured(
+                    field,
+                    trajectory,
+                    probes.config.transient,
+                    &point_config,
+                )
             })
             .collect::<Result<_, CalledOff>>()?;
-        for (&cell, (watched, cycles)) in round.iter().zip(integrated) {
-            let outcome = cell_outcome(field, plane, cell, watched, cycles, attractors)?;
+        for (&cell, (cell_ending, cycles)) in round.iter().zip(integrated) {
+            let outcome = cell_outcome(field, plane, cell, cell_ending, cycles, attractors)?;
             cells.push((cell, outcome));
         }
         attractors.seek_orbits(field);
@@ -234,20 +239,20 @@ fn slice<K: Kernel + Sync>(
 }
 
 fn cell_outcome<K: Kernel>(
-    field: &Field<'_, K>,
+    field: &IntegrationContext<'_, K>,
     plane: &Plane,
     cell: usize,
-    watched: Watched,
+    cell_ending: CellEnding,
     cycles: u64,
     attractors: &mut Attractors,
 ) -> Result<CellOutcome, CalledOff> {
-    let in_full = matches!(watched, Watched::Open(_));
-    let (attractor, status, class, more) = match watched {
-        Watched::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),
-        Watched::Stopped(stop) => (None, stop.try_into()?, None, 0),
-        Watched::Open(integrated) => {
-            let Integrated { found, attractor } = *integrated;
-            let id = attractors.admit(field, attractor, &found);
+    let in_full = matches!(cell_ending, CellEnding::Open(_));
+    let (attractor, status, class, more) = match cell_ending {
+        CellEnding::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),
+        CellEnding::Stopped(stop) => (None, stop.try_into()?, None, 0),
+        CellEnding::Open(integrated) => {
+            let InvestigatedMotion { found, attractor } = *integrated;
+            let id = attractors.number_of(field, attractor, &found);
             (id, found.status, found.class, found.cycles)
         }
     };

@@ -154,8 +154,8 @@ impl MultistabilityOutcome {
             probe.basin = match settled {
                 Some(attractor) => attractor.basin,
                 None => {
-                    let alike = lost.iter().filter(|status| **status == probe.status);
-                    BasinShare::of(alike.count(), all)
+                    let same_status = lost.iter().filter(|status| **status == probe.status);
+                    BasinShare::of(same_status.count(), all)
                 }
             };
         }

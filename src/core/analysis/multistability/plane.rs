@@ -199,8 +199,8 @@ impl Plane {
 
     /// A state projected on the slice, in the units of [`Self::centre`].
     pub(super) fn place(&self, model: &Model, start: &TrajectoryState, state: &[f64]) -> [f64; 2] {
-        let apart: Vec<f64> = state.iter().zip(&start.state).map(|(x, y)| x - y).collect();
-        let modes = model.basis.turned_modes(&apart);
+        let difference: Vec<f64> = state.iter().zip(&start.state).map(|(x, y)| x - y).collect();
+        let modes = model.basis.turned_modes(&difference);
         [0, 1].map(|axis| modes[self.components[axis]] / self.scale[axis])
     }
 }

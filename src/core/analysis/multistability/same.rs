@@ -74,8 +74,8 @@ impl Average {
     }
 
     fn agrees(self, other: Self, near: f64) -> bool {
-        let apart = (self.mean - other.mean).abs();
-        apart <= SIGMAS * self.error.hypot(other.error) + near
+        let difference = (self.mean - other.mean).abs();
+        difference <= SIGMAS * self.error.hypot(other.error) + near
     }
 
     fn agrees_relative(self, other: Self) -> bool {

@@ -80,9 +80,9 @@ impl Contacts {
             return;
         }
         let speed = event.rate.abs();
-        let own = &mut sums.contacts[place];
-        own.impacts += 1.0;
-        own.speed += speed;
+        let contact = &mut sums.contacts[place];
+        contact.impacts += 1.0;
+        contact.speed += speed;
         if place < FLANKS {
             sums.impact_square += speed * speed;
             self.fastest = self.fastest.max(speed);

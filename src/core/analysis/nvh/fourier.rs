@@ -5,9 +5,9 @@
 //! window lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow exponential.
 //! If there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
 
-use super::lanes::{self, Complex, Eight, Integrals, Stretch};
+use super::block_sums::{BlockSums, Summable};
+use super::lanes::{self, Complex, FrequencyGroup, Integrals, WindowPhase};
 use super::rule::NodeValues;
-use super::stretches::{Stretches, Summable};
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::window_cache::WindowCache;
 use crate::propagate::vectors::{LANES, Lanes};
@@ -44,7 +44,7 @@ pub(super) struct Fourier {
     period: f64,
     harmonics: usize,
     /// Sub-orders, then whole orders, filled up to an even number of eights.
-    frequencies: Vec<Eight>,
+    frequencies: Vec<FrequencyGroup>,
     /// Integrals of the Legendre polynomials on windows of the kernel's regular lengths.
     known: WindowCache<Table>,
     /// Sums over the present mesh cycle.
@@ -60,9 +60,9 @@ impl Fourier {
             Some(&twelfths) => (twelfths as f64 / 12.0, 1.0),
             None => ((index - SUBORDERS + 1) as f64, 0.0),
         };
-        let eight = |first: usize| -> Eight {
+        let eight = |first: usize| -> FrequencyGroup {
             let own: [(f64, f64); LANES] = std::array::from_fn(|i| frequency(first + i));
-            Eight {
+            FrequencyGroup {
                 orders: Lanes(own.map(|(order, _)| order)),
                 fractions: Lanes(own.map(|(_, fraction)| fraction)),
             }
@@ -93,7 +93,7 @@ impl Fourier {
     pub(super) fn add(&mut self, window: &Window<'_>, at_nodes: &NodeValues<'_>) {
         let NodeValues { rule, series, .. } = at_nodes;
         let tau = window.duration;
-        let stretch = Stretch {
+        let stretch = WindowPhase {
             duration: tau,
             cycles: tau / self.period,
             middle: (window.start + 0.5 * tau) / self.period,
@@ -156,7 +156,7 @@ pub(super) struct Suborders {
     present: [Complex64; SUBORDERS],
     filled: u64,
     /// Squares of amplitudes \[m²\], one per window.
-    powers: Stretches<[f64; SUBORDERS]>,
+    powers: BlockSums<[f64; SUBORDERS]>,
 }
 
 impl Suborders {
@@ -165,7 +165,7 @@ impl Suborders {
             coherent: [Complex64::ZERO; SUBORDERS],
             present: [Complex64::ZERO; SUBORDERS],
             filled: 0,
-            powers: Stretches::new([0.0; SUBORDERS], 1),
+            powers: BlockSums::new([0.0; SUBORDERS], 1),
         }
     }
 
@@ -290,7 +290,7 @@ mod tests {
                     assert_eq!(smooth, rules.sizes(set, series).falls_off(0.0));
                     let turn = fourier.half_turn(window.duration);
                     let node_values = rules.evaluate_at_nodes(set, series, series[0], turn);
-                    let mut seen = vec![Complex64::ZERO; SUBORDERS + harmonics];
+                    let mut measured = vec![Complex64::ZERO; SUBORDERS + harmonics];
                     for round in 0..3 {
                         fourier.add(&window, &node_values);
                         let suborders = std::mem::take(&mut fourier.suborders.present);
@@ -299,11 +299,11 @@ mod tests {
                         let present = fourier.suborders.present;
                         assert_eq!(suborders, [Complex64::ZERO; SUBORDERS]);
                         fourier.suborders.restart();
-                        seen[..SUBORDERS].copy_from_slice(&present);
-                        seen[SUBORDERS..].copy_from_slice(&whole);
+                        measured[..SUBORDERS].copy_from_slice(&present);
+                        measured[SUBORDERS..].copy_from_slice(&whole);
                         let below = TWELFTHS.map(|m| m as f64 / 12.0);
                         let orders = below.into_iter().chain((1..=harmonics).map(|h| h as f64));
-                        for (order, found) in orders.zip(&seen) {
+                        for (order, found) in orders.zip(&measured) {
                             let exact = by_many_nodes(order, period, &window, series);
                             let error = (found - exact).norm() / window.duration;
                             assert!(

@@ -13,7 +13,7 @@ pub type Complex = [Lanes; 2];
 
 /// Eight frequencies, as parts of the mesh frequency.
 #[derive(Debug, Clone, Copy)]
-pub struct Eight {
+pub struct FrequencyGroup {
     /// Their orders.
     pub orders: Lanes,
     /// 1 for orders that are not whole: their phases continue over the mesh cycles. Else 0.
@@ -26,7 +26,7 @@ pub type Integrals = [Lanes; TERMS];
 
 /// A window's length and the phase of its middle.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch {
+pub struct WindowPhase {
     /// Length \[s\].
     pub duration: f64,
     /// The same in mesh cycles.
@@ -61,10 +61,10 @@ for_each_set! {
     /// Adds Fourier integrals of a series over a window to those of all frequencies, from the `integrals` of
     /// its polynomials.
     fn add_by_terms(
-        frequencies: &[Eight],
+        frequencies: &[FrequencyGroup],
         integrals: &[Integrals],
         series: &Series,
-        stretch: &Stretch,
+        stretch: &WindowPhase,
         sums: &mut [Complex],
     ) = add_by_terms_body
 }
@@ -73,11 +73,11 @@ for_each_set! {
     /// The same by a Gauss rule, from the parts of the series at its nodes, for the frequencies of
     /// [`super::fourier`].
     fn add_by_nodes(
-        frequencies: &[Eight],
+        frequencies: &[FrequencyGroup],
         places: &[Lanes],
         weights: &[Lanes],
         parts: &[Lanes],
-        stretch: &Stretch,
+        stretch: &WindowPhase,
         sums: &mut [Complex],
     ) = add_by_nodes_body
 }
@@ -85,7 +85,7 @@ for_each_set! {
 for_each_set! {
     /// Writes the integrals of the polynomials for an even number of eights of frequencies, by
     /// `τ (−i)ⁿ j_n(ωτ/2)` (A&S 10.1.14).
-    fn integrate(frequencies: &[Eight], stretch: &Stretch, out: &mut [Integrals]) = integrate_body
+    fn integrate(frequencies: &[FrequencyGroup], stretch: &WindowPhase, out: &mut [Integrals]) = integrate_body
 }
 
 #[inline(always)]
@@ -214,7 +214,12 @@ fn product<V: Vector>(a: [V; 2], b: [V; 2]) -> [V; 2] {
 
 /// Adds integrals about a window's middle, times `e^{−iφ}` with φ the middle's phase.
 #[inline(always)]
-fn add_turned<V: Vector>(own: &Eight, stretch: &Stretch, value: [V; 2], sum: &mut Complex) {
+fn add_turned<V: Vector>(
+    own: &FrequencyGroup,
+    stretch: &WindowPhase,
+    value: [V; 2],
+    sum: &mut Complex,
+) {
     let before = V::read(&own.fractions.0).times(V::splat(stretch.before));
     let cycles = before.plus(V::splat(stretch.middle));
     let [cos, sin] = turn(V::read(&own.orders.0).times(cycles));
@@ -226,10 +231,10 @@ fn add_turned<V: Vector>(own: &Eight, stretch: &Stretch, value: [V; 2], sum: &mu
 
 #[inline(always)]
 fn add_by_terms_body<V: Vector>(
-    frequencies: &[Eight],
+    frequencies: &[FrequencyGroup],
     integrals: &[Integrals],
     series: &Series,
-    stretch: &Stretch,
+    stretch: &WindowPhase,
     sums: &mut [Complex],
 ) {
     for ((own, integrals), sum) in frequencies.iter().zip(integrals).zip(sums) {
@@ -278,11 +283,11 @@ fn slow_turn<V: Vector>(theta: V) -> [V; 2] {
 
 #[inline(always)]
 fn add_by_nodes_body<V: Vector>(
-    frequencies: &[Eight],
+    frequencies: &[FrequencyGroup],
     places: &[Lanes],
     weights: &[Lanes],
     parts: &[Lanes],
-    stretch: &Stretch,
+    stretch: &WindowPhase,
     sums: &mut [Complex],
 ) {
     match weights.len() {
@@ -293,11 +298,11 @@ fn add_by_nodes_body<V: Vector>(
 
 #[inline(always)]
 fn add_by_nodes_of<V: Vector, const G: usize>(
-    frequencies: &[Eight],
+    frequencies: &[FrequencyGroup],
     places: &[Lanes],
     weights: &[Lanes],
     parts: &[Lanes],
-    stretch: &Stretch,
+    stretch: &WindowPhase,
     sums: &mut [Complex],
 ) {
     let slowest = V::splat(std::f64::consts::PI / 12.0 * stretch.cycles);
@@ -359,7 +364,11 @@ fn products<V: Vector, const G: usize>(a: [[V; 2]; G], b: [[V; 2]; G]) -> [[V; 2
 }
 
 #[inline(always)]
-fn integrate_body<V: Vector>(frequencies: &[Eight], stretch: &Stretch, out: &mut [Integrals]) {
+fn integrate_body<V: Vector>(
+    frequencies: &[FrequencyGroup],
+    stretch: &WindowPhase,
+    out: &mut [Integrals],
+) {
     for (pair, out) in frequencies.chunks_exact(2).zip(out.chunks_exact_mut(2)) {
         let (mut x, mut cos, mut sin) = ([0.0; SIXTEEN], [0.0; SIXTEEN], [0.0; SIXTEEN]);
         for (half, own) in pair.iter().enumerate() {

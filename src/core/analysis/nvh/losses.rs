@@ -95,7 +95,7 @@ fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
         return at_nodes.series[0].abs();
     }
     let slope = derivative(at_nodes.series);
-    let slope = at_nodes.beside(set, &slope);
+    let slope = at_nodes.at_same_nodes(set, &slope);
     modulus_of_one_change(at_nodes, &slope).unwrap_or_else(|| modulus(at_nodes.series))
 }
 
@@ -236,7 +236,7 @@ mod tests {
                 for series in [series, several] {
                     let slope = derivative(&series);
                     let at_nodes = rules.evaluate_at_nodes(set, &series, 0.0, 0.0);
-                    let slope = at_nodes.beside(set, &slope);
+                    let slope = at_nodes.at_same_nodes(set, &slope);
                     let exact = modulus(&series);
                     let once = modulus_of_one_change(&at_nodes, &slope);
                     proved += usize::from(once.is_some());

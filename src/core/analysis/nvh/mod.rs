@@ -10,6 +10,7 @@
 //! A periodic motion is measured over whole periods and has exact statistics. Any other motion has standard
 //! errors from averages over successive stretches of ten mesh cycles.
 
+pub(super) mod block_sums;
 mod contacts;
 mod fourier;
 mod lanes;
@@ -17,7 +18,6 @@ mod losses;
 mod peaks;
 pub(super) mod rule;
 mod sample;
-pub(super) mod stretches;
 mod sums;
 
 use super::modal_series::{Series, padded};
@@ -25,13 +25,13 @@ use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
 use crate::model::{Model, Release};
 use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
 use crate::propagate::{Event, InstructionSet, Observer, Window};
+use block_sums::BlockSums;
 use contacts::{Contacts, FLANKS};
 use fourier::Fourier;
 use losses::Losses;
 use peaks::{Extremes, Peaks};
 use rule::Rules;
 use std::borrow::Cow;
-use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
 /// Mesh cycles in a stretch, as for the exponents.
@@ -54,7 +54,7 @@ pub struct Nvh {
     open: bool,
     /// Number of complete mesh cycles.
     over: u64,
-    stretches: Stretches<Sums>,
+    stretches: BlockSums<Sums>,
     peaks: Peaks,
     contacts: Contacts,
     /// `None` if no orders are requested.
@@ -77,13 +77,13 @@ impl Nvh {
                     (usize::from(own.side < 0.0), own.side)
                 } else {
                     // The spring of a slider has no side.
-                    let bears = matches!(own.release, Release::Stick | Release::Grip);
-                    let side = if bears { 1.0 } else { own.side };
+                    let has_force = matches!(own.release, Release::Stick | Release::Grip);
+                    let side = if has_force { 1.0 } else { own.side };
                     (contact - model.flank_springs + FLANKS, side)
                 }
             })
             .collect();
-        let told = model.contacts.len() - model.flank_springs + FLANKS;
+        let reported = model.contacts.len() - model.flank_springs + FLANKS;
         Self {
             rules: Rules::shared(),
             set,
@@ -96,7 +96,7 @@ impl Nvh {
             cycles: None,
             open: false,
             over: 0,
-            stretches: Stretches::new(Sums::empty(harmonics, told), CYCLES_PER_STRETCH),
+            stretches: BlockSums::new(Sums::empty(harmonics, reported), CYCLES_PER_STRETCH),
             peaks: Peaks::new(),
             contacts: Contacts::new(model),
             fourier: (harmonics > 0).then(|| Fourier::new(set, model.period(), harmonics)),
@@ -108,7 +108,7 @@ impl Nvh {
 
     /// Empty statistics for another trajectory of the same model. Both use the same centre, if this one has
     /// seen a window.
-    pub fn beside(&self) -> Self {
+    pub fn for_same_model(&self) -> Self {
         let mut other = self.clone();
         other.restart();
         other.shares_origin |= self.cycles.is_some();
@@ -174,17 +174,17 @@ impl Nvh {
     /// Series for a stop rule, by the names of columns. Each has one value per complete stretch, and its mean
     /// has the error of the statistic. Statistics that the motion does not have, such as impact speeds
     /// without impacts, are omitted.
-    pub fn watched(&self) -> Vec<(&'static str, Vec<f64>)> {
+    pub fn statistics_for_stop_rule(&self) -> Vec<(&'static str, Vec<f64>)> {
         if self.cycles.is_none() {
             return Vec::new();
         }
         let Self {
             stretches, origin, ..
         } = &*self.finished();
-        sums::watched(stretches.complete(), &stretches.total(), *origin)
+        sums::statistics_for_stop_rule(stretches.complete(), &stretches.total(), *origin)
     }
 
-    /// Mesh cycles per complete stretch, and per value of [`Self::watched`].
+    /// Mesh cycles per complete stretch, and per value of [`Self::statistics_for_stop_rule`].
     pub fn stretch(&self) -> u64 {
         self.stretches.length()
     }
@@ -214,7 +214,10 @@ impl Nvh {
         let force_peak_errors;
         (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
-            let of_contacts = total.contacts.iter().map(|own| own.loss / total.time);
+            let of_contacts = total
+                .contacts
+                .iter()
+                .map(|contact| contact.loss / total.time);
             losses.write_statistics(of_contacts.collect(), &mut found);
         }
         found.impact_velocity_max = closed.contacts.fastest();
@@ -327,9 +330,10 @@ impl Observer for Nvh {
             centre, half_gap, ..
         } = self.origin;
         let turn = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
-        let seen = rules.evaluate_at_nodes(set, deflection, centre[0], turn);
-        let of_force = (force.iter().any(|f| *f != 0.0)).then(|| seen.beside(set, force));
-        self.peaks.window(&seen, of_force.as_ref());
+        let at_nodes = rules.evaluate_at_nodes(set, deflection, centre[0], turn);
+        let of_force =
+            (force.iter().any(|f| *f != 0.0)).then(|| at_nodes.at_same_nodes(set, force));
+        self.peaks.window(&at_nodes, of_force.as_ref());
 
         let sums = self.stretches.current();
         sums.time += tau;
@@ -339,8 +343,8 @@ impl Observer for Nvh {
             own.closed += if closed { tau } else { 0.0 };
         }
         let first = (deflection[0] - centre[0]) / half_gap;
-        let second = first * first + seen.square() / (half_gap * half_gap);
-        let [third, fourth] = seen.powers(set, centre[0], half_gap);
+        let second = first * first + at_nodes.square() / (half_gap * half_gap);
+        let [third, fourth] = at_nodes.powers(set, centre[0], half_gap);
         for (sum, moment) in sums.moments.iter_mut().zip([first, second, third, fourth]) {
             *sum += tau * moment;
         }
@@ -357,15 +361,15 @@ impl Observer for Nvh {
         }
         for closed in window.closed {
             let (place, side) = self.places[closed.contact];
-            let own = &mut sums.contacts[place];
-            own.force += tau * side * closed.force[0];
+            let contact = &mut sums.contacts[place];
+            contact.force += tau * side * closed.force[0];
             // Several springs of a flank may be closed at once.
             if place >= FLANKS {
-                own.closed += tau;
+                contact.closed += tau;
             }
         }
         if let Some(fourier) = &mut self.fourier {
-            fourier.add(window, &seen);
+            fourier.add(window, &at_nodes);
         }
     }
 

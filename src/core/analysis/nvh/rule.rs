@@ -37,7 +37,7 @@ pub struct Rule {
 }
 
 /// Even and odd part of a series at the positive nodes of a rule.
-type Parts = [Lanes; 2 * LONG];
+type ParityValues = [Lanes; 2 * LONG];
 
 /// Sums over a series.
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,7 +82,7 @@ pub(super) struct NodeValues<'a> {
     pub(super) series: &'a [f64; TERMS],
     sizes: Sizes,
     /// Its parts at the nodes; entries beyond those of a short rule are unused.
-    parts: Parts,
+    parts: ParityValues,
     pub(super) range: Range,
 }
 
@@ -231,7 +231,7 @@ impl NodeValues<'_> {
     }
 
     /// Another series at the same nodes.
-    pub(super) fn beside<'b>(
+    pub(super) fn at_same_nodes<'b>(
         &'b self,
         set: InstructionSet,
         series: &'b [f64; TERMS],

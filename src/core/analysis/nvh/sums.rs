@@ -4,8 +4,8 @@
 //! method). The averages of a stretch, weighted by the derivatives at the averages of the whole record, form
 //! a series in time. The mean of this series has the required error.
 
+use super::block_sums::Summable;
 use super::losses::Losses;
-use super::stretches::Summable;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
 use crate::model::{COAST_FLANK, DRIVE_FLANK, Flanks};
 use crate::numerics::statistics::standard_error;
@@ -31,12 +31,12 @@ pub(super) struct Sums {
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
     /// Sums of each contact, both flanks of the first mesh first.
-    pub contacts: Vec<OfContact>,
+    pub contacts: Vec<ContactSums>,
 }
 
 /// Sums of one contact over a stretch.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct OfContact {
+pub(super) struct ContactSums {
     /// ∫ s F dt \[N s\].
     pub force: f64,
     /// Time while it is closed \[s\].
@@ -54,7 +54,7 @@ impl Sums {
     pub(super) fn empty(harmonics: usize, contacts: usize) -> Self {
         Self {
             harmonics: vec![Complex64::ZERO; harmonics],
-            contacts: vec![OfContact::default(); contacts],
+            contacts: vec![ContactSums::default(); contacts],
             ..Self::default()
         }
     }
@@ -106,7 +106,7 @@ impl Summable for Sums {
         let mut harmonics = std::mem::take(&mut self.harmonics);
         let mut contacts = std::mem::take(&mut self.contacts);
         harmonics.fill(Complex64::ZERO);
-        contacts.fill(OfContact::default());
+        contacts.fill(ContactSums::default());
         *self = Self {
             harmonics,
             contacts,
@@ -141,7 +141,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let [variance, fourth] = central(moments);
     let [force_first, force_square] = sums.force.map(|f| f / sums.time);
     let [impact_speed, impacts] = impact_speed(sums);
-    let each = |of: fn(&OfContact) -> f64| -> Vec<f64> {
+    let each = |of: fn(&ContactSums) -> f64| -> Vec<f64> {
         (sums.contacts.iter().map(|own| of(own) / sums.time)).collect()
     };
     NvhOutcome {
@@ -247,7 +247,7 @@ fn impact_speed(s: &Sums) -> [f64; 2] {
 
 /// Series in time, one value per stretch, by the names of columns. The mean of each has the error of its
 /// statistic. Contains only statistics that the motion has.
-pub(super) fn watched(
+pub(super) fn statistics_for_stop_rule(
     stretches: &[Sums],
     total: &Sums,
     origin: Origin,
@@ -292,7 +292,7 @@ pub(super) fn errors(
         let by_first = -4.0 * m3 + 12.0 * m1 * m2 - 12.0 * m1.powi(3);
         a4 - 4.0 * m1 * a3 + 6.0 * m1 * m1 * a2 + by_first * a1
     };
-    let each = |of: fn(&OfContact) -> f64| -> Vec<f64> {
+    let each = |of: fn(&ContactSums) -> f64| -> Vec<f64> {
         let contacts = 0..total.contacts.len();
         contacts
             .map(|contact| error(&|s| of(&s.contacts[contact])))

@@ -26,7 +26,7 @@ const FARTHEST_ARRIVED: f64 = 1e-5;
 const PREDICTION_SLACK: f64 = 0.2;
 
 /// An observed approach over some periods of an orbit.
-struct Watched {
+struct ObservedApproach {
     /// Offsets from the orbit in energy coordinates.
     before: Mat<f64>,
     after: Mat<f64>,
@@ -39,7 +39,7 @@ struct Watched {
 }
 
 /// Settings for the observation of an approach to an orbit.
-struct Watch<'a, K: Kernel> {
+struct ApproachSettings<'a, K: Kernel> {
     kernel: &'a K,
     norm: &'a EnergyNorm,
     orbit: &'a PeriodicOrbit,
@@ -55,7 +55,7 @@ struct Watch<'a, K: Kernel> {
     arrived: f64,
 }
 
-impl<'a, K: Kernel> Watch<'a, K> {
+impl<'a, K: Kernel> ApproachSettings<'a, K> {
     /// `None` if the orbit does not attract.
     fn new(kernel: &'a K, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Option<Self> {
         let radius = orbit.spectral_radius();
@@ -92,7 +92,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
         mut lasting: Option<&mut LastingContact<'_>>,
         workspace: &mut K::Workspace,
         counters: &mut Counters,
-    ) -> Result<Watched, Stop> {
+    ) -> Result<ObservedApproach, Stop> {
         let before = self.offset(&trajectory.state);
         let mut predicted = before.clone();
         let period = u64::from(self.orbit.period);
@@ -116,7 +116,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
                 break;
             }
         }
-        Ok(Watched {
+        Ok(ObservedApproach {
             before,
             after: self.offset(&trajectory.state),
             predicted,
@@ -134,20 +134,20 @@ impl<'a, K: Kernel> Watch<'a, K> {
     ) -> Option<LastingContact<'a>> {
         let orbit = self.orbit;
         let bounds = BOUND * (self.norm.dimension() as u64 + 1);
-        let asked = orbit.events == 0
+        let observed_returns = orbit.events == 0
             && trajectory.contact == orbit.start.contact
             && self.periods >= bounds;
         let at = (orbit.start.clone(), orbit.period);
-        asked
+        observed_returns
             .then(|| LastingContact::new(model, self.norm, &orbit.monodromy, at))
             .flatten()
     }
 
     /// Whether the linear map predicts an approach.
-    fn is_linear(&self, seen: &Watched) -> bool {
+    fn is_linear(&self, observed: &ObservedApproach) -> bool {
         let [before, after, predicted] =
-            [&seen.before, &seen.after, &seen.predicted].map(|offset| offset.norm_l2());
-        if !seen.same_events {
+            [&observed.before, &observed.after, &observed.predicted].map(|offset| offset.norm_l2());
+        if !observed.same_events {
             return false;
         }
         if before <= self.arrived {
@@ -155,7 +155,7 @@ impl<'a, K: Kernel> Watch<'a, K> {
         }
         // In a limited observation, distances across and along a flat torus may differ by more than they decrease.
         let distance = if self.cut { before.min(predicted) } else { before };
-        let missed = (&seen.after - &seen.predicted).norm_l2();
+        let missed = (&observed.after - &observed.predicted).norm_l2();
         missed <= PREDICTION_SLACK * self.decrease * distance && after < before
     }
 }
@@ -174,11 +174,11 @@ pub fn approaches<K: Kernel>(
     workspace: &mut K::Workspace,
     counters: &mut Counters,
 ) -> Result<bool, Stop> {
-    let Some(watch) = Watch::new(kernel, norm, orbit) else {
+    let Some(watch) = ApproachSettings::new(kernel, norm, orbit) else {
         return Ok(false);
     };
-    let seen = watch.follow(trajectory, None, workspace, counters)?;
-    Ok(watch.is_linear(&seen))
+    let observed = watch.follow(trajectory, None, workspace, counters)?;
+    Ok(watch.is_linear(&observed))
 }
 
 /// Largest part of an offset, except along its slowest direction, that may remain after an observation.
@@ -216,7 +216,7 @@ const BOUND: u64 = 2;
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
-pub fn comes<K: Kernel>(
+pub fn observe_approach<K: Kernel>(
     model: &Model,
     kernel: &K,
     norm: &EnergyNorm,
@@ -225,18 +225,18 @@ pub fn comes<K: Kernel>(
     workspace: &mut K::Workspace,
     counters: &mut Counters,
 ) -> Result<Option<Approach>, Stop> {
-    let Some(watch) = Watch::new(kernel, norm, orbit) else {
+    let Some(watch) = ApproachSettings::new(kernel, norm, orbit) else {
         return Ok(None);
     };
     let mut lasting = watch.lasting_contact(model, trajectory);
-    let seen = watch.follow(trajectory, lasting.as_mut(), workspace, counters)?;
-    if seen.certain {
+    let observed = watch.follow(trajectory, lasting.as_mut(), workspace, counters)?;
+    if observed.certain {
         return Ok(Some(Approach::InContact));
     }
-    if watch.is_linear(&seen) {
+    if watch.is_linear(&observed) {
         return Ok(Some(Approach::AsPredicted));
     }
-    if seen.same_events {
+    if observed.same_events {
         comes_along_a_line(model, &watch, trajectory, workspace, counters)
     } else {
         Ok(None)
@@ -252,7 +252,7 @@ pub fn comes<K: Kernel>(
 /// there may be a torus around the orbit, and the result is `None`.
 fn comes_along_a_line<K: Kernel>(
     model: &Model,
-    watch: &Watch<'_, K>,
+    watch: &ApproachSettings<'_, K>,
     trajectory: &mut TrajectoryState,
     workspace: &mut K::Workspace,
     counters: &mut Counters,
@@ -266,29 +266,29 @@ fn comes_along_a_line<K: Kernel>(
     if !watch.cut || slowest.im != 0.0 || left > OTHERS_LEFT {
         return Ok(None);
     }
-    let (weights, felt) = (watch.norm.weights(), watch.norm.felt());
+    let (weights, felt) = (watch.norm.weights(), watch.norm.weighted_components());
     let mut between = trajectory.clone();
-    for tried in 0..=MOST_BETWEEN {
-        let seen = match tried {
+    for attempt in 0..=MOST_BETWEEN {
+        let observed = match attempt {
             0 => watch.follow(trajectory, None, workspace, counters)?,
             _ => watch.follow(&mut between, None, workspace, counters)?,
         };
-        if watch.is_linear(&seen) {
-            return Ok(Some(match tried {
+        if watch.is_linear(&observed) {
+            return Ok(Some(match attempt {
                 0 => Approach::AsPredicted,
                 _ => Approach::AlongALine,
             }));
         }
         let [before, after, predicted] =
-            [&seen.before, &seen.after, &seen.predicted].map(|offset| offset.norm_l2());
-        let along = product(seen.predicted.transpose(), seen.after.as_ref())[(0, 0)];
+            [&observed.before, &observed.after, &observed.predicted].map(|offset| offset.norm_l2());
+        let along = product(observed.predicted.transpose(), observed.after.as_ref())[(0, 0)];
         let falls = after <= before * (1.0 - FALLS * watch.decrease);
-        if !(seen.same_events && falls && along >= ALIGNED * after * predicted) {
+        if !(observed.same_events && falls && along >= ALIGNED * after * predicted) {
             return Ok(None);
         }
         let mut state = orbit.start.state.clone();
         for (row, &i) in felt.iter().enumerate() {
-            state[i] += NEARER * seen.after[(row, 0)] / weights[i];
+            state[i] += NEARER * observed.after[(row, 0)] / weights[i];
         }
         between = TrajectoryState::new(model, state, orbit.start.cycle);
     }
@@ -329,7 +329,7 @@ fn doubled<K: Kernel>(
     let apart = norm.difference(&trajectory.state, &parent.start.state);
     let along: f64 = apart.iter().zip(&direction).map(|(a, d)| a * d).sum();
     let side = 1f64.copysign(along);
-    let (weights, felt) = (norm.weights(), norm.felt());
+    let (weights, felt) = (norm.weights(), norm.weighted_components());
     let displaced = |by: f64| {
         let mut state = parent.start.state.clone();
         for (&i, d) in felt.iter().zip(&direction) {
@@ -402,8 +402,8 @@ pub fn attracting<K: Kernel>(
     } else {
         shortest(model, kernel, norm, orbit, unit, workspace)?
     };
-    let seen = comes(model, kernel, norm, &orbit, trajectory, workspace, counters)?;
-    Ok(seen.map(|approach| Attracting {
+    let observed = observe_approach(model, kernel, norm, &orbit, trajectory, workspace, counters)?;
+    Ok(observed.map(|approach| Attracting {
         orbit,
         doubled: doubles,
         approach,

@@ -1,8 +1,8 @@
 //! How robust is a periodic orbit, and how does it lose its stability?
 
-use super::kick::{KICK, Kicked};
+use super::kick::{KICK, KickedTrajectory};
 use super::shooting::PeriodicOrbit;
-use crate::analysis::continuation::touches::Watch;
+use crate::analysis::continuation::touches::TouchObserver;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
@@ -79,7 +79,7 @@ pub fn of<K: Kernel>(
     workspace: &mut K::Workspace,
 ) -> Result<(Vec<TrajectoryState>, Character), Stop> {
     let mut counters = Counters::default();
-    let mut watch = Watch::new(model);
+    let mut watch = TouchObserver::new(model);
     let mut points = Vec::with_capacity(orbit.period as usize);
     let mut state = orbit.start.clone();
     for _ in 0..orbit.period {
@@ -89,7 +89,7 @@ pub fn of<K: Kernel>(
     let events = counters.events;
     let motion = watch.motion();
     let [kicked, kicked_linear] =
-        Kicked::new(model, norm, orbit).after_return(kernel, workspace)?;
+        KickedTrajectory::new(model, norm, orbit).after_return(kernel, workspace)?;
     let character = Character {
         stable: orbit.spectral_radius() < 1.0,
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
@@ -135,17 +135,17 @@ mod tests {
                 .unwrap()
                 .unwrap();
             let (_, character) = of(&model, &kernel, &norm, &orbit, &mut workspace).unwrap();
-            let mut watch = Watch::new(&model);
+            let mut watch = TouchObserver::new(&model);
             let mut state = orbit.start.clone();
             (kernel.advance(1, &mut state, &mut workspace, &mut watch, &mut counters)).unwrap();
             (character, watch.motion().largest)
         };
         let (alone, largest) = of_stop(None);
-        let (beside, _) = of_stop(Some(largest + 1e-8));
+        let (at_crossing, _) = of_stop(Some(largest + 1e-8));
         assert!(alone.grazing_margin.unwrap() > 0.1, "{alone:?}");
-        let margin = beside.grazing_margin.unwrap();
+        let margin = at_crossing.grazing_margin.unwrap();
         assert!((margin - 1e-3).abs() < 1e-9, "{margin}");
-        assert!((beside.deflection_pp / alone.deflection_pp - 1.0).abs() < 1e-9);
+        assert!((at_crossing.deflection_pp / alone.deflection_pp - 1.0).abs() < 1e-9);
     }
 
     #[test]

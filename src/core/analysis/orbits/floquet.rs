@@ -14,7 +14,7 @@ use num_complex::Complex64;
 
 /// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them. It is the derivative of the end
 /// with respect to the start in energy coordinates `y = weight x`, without the neutral pair. Dimension 2(N −
-/// neutral), components in the order of [`EnergyNorm::felt`].
+/// neutral), components in the order of [`EnergyNorm::weighted_components`].
 ///
 /// # Errors
 /// [`Stop`] as for any integration.
@@ -28,7 +28,7 @@ pub fn monodromy<K: Kernel>(
     counters: &mut Counters,
 ) -> Result<Mat<f64>, Stop> {
     let weights = norm.weights();
-    let felt = norm.felt();
+    let felt = norm.weighted_components();
     let mut tangents = Tangents::zeros(model.modes(), felt.len());
     for (column, &i) in felt.iter().enumerate() {
         tangents.vector_mut(column)[i] = 1.0;

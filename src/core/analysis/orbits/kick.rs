@@ -40,7 +40,7 @@ pub fn follow<K: Kernel>(
     returns: u32,
     workspace: &mut K::Workspace,
 ) -> Kick {
-    let mut kicked = Kicked::new(model, norm, orbit);
+    let mut kicked = KickedTrajectory::new(model, norm, orbit);
     let mut kick = Kick {
         distance: vec![KICK],
         linear: vec![KICK],
@@ -56,7 +56,7 @@ pub fn follow<K: Kernel>(
 }
 
 /// A trajectory kicked off an orbit, and the kick's image under the monodromy matrix.
-pub(super) struct Kicked<'a> {
+pub(super) struct KickedTrajectory<'a> {
     norm: &'a EnergyNorm,
     orbit: &'a PeriodicOrbit,
     trajectory: TrajectoryState,
@@ -64,12 +64,12 @@ pub(super) struct Kicked<'a> {
     linear: Mat<f64>,
 }
 
-impl<'a> Kicked<'a> {
+impl<'a> KickedTrajectory<'a> {
     /// A trajectory at the start of the orbit, kicked in the direction of strongest growth.
     pub(super) fn new(model: &Model, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Self {
         let linear = strongest(&orbit.monodromy);
         let mut state = orbit.start.state.clone();
-        for (row, &i) in norm.felt().iter().enumerate() {
+        for (row, &i) in norm.weighted_components().iter().enumerate() {
             state[i] += KICK * norm.unit() * linear[(row, 0)] / norm.weights()[i];
         }
         Self {

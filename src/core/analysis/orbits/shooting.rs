@@ -105,7 +105,7 @@ struct Shooting<'a, K: Kernel> {
 }
 
 /// An integrated period.
-struct Passed {
+struct IntegratedPeriod {
     end: TrajectoryState,
     matrix: Mat<f64>,
     events: u64,
@@ -129,7 +129,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         &mut self,
         start: &TrajectoryState,
         workspace: &mut K::Workspace,
-    ) -> Result<Passed, Stop> {
+    ) -> Result<IntegratedPeriod, Stop> {
         let counters = &mut self.counters;
         let before = counters.events;
         if let Some((contact, matrix)) = &self.lasting
@@ -139,7 +139,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
             self.kernel
                 .advance(period, &mut end, workspace, &mut (), counters)?;
             if counters.events == before || self.without_event {
-                return Ok(Passed {
+                return Ok(IntegratedPeriod {
                     end,
                     matrix: matrix.clone(),
                     events: counters.events - before,
@@ -160,7 +160,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         if events == 0 {
             self.lasting = Some((start.contact, matrix.clone()));
         }
-        Ok(Passed {
+        Ok(IntegratedPeriod {
             end,
             matrix,
             events,
@@ -173,11 +173,11 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         workspace: &mut K::Workspace,
     ) -> Result<Option<PeriodicOrbit>, Stop> {
         let norm = self.norm;
-        let (weights, felt) = (norm.weights(), norm.felt());
+        let (weights, felt) = (norm.weights(), norm.weighted_components());
         let mut start = guess.clone();
         let mut last = f64::INFINITY;
         for _ in 0..MOST_STEPS {
-            let Passed {
+            let IntegratedPeriod {
                 end,
                 matrix,
                 events,
@@ -248,8 +248,8 @@ pub fn shortest<K: Kernel>(
     for cycle in 1..orbit.period {
         kernel.advance(1, &mut state, workspace, &mut (), &mut counters)?;
         let divides = cycle.is_multiple_of(unit) && orbit.period.is_multiple_of(cycle);
-        let apart = norm.distance(&state.state, &orbit.start.state) / norm.unit();
-        if divides && apart <= SAME_POINT {
+        let distance = norm.distance(&state.state, &orbit.start.state) / norm.unit();
+        if divides && distance <= SAME_POINT {
             let shorter = shoot(model, kernel, norm, &orbit.start, cycle, workspace)?;
             return Ok(shorter.unwrap_or(orbit));
         }

@@ -97,14 +97,14 @@ pub fn survey<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
-    question: &OrbitConfig,
+    config: &OrbitConfig,
     called_off: &AtomicBool,
 ) -> Result<OrbitSurvey, CalledOff> {
     let norm = EnergyNorm::new(model);
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
     let mut path = vec![trajectory.clone()];
-    for _ in 0..question.cycles {
+    for _ in 0..config.cycles {
         CalledOff::check(called_off)?;
         let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), &mut counters);
         // A trajectory that diverges may have passed orbits before.
@@ -119,25 +119,25 @@ pub fn survey<K: Kernel>(
         model,
         kernel,
         norm: &norm,
-        question,
+        config,
         unit: unit.unwrap_or(1),
         workspace,
         found: Vec::new(),
     };
     let mut missed = Vec::new();
-    let mut periods = question.periods.clone();
+    let mut periods = config.periods.clone();
     periods.sort_unstable();
     periods.dedup();
     for period in periods {
         let possible = unit.is_some_and(|unit| period.is_multiple_of(unit));
-        for (state, given) in (0..).zip(&question.states) {
+        for (state, given) in (0..).zip(&config.states) {
             CalledOff::check(called_off)?;
-            let led = if possible {
+            let result = if possible {
                 search.from(&model.start(given), period, Some(state))
             } else {
                 Err("the excitation does not repeat after this period".to_owned())
             };
-            missed.extend(led.err().map(|reason| MissedState {
+            missed.extend(result.err().map(|reason| MissedState {
                 state,
                 period,
                 reason,
@@ -146,7 +146,7 @@ pub fn survey<K: Kernel>(
         if !possible {
             continue;
         }
-        for guess in guesses(&norm, &path, period as usize, question.guesses as usize) {
+        for guess in guesses(&norm, &path, period as usize, config.guesses as usize) {
             CalledOff::check(called_off)?;
             let guess = midway(model, &path[guess], &path[guess + period as usize]);
             // Most near returns belong to no orbit of this period, and the caller did not ask for them.
@@ -167,7 +167,7 @@ struct Search<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
     norm: &'a EnergyNorm,
-    question: &'a OrbitConfig,
+    config: &'a OrbitConfig,
     /// Period of the excitation \[mesh cycles\].
     unit: u32,
     workspace: K::Workspace,
@@ -196,7 +196,7 @@ impl<K: Kernel> Search<'_, K> {
             }
             other => other.to_string(),
         };
-        let orbit = seek(model, kernel, norm, guess, period, &mut self.workspace)
+        let orbit = find_orbit(model, kernel, norm, guess, period, &mut self.workspace)
             .map_err(stopped)?
             .ok_or("Newton's method does not converge from this state")?;
         let known = (self.found.iter()).any(|(points, _)| passes(norm, points, &orbit));
@@ -232,9 +232,9 @@ impl<K: Kernel> Search<'_, K> {
             deflection,
             velocity,
             lambda: orbit.spectral_radius().ln() / f64::from(orbit.period),
-            multipliers: if self.question.floquet { orbit.multipliers.clone() } else { Vec::new() },
+            multipliers: if self.config.floquet { orbit.multipliers.clone() } else { Vec::new() },
             character,
-            kick: kick::follow(model, kernel, norm, orbit, self.question.returns, workspace),
+            kick: kick::follow(model, kernel, norm, orbit, self.config.returns, workspace),
         };
         Ok((points, outcome))
     }
@@ -242,9 +242,9 @@ impl<K: Kernel> Search<'_, K> {
 
 /// Indices of the path that nearly return after `period` cycles, nearest first, no two within a period of each other.
 fn guesses(norm: &EnergyNorm, path: &[TrajectoryState], period: usize, most: usize) -> Vec<usize> {
-    let apart = |n: usize| norm.distance(&path[n].state, &path[n + period].state);
+    let return_distance = |n: usize| norm.distance(&path[n].state, &path[n + period].state);
     let places = 0..path.len().saturating_sub(period);
-    returns::nearest(places, apart, period, most)
+    returns::nearest(places, return_distance, period, most)
 }
 
 /// The state midway between two, at the time of the first.
@@ -255,7 +255,7 @@ fn midway(model: &Model, a: &TrajectoryState, b: &TrajectoryState) -> Trajectory
 }
 
 /// The orbit near a guess, with its shortest period.
-fn seek<K: Kernel>(
+fn find_orbit<K: Kernel>(
     model: &Model,
     kernel: &K,
     norm: &EnergyNorm,

@@ -114,7 +114,7 @@ impl<'a> Twins<'a> {
         direction: [Vec<f64>; 2],
     ) -> Self {
         let distance = DISTANCE * norm.unit();
-        let (weights, felt) = (norm.weights(), norm.felt());
+        let (weights, felt) = (norm.weights(), norm.weighted_components());
         let sides = direction.map(|along| {
             along.iter().any(|u| *u != 0.0).then(|| {
                 [1.0, -1.0].map(|side| {

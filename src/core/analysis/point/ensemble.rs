@@ -1,11 +1,11 @@
 //! A motion that does not settle, from its first measured cycle to its row.
 
 use super::instruments::{Instruments, Record};
-use super::looks::Look;
-use super::members::{Ending, Member, is_chaotic};
+use super::looks::LookResult;
+use super::members::{Ending, EnsembleTrajectory, is_chaotic};
 use super::plan::Plan;
 use super::run::{Interruption, PointRun};
-use super::settle::{Searches, cycles};
+use super::settle::{OrbitSearchTimes, cycles};
 use crate::analysis::classify::{Evidence, Verdict, classify};
 use crate::analysis::config::Effort;
 use crate::analysis::course::course;
@@ -30,11 +30,12 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Measures a motion that has not settled, until it settles or enough is known.
     pub(super) fn unsettled(
         &mut self,
-        searches: Option<Searches>,
+        searches: Option<OrbitSearchTimes>,
     ) -> Result<PointOutcome, Interruption> {
         let plan = Plan::of(self.config);
         let instruments = self.align()?;
-        let pilot = Member::pilot(self.trajectory.clone(), instruments, searches, &plan);
+        let pilot =
+            EnsembleTrajectory::pilot(self.trajectory.clone(), instruments, searches, &plan);
         let mut members = vec![pilot];
         if plan.trajectories > 1 {
             self.pilot_and_branches(&mut members, &plan)?;
@@ -45,15 +46,18 @@ impl<K: Kernel> PointRun<'_, K> {
             for member in members.iter_mut() {
                 self.follow(member, share, &plan)?;
             }
-            let spent: u64 = members.iter().map(Member::measured).sum();
+            let spent: u64 = members.iter().map(EnsembleTrajectory::measured).sum();
             let staying = self.staying(&members).count() as u64;
             let over = staying == 0 || spent + staying * unit(&members) > plan.budget;
-            let unsettled: u64 = members.iter().map(Member::unsettled_cycles).sum();
+            let unsettled: u64 = members
+                .iter()
+                .map(EnsembleTrajectory::unsettled_cycles)
+                .sum();
             if !over && unsettled < next {
                 continue;
             }
             let look = match staying {
-                0 => Look::default(),
+                0 => LookResult::default(),
                 _ => self.look_at(&members),
             };
             if over || look.can_stop || look.futile {
@@ -69,7 +73,7 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Measures the pilot alone until its neighbours separate exponentially, and then starts the branches.
     fn pilot_and_branches(
         &mut self,
-        members: &mut Vec<Member>,
+        members: &mut Vec<EnsembleTrajectory>,
         plan: &Plan,
     ) -> Result<(), Interruption> {
         let pilot = &mut members[0];
@@ -90,16 +94,22 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The trajectories still on the motion. Without exponents the time of an exit is unknown: if any
     /// trajectory left, none counts.
-    fn staying<'m>(&self, members: &'m [Member]) -> impl Iterator<Item = &'m Member> + use<'m, K> {
+    fn staying<'m>(
+        &self,
+        members: &'m [EnsembleTrajectory],
+    ) -> impl Iterator<Item = &'m EnsembleTrajectory> + use<'m, K> {
         let blind = self.config.lyapunov.is_none();
         let left = blind && members.iter().any(|member| member.ending.is_some());
         (members.iter()).filter(move |member| !left && member.ending.is_none())
     }
 
     /// Evaluates the measurements of the motion by all trajectories.
-    fn look_at(&self, members: &[Member]) -> Look {
-        let parts: Vec<&Record> = members.iter().map(Member::unsettled).collect();
-        let staying: Vec<&Record> = self.staying(members).map(Member::unsettled).collect();
+    fn look_at(&self, members: &[EnsembleTrajectory]) -> LookResult {
+        let parts: Vec<&Record> = members.iter().map(EnsembleTrajectory::unsettled).collect();
+        let staying: Vec<&Record> = self
+            .staying(members)
+            .map(EnsembleTrajectory::unsettled)
+            .collect();
         let exits = members.len() - staying.len();
         self.look(&joined(&parts), &staying, exits)
     }
@@ -107,10 +117,10 @@ impl<K: Kernel> PointRun<'_, K> {
     /// The row of the point.
     fn conclude(
         &mut self,
-        mut members: Vec<Member>,
-        look: &Look,
+        mut members: Vec<EnsembleTrajectory>,
+        look: &LookResult,
     ) -> Result<PointOutcome, Interruption> {
-        let parts: Vec<&Record> = members.iter().map(Member::unsettled).collect();
+        let parts: Vec<&Record> = members.iter().map(EnsembleTrajectory::unsettled).collect();
         let mut all = joined(&parts);
         let chaotic = (all.averages())
             .is_some_and(|averages| is_chaotic(averages.values(), averages.stretch()));
@@ -171,7 +181,7 @@ impl<K: Kernel> PointRun<'_, K> {
         &self,
         all: &Record,
         last: &Instruments,
-        look: &Look,
+        look: &LookResult,
         chaos: Option<&ChaosOutcome>,
     ) -> Verdict {
         let growth = all.averages();
@@ -308,7 +318,7 @@ impl<K: Kernel> PointRun<'_, K> {
 }
 
 /// The cycles of each trajectory are a multiple of this.
-fn unit(members: &[Member]) -> u64 {
+fn unit(members: &[EnsembleTrajectory]) -> u64 {
     match members.len() {
         1 => 1,
         _ => SHARE,
@@ -317,7 +327,7 @@ fn unit(members: &[Member]) -> u64 {
 
 /// Cycles for each trajectory still on the motion, so that all together have `wanted` of it within the
 /// budget.
-fn share(members: &[Member], wanted: u64, budget: u64) -> u64 {
+fn share(members: &[EnsembleTrajectory], wanted: u64, budget: u64) -> u64 {
     let faded: u64 = (members.iter())
         .map(|member| member.measured() - member.unsettled_cycles())
         .sum();
@@ -355,7 +365,7 @@ fn joined(parts: &[&Record]) -> Record {
 
 /// Life of chaos over all trajectories, and its endings. Branches spent `parted` cycles on it before their
 /// measurement.
-fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
+fn chaos(members: &[EnsembleTrajectory], parted: u64) -> ChaosOutcome {
     let mut endings: Vec<(String, u32)> = Vec::new();
     for name in members.iter().filter_map(ending) {
         match endings.iter_mut().find(|(known, _)| *known == name) {
@@ -368,7 +378,11 @@ fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
         .map(|(name, count)| format!("{name} ({count})"))
         .collect();
     ChaosOutcome {
-        cycles: members.iter().map(Member::unsettled_cycles).sum::<u64>() + parted,
+        cycles: members
+            .iter()
+            .map(EnsembleTrajectory::unsettled_cycles)
+            .sum::<u64>()
+            + parted,
         exits: endings.iter().map(|(_, count)| count).sum(),
         trajectories: members.len() as u32,
         ended_on: (!text.is_empty()).then(|| text.join(", ")),
@@ -377,7 +391,7 @@ fn chaos(members: &[Member], parted: u64) -> ChaosOutcome {
 }
 
 /// The motion on which a trajectory ended, by class and period.
-fn ending(member: &Member) -> Option<String> {
+fn ending(member: &EnsembleTrajectory) -> Option<String> {
     let class = match member.ending.as_ref()? {
         Ending::Settled(outcome) => outcome.class?,
         Ending::Torus(_) => Class::QuasiPeriodic,
@@ -389,7 +403,7 @@ fn ending(member: &Member) -> Option<String> {
 }
 
 /// The first trajectory with the most frequent ending.
-fn most_frequent(members: &[Member]) -> usize {
+fn most_frequent(members: &[EnsembleTrajectory]) -> usize {
     let names: Vec<Option<String>> = members.iter().map(ending).collect();
     let count = |name: &Option<String>| names.iter().filter(|other| *other == name).count();
     let ended = || names.iter().filter(|name| name.is_some());

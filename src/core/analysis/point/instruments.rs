@@ -1,6 +1,6 @@
 //! What is measured along a trajectory?
 
-use super::watch::Recorders;
+use super::recorders::Recorders;
 use crate::analysis::averages::CycleAverages;
 use crate::analysis::config::PointConfig;
 use crate::analysis::lyapunov::TangentGrowth;

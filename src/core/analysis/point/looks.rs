@@ -30,7 +30,7 @@ pub(super) const SIGMAS: f64 = 5.0;
 
 /// Result of a look at the records of all trajectories.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Look {
+pub(super) struct LookResult {
     /// Why the error bars are not verified; `None` if they are.
     pub(super) unverified: Option<String>,
     /// Why the requested errors are not met, if they are not.
@@ -50,7 +50,7 @@ pub(super) struct Look {
     pub(super) memory: Option<f64>,
 }
 
-impl Look {
+impl LookResult {
     /// R-hat, if it shows that trajectories do not share one motion.
     pub(super) fn apart(&self) -> Option<f64> {
         self.rhat.filter(|rhat| *rhat > APART)
@@ -58,14 +58,14 @@ impl Look {
 }
 
 /// A statistic as a series of averages.
-struct Averaged {
+struct AveragedStatistic {
     name: &'static str,
     values: Vec<f64>,
     /// Cycles per average.
     stretch: u64,
 }
 
-impl Averaged {
+impl AveragedStatistic {
     /// Cycles over which it is correlated.
     fn memory(&self) -> f64 {
         correlation_time(&self.values) * self.stretch as f64
@@ -82,20 +82,20 @@ impl Averaged {
 impl<K: Kernel> PointRun<'_, K> {
     /// Evaluates `all`, the records of all trajectories one after another, and each that stays on the motion;
     /// `exits` have left it.
-    pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> Look {
+    pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> LookResult {
         let chains: Vec<&[f64]> = (staying.iter())
             .filter_map(|record| Some(record.averages()?.values()))
             .collect();
-        let growth = all.averages().map(|averages| Averaged {
+        let growth = all.averages().map(|averages| AveragedStatistic {
             name: "lambda_max",
             values: averages.values().to_vec(),
             stretch: u64::from(averages.stretch()),
         });
-        let mut look = Look {
+        let mut look = LookResult {
             ess: ess(&chains),
             rhat: if chains.len() > 1 { rhat(&chains) } else { None },
-            memory: growth.as_ref().map(Averaged::memory),
-            ..Look::default()
+            memory: growth.as_ref().map(AveragedStatistic::memory),
+            ..LookResult::default()
         };
         look.unverified = self.unverified(all, growth.as_ref());
         let statistics = self.statistics(all);
@@ -125,7 +125,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Why the errors of a record are not verified, if they are not.
-    fn unverified(&self, all: &Record, growth: Option<&Averaged>) -> Option<String> {
+    fn unverified(&self, all: &Record, growth: Option<&AveragedStatistic>) -> Option<String> {
         if self.config.effort() == Effort::Survey {
             return Some("errors of a survey are not verified".to_owned());
         }
@@ -162,7 +162,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Precision of the largest exponent, if it has a stop rule.
-    fn exponent(&self, all: &Record, growth: &Averaged) -> Option<StopCriterion> {
+    fn exponent(&self, all: &Record, growth: &AveragedStatistic) -> Option<StopCriterion> {
         let target = self.config.lyapunov?.stop_at_stderr?;
         let (lambda, error) = (mean(&growth.values), standard_error(&growth.values));
         if !error.is_finite() {
@@ -251,15 +251,15 @@ struct StopCriterion {
 }
 
 /// The statistics of motion whose correlation time and skewness are checked.
-fn statistics_of_motion(all: &Record) -> Vec<Averaged> {
-    let strobe = Averaged {
+fn statistics_of_motion(all: &Record) -> Vec<AveragedStatistic> {
+    let strobe = AveragedStatistic {
         name: "the squared strobe deflection",
         values: all.strobe.values().to_vec(),
         stretch: u64::from(all.strobe.stretch()),
     };
     let nvh = (all.watch.nvh.iter()).flat_map(|nvh| {
         let stretch = nvh.stretch();
-        (nvh.watched().into_iter()).map(move |(name, values)| Averaged {
+        (nvh.statistics_for_stop_rule().into_iter()).map(move |(name, values)| AveragedStatistic {
             name,
             values,
             stretch,

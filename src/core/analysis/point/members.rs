@@ -6,9 +6,9 @@
 
 use super::instruments::{Instruments, Record};
 use super::plan::{DISPLACEMENT, Plan};
+use super::recorders::Recorders;
 use super::run::{Interruption, PointRun};
-use super::settle::{Repeating, Searches, WORTH_A_SEARCH};
-use super::watch::Recorders;
+use super::settle::{OrbitSearchTimes, PeriodicMotion, WORTH_A_SEARCH};
 use crate::analysis::classify::parts_exponentially;
 use crate::analysis::lyapunov::{TangentGrowth, displaced};
 use crate::analysis::outcome::PointOutcome;
@@ -51,7 +51,7 @@ struct FadedGrowth {
 }
 
 /// A state of the pilot from which another trajectory branches off.
-struct Branch {
+struct BranchStart {
     /// Measured cycles of the pilot.
     cycle: u64,
     trajectory: TrajectoryState,
@@ -59,7 +59,7 @@ struct Branch {
 }
 
 /// One trajectory.
-pub(super) struct Member {
+pub(super) struct EnsembleTrajectory {
     pub(super) trajectory: TrajectoryState,
     pub(super) instruments: Instruments,
     pub(super) ending: Option<Ending>,
@@ -67,14 +67,14 @@ pub(super) struct Member {
     /// Measured cycles and events at the last two ends of chunks.
     chunk_ends: [[u64; 2]; 2],
     /// Only for the pilot.
-    searches: Option<Searches>,
+    searches: Option<OrbitSearchTimes>,
     next_torus: u64,
-    branches: Vec<Branch>,
+    branches: Vec<BranchStart>,
     /// Maximum number of branches.
     most_branches: usize,
 }
 
-impl Member {
+impl EnsembleTrajectory {
     fn new(trajectory: TrajectoryState, instruments: Instruments) -> Self {
         Self {
             trajectory,
@@ -93,7 +93,7 @@ impl Member {
     pub(super) fn pilot(
         trajectory: TrajectoryState,
         instruments: Instruments,
-        searches: Option<Searches>,
+        searches: Option<OrbitSearchTimes>,
         plan: &Plan,
     ) -> Self {
         Self {
@@ -171,7 +171,7 @@ impl Member {
             growth.restart();
             growth
         });
-        self.branches.push(Branch {
+        self.branches.push(BranchStart {
             cycle: record.measured,
             trajectory: self.trajectory.clone(),
             growth,
@@ -210,7 +210,7 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Measures a trajectory until it has `until` cycles or leaves the motion.
     pub(super) fn follow(
         &mut self,
-        member: &mut Member,
+        member: &mut EnsembleTrajectory,
         until: u64,
         plan: &Plan,
     ) -> Result<(), Interruption> {
@@ -232,9 +232,9 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Checks whether a trajectory left the motion.
-    fn leaves(&mut self, member: &mut Member) -> Result<(), Interruption> {
+    fn leaves(&mut self, member: &mut EnsembleTrajectory) -> Result<(), Interruption> {
         if let Some(period) = member.instruments.recurrence.period(&self.norm) {
-            let found = Repeating {
+            let found = PeriodicMotion {
                 period,
                 how: "integrated to the end".into(),
                 turn: None,
@@ -263,8 +263,8 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Ends a trajectory on the orbit that `find` finds near it; otherwise leaves it unchanged.
     fn settles(
         &mut self,
-        member: &mut Member,
-        find: impl FnOnce(&mut Self) -> Result<Option<Repeating>, Interruption>,
+        member: &mut EnsembleTrajectory,
+        find: impl FnOnce(&mut Self) -> Result<Option<PeriodicMotion>, Interruption>,
     ) -> Result<(), Interruption> {
         self.trajectory = member.trajectory.clone();
         if let Some(found) = find(self)?
@@ -279,10 +279,10 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Starts other trajectories at states of the pilot on the motion, and lets them separate from it.
     pub(super) fn branch_off(
         &mut self,
-        pilot: &Member,
+        pilot: &EnsembleTrajectory,
         plan: &Plan,
-    ) -> Result<Vec<Member>, Interruption> {
-        let places: Vec<&Branch> = (pilot.branches.iter())
+    ) -> Result<Vec<EnsembleTrajectory>, Interruption> {
+        let places: Vec<&BranchStart> = (pilot.branches.iter())
             .filter(|branch| branch.cycle <= pilot.unsettled_cycles())
             .collect();
         let mut members = Vec::new();
@@ -300,7 +300,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut stream,
             );
             let watch = match pilot.instruments.record.watch.nvh.as_ref() {
-                Some(nvh) => Recorders::beside(self.model, self.config, nvh),
+                Some(nvh) => Recorders::for_branch(self.model, self.config, nvh),
                 None => Recorders::of_nothing(self.model),
             };
             let growth = place.growth.clone();
@@ -310,7 +310,10 @@ impl<K: Kernel> PointRun<'_, K> {
                 self.cycle(&mut instruments.record.growth, None, &mut ())?;
             }
             instruments.restart();
-            members.push(Member::new(self.trajectory.clone(), instruments));
+            members.push(EnsembleTrajectory::new(
+                self.trajectory.clone(),
+                instruments,
+            ));
         }
         Ok(members)
     }

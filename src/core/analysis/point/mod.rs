@@ -20,12 +20,12 @@ mod looks;
 mod members;
 mod outlook;
 mod plan;
+mod recorders;
 mod run;
 mod settle;
 mod steady;
-mod watch;
 
-pub use outlook::Outlook;
+pub use outlook::ExpectedCycles;
 
 use super::called_off::CalledOff;
 use super::config::{GrowthNorm, PointConfig};
@@ -36,7 +36,7 @@ use super::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};
 use run::{Interruption, PointRun};
-use settle::{Repeating, Searches, WORTH_A_SEARCH};
+use settle::{OrbitSearchTimes, PeriodicMotion, WORTH_A_SEARCH};
 use std::sync::atomic::AtomicBool;
 use steady::Steady;
 
@@ -98,7 +98,7 @@ pub fn investigate_onward<K: Kernel>(
 impl<K: Kernel> PointRun<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Interruption> {
         self.kernel.accepts(self.model, &self.trajectory)?;
-        let mut searches = Searches::new(self.config.settle);
+        let mut searches = OrbitSearchTimes::new(self.config.settle);
         if let Some(found) = self.transient(&mut searches)?
             && let Some(outcome) = self.settle(found)?
         {
@@ -111,8 +111,8 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Advances the transient; ends early on an attracting orbit.
     fn transient(
         &mut self,
-        searches: &mut Option<Searches>,
-    ) -> Result<Option<Repeating>, Interruption> {
+        searches: &mut Option<OrbitSearchTimes>,
+    ) -> Result<Option<PeriodicMotion>, Interruption> {
         if searches.is_none() {
             self.pass_transient()?;
             return Ok(None);
@@ -143,8 +143,8 @@ impl<K: Kernel> PointRun<'_, K> {
             {
                 return Ok(Some(orbit));
             }
-            let awaited = (steady.as_ref()).is_some_and(|s| s.is_quiet() && s.attracts());
-            if (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles)) && !awaited {
+            let orbit_expected = (steady.as_ref()).is_some_and(|s| s.is_quiet() && s.attracts());
+            if (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles)) && !orbit_expected {
                 let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
                 let orbit = self.seek_orbit(&candidates)?;
                 if orbit.is_some() {

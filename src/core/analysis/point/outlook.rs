@@ -20,16 +20,16 @@ const PARTS: f64 = 3.0;
 
 /// Measured mesh cycles that a point is expected to take.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct ExpectedCycles {
     /// Expected value.
     pub expected: f64,
     /// Standard deviation.
     pub spread: f64,
 }
 
-impl Outlook {
-    /// For analyses of a motion that was `seen` over some cycles without settling.
-    pub fn of(config: &PointConfig, seen: &PointOutcome) -> Self {
+impl ExpectedCycles {
+    /// For analyses of a motion that was `outcome` over some cycles without settling.
+    pub fn of(config: &PointConfig, outcome: &PointOutcome) -> Self {
         let plan = Plan::of(config);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
         let lyapunov = config.lyapunov;
@@ -45,7 +45,7 @@ impl Outlook {
                 spread: 0.0,
             };
         }
-        let exponent = seen
+        let exponent = outcome
             .lyapunov
             .as_ref()
             .filter(|found| found.stderr().is_finite());
@@ -56,7 +56,7 @@ impl Outlook {
         };
         let (lambda, error) = (found.exponents[0], found.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
-        let wanted = seen.measured_cycles as f64 * ratio * ratio;
+        let wanted = outcome.measured_cycles as f64 * ratio * ratio;
         // If this exceeds the budget, the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
         let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
@@ -99,7 +99,7 @@ mod tests {
             section: Section::default(),
             nvh: None,
         };
-        let seen = PointOutcome {
+        let outcome = PointOutcome {
             lyapunov: Some(LyapunovOutcome {
                 exponents: vec![0.2],
                 errors: vec![error],
@@ -113,7 +113,7 @@ mod tests {
             measured_cycles: 400,
             ..PointOutcome::unanswered(Status::NotConverged, String::new())
         };
-        let found = Outlook::of(&config, &seen);
+        let found = ExpectedCycles::of(&config, &outcome);
         [found.expected, found.spread]
     }
 

@@ -167,7 +167,7 @@ impl<K: Kernel> PointRun<'_, K> {
             let record = &mut instruments.record;
             let watch = &mut record.watch;
             let twin = (record.twin.as_mut()).filter(|_| record.measured < TWIN_CYCLES);
-            let growth = if watch.watches() {
+            let growth = if watch.needs_windows() {
                 self.cycle(&mut record.growth, twin, watch)?
             } else {
                 self.cycle(&mut record.growth, twin, &mut ())?

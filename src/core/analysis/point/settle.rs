@@ -33,11 +33,11 @@ const FIRST_SEARCH: u64 = 100;
 
 /// When the next search for an orbit is due.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Searches {
+pub(super) struct OrbitSearchTimes {
     next: u64,
 }
 
-impl Searches {
+impl OrbitSearchTimes {
     /// `None` if no orbits are sought.
     pub(super) fn new(wanted: bool) -> Option<Self> {
         wanted.then_some(Self { next: FIRST_SEARCH })
@@ -55,7 +55,7 @@ impl Searches {
 
 /// A periodic motion on which the trajectory lies.
 #[derive(Debug)]
-pub(super) struct Repeating {
+pub(super) struct PeriodicMotion {
     /// Period in mesh cycles.
     pub(super) period: u32,
     /// How it was found.
@@ -83,7 +83,7 @@ impl<K: Kernel> PointRun<'_, K> {
     pub(super) fn seek_orbit(
         &mut self,
         candidates: &[u32],
-    ) -> Result<Option<Repeating>, Interruption> {
+    ) -> Result<Option<PeriodicMotion>, Interruption> {
         let unit = excitation_period(self.model).unwrap_or(1) as u32;
         for &period in candidates {
             CalledOff::check(self.called_off)?;
@@ -98,30 +98,32 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut self.counters,
             )?;
             if let Some(found) = found {
-                return Ok(Some(self.put_on(found, before)));
+                return Ok(Some(self.move_to_orbit(found, before)));
             }
         }
         Ok(None)
     }
 
     /// Puts the trajectory on an orbit that it approached; `before` counts the cycles before the search.
-    pub(super) fn put_on(&mut self, found: Attracting, before: u64) -> Repeating {
+    pub(super) fn move_to_orbit(&mut self, found: Attracting, before: u64) -> PeriodicMotion {
         let Attracting {
             orbit,
             doubled,
             approach,
         } = found;
         let from = if doubled { " from near the unstable orbit of half its period" } else { "" };
-        let watched = self.counters.cycles - before;
+        let observed_cycles = self.counters.cycles - before;
         let approached = match approach {
             Approach::AsPredicted => {
-                format!("approached{from} as its multipliers predict over {watched} cycles")
+                format!("approached{from} as its multipliers predict over {observed_cycles} cycles")
             }
             Approach::AlongALine => format!(
-                "approached{from} along its slowest direction, and near it as its multipliers predict over {watched} cycles"
+                "approached{from} along its slowest direction, and near it as its multipliers predict over {observed_cycles} cycles"
             ),
             Approach::InContact => {
-                format!("contact certain to last until the orbit after {watched} more cycles")
+                format!(
+                    "contact certain to last until the orbit after {observed_cycles} more cycles"
+                )
             }
         };
         let how = format!(
@@ -138,7 +140,7 @@ impl<K: Kernel> PointRun<'_, K> {
             ..
         } = orbit;
         self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
-        Repeating {
+        PeriodicMotion {
             period,
             how,
             turn: Some(PeriodMap {
@@ -154,9 +156,9 @@ impl<K: Kernel> PointRun<'_, K> {
     /// on the circle shows an undamped motion.
     pub(super) fn settle(
         &mut self,
-        found: Repeating,
+        found: PeriodicMotion,
     ) -> Result<Option<PointOutcome>, Interruption> {
-        let Repeating { period, how, turn } = found;
+        let PeriodicMotion { period, how, turn } = found;
         let start = self.trajectory.clone();
         let mut end = start.clone();
         let Some(turn) = (match turn {
@@ -249,7 +251,9 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         let largest = exponents.first().map_or(f64::NAN, |own| own.value);
         // Exponents within round-off are the smallest, and are omitted.
-        let known = exponents.iter().take_while(|own| own.error.is_finite());
+        let known = exponents
+            .iter()
+            .take_while(|exponent| exponent.error.is_finite());
         let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
         Ok(LyapunovOutcome {
             exponents,
@@ -276,7 +280,7 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         let mut instruments = Instruments::new(self.model, &self.norm, &config, &self.trajectory);
         let k = u64::from(period);
-        if instruments.record.watch.poincare.watches() {
+        if instruments.record.watch.poincare.needs_windows() {
             // Extremes and crossings at the start of the period are detected from the cycles before it.
             for _ in 0..k {
                 self.plain_cycle(&mut instruments.record.watch.poincare)?;
@@ -325,7 +329,7 @@ impl<K: Kernel> PointRun<'_, K> {
             _ => eigenvalues(second.as_ref()),
         };
         let blurs: Vec<f64> = (multipliers.iter().take(count))
-            .map(|own| round_off(monodromy, own.norm()))
+            .map(|multiplier| round_off(monodromy, multiplier.norm()))
             .collect();
         let blurred = |blur: &f64| blur.is_nan() || *blur > LARGEST_ROUND_OFF;
         let Some(again) = again.or_else(|| blurs.first().is_some_and(blurred).then(Vec::new))

@@ -6,9 +6,9 @@
 //! contact.
 
 use super::run::{Interruption, PointRun};
-use super::settle::Repeating;
+use super::settle::PeriodicMotion;
 use crate::analysis::called_off::CalledOff;
-use crate::analysis::orbits::attracting::{Attracting, comes};
+use crate::analysis::orbits::attracting::{Attracting, observe_approach};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, shoot_without_event};
 use crate::analysis::recurrence::Recurrence;
 use crate::propagate::{Counters, Kernel};
@@ -73,13 +73,17 @@ impl Steady {
 impl<K: Kernel> PointRun<'_, K> {
     /// Whether the trajectory stays in contact over the next period.
     pub(super) fn stays_locked(&mut self, period: u32) -> bool {
-        let mut ahead = self.trajectory.clone();
+        let mut next_state = self.trajectory.clone();
         let mut counters = Counters::default();
         (0..period).all(|_| {
-            let integrated =
-                self.kernel
-                    .advance(1, &mut ahead, &mut self.workspace, &mut (), &mut counters);
-            integrated.is_ok() && counters.events == 0 && self.model.touches(ahead.contact)
+            let integrated = self.kernel.advance(
+                1,
+                &mut next_state,
+                &mut self.workspace,
+                &mut (),
+                &mut counters,
+            );
+            integrated.is_ok() && counters.events == 0 && self.model.touches(next_state.contact)
         })
     }
 
@@ -89,7 +93,7 @@ impl<K: Kernel> PointRun<'_, K> {
     pub(super) fn seek_steady(
         &mut self,
         steady: &mut Steady,
-    ) -> Result<Option<Repeating>, Interruption> {
+    ) -> Result<Option<PeriodicMotion>, Interruption> {
         CalledOff::check(self.called_off)?;
         let orbit = steady.orbit.get_or_insert_with(|| {
             // An iterate that diverges is not a motion in contact.
@@ -106,19 +110,19 @@ impl<K: Kernel> PointRun<'_, K> {
         let Some(orbit) = orbit else {
             return Ok(None);
         };
-        let (mut ahead, mut counters) = (self.trajectory.clone(), self.counters);
-        let approach = comes(
+        let (mut next_state, mut counters) = (self.trajectory.clone(), self.counters);
+        let approach = observe_approach(
             self.model,
             self.kernel,
             &self.norm,
             orbit,
-            &mut ahead,
+            &mut next_state,
             &mut self.workspace,
             &mut counters,
         )?;
         let before = self.counters.cycles;
         if approach.is_some() || counters.cycles < self.config.transient {
-            (self.trajectory, self.counters) = (ahead, counters);
+            (self.trajectory, self.counters) = (next_state, counters);
         }
         if approach.is_none() {
             steady.quiet = 0;
@@ -129,7 +133,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 doubled: false,
                 approach,
             };
-            self.put_on(found, before)
+            self.move_to_orbit(found, before)
         }))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::RunUpConfig;
 use crate::numerics::point_course::PointCourse;
-use crate::propagate::varying_speed::{COURSE_TERMS, Course, Stretch};
+use crate::propagate::varying_speed::{COURSE_TERMS, Course, SpeedInterval};
 
 /// Fewest stretches of a run-up, which can be called off between them.
 pub(super) const PARTS: u32 = 200;
@@ -51,7 +51,7 @@ impl RunUpConfig {
 
     /// The stretches from start to end. The speed is exact. A load over a curved speed is expanded up to the
     /// fourth power of time.
-    pub(super) fn stretches(&self) -> Vec<Stretch> {
+    pub(super) fn stretches(&self) -> Vec<SpeedInterval> {
         let ends = self.ends();
         let pieces = ends.windows(2).map(|pair| {
             let length = pair[1] - pair[0];
@@ -60,7 +60,7 @@ impl RunUpConfig {
             let mut since_middle = Course::default();
             (since_middle[0], since_middle[1]) = (-0.5 * length, 1.0);
             let speed = composed(self.speed.cubic(middle), &since_middle);
-            let mut stretch = Stretch::steady(length, 0.0, 0.0);
+            let mut stretch = SpeedInterval::steady(length, 0.0, 0.0);
             for (k, a) in speed.iter().enumerate().take(COURSE_TERMS - 1) {
                 stretch.turned[k + 1] = a / (k + 1) as f64;
             }

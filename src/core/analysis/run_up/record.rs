@@ -8,8 +8,8 @@ use super::{RunUp, RunUpConfig};
 use crate::analysis::CalledOff;
 use crate::model::TrajectoryState;
 use crate::propagate::varying_speed::{
-    Instant, Motion, MovingEvent, MovingSignal, MovingWindow, Stretch, VaryingSpeed, Watch,
-    place_of, value,
+    Instant, Motion, MotionObserver, MovingEvent, MovingSignal, MovingWindow, SpeedInterval,
+    VaryingSpeed, place_of, value,
 };
 use crate::propagate::{Counters, Stop};
 use std::sync::atomic::AtomicBool;
@@ -33,7 +33,7 @@ pub fn record(
     let signals = config.signals_of(kernel.model());
     let mut motion = kernel.start(start);
     let length = config.settle / f64::from(PARTS);
-    let settling = Stretch::steady(length, config.speed_at(0.0), config.load_at(0.0));
+    let settling = SpeedInterval::steady(length, config.speed_at(0.0), config.load_at(0.0));
     let settling = (0..PARTS).map(|_| settling);
     let mut stop = advance(kernel, settling, &mut motion, &mut (), called_off)?;
     motion.time = 0.0;
@@ -83,9 +83,9 @@ pub fn record(
 }
 
 /// Advances a motion over stretches. Returns why it cannot go on, if it cannot.
-fn advance<W: Watch>(
+fn advance<W: MotionObserver>(
     kernel: &VaryingSpeed,
-    stretches: impl Iterator<Item = Stretch>,
+    stretches: impl Iterator<Item = SpeedInterval>,
     motion: &mut Motion,
     watch: &mut W,
     called_off: &AtomicBool,
@@ -112,7 +112,7 @@ struct Recorder<'a> {
     events: Vec<MovingEvent>,
 }
 
-impl Watch for Recorder<'_> {
+impl MotionObserver for Recorder<'_> {
     fn window(&mut self, window: &MovingWindow<'_>) {
         let per_cycle = self.phases.per_cycle as f64;
         let next_instant =
@@ -134,8 +134,8 @@ impl Watch for Recorder<'_> {
             .map(|place| place.clamp(0.0, 1.0) * window.part);
         let phases = (taken[1]..)
             .map(next_phase)
-            .take_while(|ahead| *ahead < passed)
-            .map(|ahead| place_of(&window.cycles, ahead.max(0.0)).min(window.part));
+            .take_while(|moment| *moment < passed)
+            .map(|moment| place_of(&window.cycles, moment.max(0.0)).min(window.part));
         let (instants, phases): (Vec<f64>, Vec<f64>) = (instants.collect(), phases.collect());
         if instants.is_empty() && phases.is_empty() {
             return;
@@ -145,7 +145,7 @@ impl Watch for Recorder<'_> {
             (&phases, &mut self.phases.values),
         ] {
             for place in places {
-                window.look(*place, self.reads_states, &mut self.look);
+                window.evaluate_at(*place, self.reads_states, &mut self.look);
                 for (signal, values) in self.signals.iter().zip(targets.iter_mut()) {
                     values.push(signal.value(window, &self.look));
                 }

@@ -4,8 +4,8 @@
 //! Every average over mesh phase is differentiated under the integral. A jump of the mesh force at a time
 //! t* that moves adds `−(F⁺ − F⁻) t*_p`.
 
+use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use super::tangent::ParameterTangent;
-use super::witness::{WindowDerivative, Witness};
 use crate::analysis::modal_series::{Series, TERMS, integral};
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
@@ -58,8 +58,8 @@ pub fn derivatives<K: Kernel>(
 ) -> Result<Vec<Derivative>, Stop> {
     let mut workspace = kernel.workspace();
     let cycles = u64::from(period);
-    let still = vec![0.0; start.state.len()];
-    let mut map = ParameterTangent::new(model, by, &start.state, still, ());
+    let zero_state = vec![0.0; start.state.len()];
+    let mut map = ParameterTangent::new(model, by, &start.state, zero_state, ());
     kernel.advance(
         cycles,
         &mut start.clone(),
@@ -83,7 +83,7 @@ pub fn derivatives<K: Kernel>(
     let system = Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - matrix[(i, j)]);
     let along = solve(system.as_ref(), &moved);
     let mut shifted = zero;
-    for (&i, y) in norm.felt().iter().zip(&along) {
+    for (&i, y) in norm.weighted_components().iter().zip(&along) {
         shifted[i] = y / norm.weights()[i];
     }
     let sums = Sums::new(model.period(), harmonics);
@@ -176,7 +176,7 @@ impl Sums {
     }
 }
 
-impl Witness for Sums {
+impl DerivativeObserver for Sums {
     fn window(&mut self, shown: &WindowDerivative<'_>) {
         let window = shown.window;
         let tau = window.duration;

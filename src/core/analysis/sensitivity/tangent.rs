@@ -17,7 +17,7 @@
 //!
 //! Only a kernel's windows and events are used, so that all exact kernels serve.
 
-use super::witness::{WindowDerivative, Witness};
+use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
 use crate::model::{Contact, Direction, Model, Segment};
 use crate::numerics::convolution::convolution24;
@@ -67,7 +67,7 @@ struct Closed<'a> {
     force: Series,
 }
 
-impl<'m, W: Witness> ParameterTangent<'m, W> {
+impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
     /// The derivative of a trajectory that starts at `x`, from y = `start` on (both of length 2N). `by` is
     /// the derivative of the model by the parameter ([`Model::combined`]).
     pub fn new(model: &'m Model, by: &'m Model, x: &[f64], start: Vec<f64>, witness: W) -> Self {
@@ -334,21 +334,25 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         solved.chunks_exact(TERMS).map(padded).collect()
     }
 
-    /// Response of the deflection along direction `felt` to an impulse of the force along `pushed`, as a
+    /// Response of the deflection along direction `observed` to an impulse of the force along `pushed`, as a
     /// series.
     fn kernel(
         &self,
-        felt: usize,
+        observed: usize,
         pushed: usize,
         exponentials: &[[Complex64; KERNEL_TERMS]],
     ) -> [f64; KERNEL_TERMS] {
         let mut out = [0.0; KERNEL_TERMS];
-        let (felt, pushed) = (
-            &self.model.directions[felt].gains,
+        let (observed, pushed) = (
+            &self.model.directions[observed].gains,
             &self.model.directions[pushed].gains,
         );
         for (i, block) in self.model.blocks.iter().enumerate() {
-            let (w, g, m) = (felt[i].deflection, pushed[i].mesh_input, block.traceless());
+            let (w, g, m) = (
+                observed[i].deflection,
+                pushed[i].mesh_input,
+                block.traceless(),
+            );
             let cosine = w[0] * g[0] + w[1] * g[1];
             let sine =
                 w[0] * (m[0][0] * g[0] + m[0][1] * g[1]) + w[1] * (m[1][0] * g[0] + m[1][1] * g[1]);
@@ -445,7 +449,7 @@ fn push(direction: &Direction, kick: f64, n: usize, state: &mut [f64]) {
     }
 }
 
-impl<W: Witness> Observer for ParameterTangent<'_, W> {
+impl<W: DerivativeObserver> Observer for ParameterTangent<'_, W> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {

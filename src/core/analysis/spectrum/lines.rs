@@ -9,7 +9,7 @@ use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
 use crate::analysis::signal::Signal;
 use crate::model::Model;
-use crate::numerics::fourier::{Stretch, add_lines};
+use crate::numerics::fourier::{ScaledWindow, add_lines};
 use crate::propagate::Window;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -65,7 +65,7 @@ impl Lines {
         (self.series).extend((self.signals.iter()).map(|signal| signal.series(window, outputs)));
         let slowest = TAU / (f64::from(self.repeats) * self.mesh_period);
         let cycle = (window.cycle - first) % u64::from(self.repeats);
-        let stretch = Stretch {
+        let stretch = ScaledWindow {
             duration: window.duration,
             half_turn: 0.5 * slowest * window.duration,
             phase: slowest
@@ -107,7 +107,7 @@ mod tests {
     use crate::analysis::modal_series::cosine_series;
     use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
-    use crate::structure::{BearingGain, ModalStructure, StaticShare};
+    use crate::structure::{BearingGain, ModalStructure, OmittedModeForces};
 
     fn config() -> SpectrumConfig {
         SpectrumConfig {
@@ -128,7 +128,7 @@ mod tests {
                 name: "pinion 1 y".into(),
                 gain: vec![1.0],
                 rate_gain: Vec::new(),
-                left_out: StaticShare::default(),
+                left_out: OmittedModeForces::default(),
             }],
             ..one_mode(1.0)
         };

@@ -178,12 +178,15 @@ fn a_rotation_under_drag_rests_anywhere() {
     };
     let model = Model::new(&plain, &drive(), POINT).unwrap();
     assert_eq!(
-        (model.neutral.len(), model.unfelt_displacements().len()),
+        (
+            model.neutral.len(),
+            model.unrestrained_displacements().len()
+        ),
         (1, 0)
     );
     for drag in [[3.0, 0.0], [3.0, 1.0], [4e4, 0.0], [4e4, 1e4]] {
         let model = coupled(drag, 0.0);
-        let [state] = &model.unfelt_displacements()[..] else {
+        let [state] = &model.unrestrained_displacements()[..] else {
             panic!("one displacement expected under {drag:?}");
         };
         // Along the line that does not deflect the mesh, and at rest there.
@@ -192,7 +195,7 @@ fn a_rotation_under_drag_rests_anywhere() {
         let size = place[0].hypot(place[1]);
         assert!(along.abs() < 1e-14 * size && place[2].abs() < 1e-14 * size);
         assert!(speed.iter().all(|v| v.abs() < 1e-12 * size), "{speed:?}");
-        assert_eq!(coupled(drag, 100.0).unfelt_displacements().len(), 0);
+        assert_eq!(coupled(drag, 100.0).unrestrained_displacements().len(), 0);
     }
 }
 
@@ -205,7 +208,7 @@ fn rounding_does_not_move_what_is_at_rest() {
         POINT,
     );
     let model = model.unwrap();
-    let elastic = |own: &Block| own.natural_frequency() > 1.0;
+    let elastic = |block: &Block| block.natural_frequency() > 1.0;
     let fast = model.blocks.iter().position(elastic).unwrap();
     let rigid = (0..3).find(|i| *i != fast).unwrap();
     for (part, rests) in [(0.0, true), (1e-10, true), (1e-8, false)] {

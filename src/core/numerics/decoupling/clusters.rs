@@ -33,8 +33,8 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
 fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
     let n = a.nrows();
     let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));
-    let beside = Scale(value + c64::new(BESIDE * size, 0.0));
-    let shifted = &complex - Mat::<c64>::identity(n, n) * beside;
+    let nearby = Scale(value + c64::new(BESIDE * size, 0.0));
+    let shifted = &complex - Mat::<c64>::identity(n, n) * nearby;
     let lu = shifted.partial_piv_lu();
     let turn = |i: usize, j: usize| c64::cis(((i + 1) * (j + 2)) as f64);
     let mut basis = Mat::from_fn(n, count, turn);

@@ -131,14 +131,14 @@ impl<'a> Columns<'a> {
         let count = self.zero.len();
         let slowness = |x: &RealPair| norm(&self.feeds(&x.1)) / x.0.abs();
         real.sort_by(|x, y| slowness(y).total_cmp(&slowness(x)));
-        let mut taken: Vec<Vec<f64>> = Vec::new();
+        let mut chosen: Vec<Vec<f64>> = Vec::new();
         let mut partners: Vec<(Vec<f64>, RealPair)> = Vec::new();
         let mut left: Vec<RealPair> = Vec::new();
         for pair in real {
             let u = self.feeds(&pair.1);
-            let remainder = outside(&u, &taken);
-            if taken.len() < count && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
-                taken.push(unit_length(&remainder));
+            let remainder = outside(&u, &chosen);
+            if chosen.len() < count && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
+                chosen.push(unit_length(&remainder));
                 partners.push((unit_length(&u), pair));
             } else {
                 left.push(pair);
@@ -146,11 +146,11 @@ impl<'a> Columns<'a> {
         }
         // Displacements without a partner complete the basis; an odd one takes any real eigenvalue.
         let mut spare: Vec<Vec<f64>> = Vec::new();
-        while taken.len() < count {
+        while chosen.len() < count {
             let axis = |k: usize| (0..count).map(move |i| f64::from(u8::from(i == k)));
-            let axes = (0..count).map(|k| outside(&axis(k).collect::<Vec<_>>(), &taken));
+            let axes = (0..count).map(|k| outside(&axis(k).collect::<Vec<_>>(), &chosen));
             let next = unit_length(&axes.max_by(|x, y| norm(x).total_cmp(&norm(y)))?);
-            taken.push(next.clone());
+            chosen.push(next.clone());
             spare.push(next);
         }
         if spare.len() % 2 == 1 {
@@ -171,7 +171,8 @@ impl<'a> Columns<'a> {
         let beta = dot(r, &u);
         // The second column excludes `r`, so there is no division by a small decay rate.
         let twice = [y.clone(), y];
-        let mut second = self.lift_beside(&[], twice, [[value, 0.0], [0.0, value]], true);
+        let mut second =
+            self.lift_with_displacements(&[], twice, [[value, 0.0], [0.0, value]], true);
         let mut second = std::mem::take(&mut second.columns[1]);
         for (k, j) in self.zero.iter().enumerate() {
             let x = u[k] - beta * r[k];
@@ -209,11 +210,11 @@ impl<'a> Columns<'a> {
     ///
     /// With `J` the known columns and `C` the rows of the matrix there, `X B - J X = C Y`.
     fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], rotation: bool) -> Block {
-        self.lift_beside(&self.zero, y, b, rotation)
+        self.lift_with_displacements(&self.zero, y, b, rotation)
     }
 
     /// The same with only some of the unsprung displacements.
-    fn lift_beside(
+    fn lift_with_displacements(
         &self,
         zero: &[usize],
         y: [Vec<f64>; 2],

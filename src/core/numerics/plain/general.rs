@@ -211,11 +211,11 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
         // The shifts are the roots of (x - s) (y - s) = w.
         if steps % EXCEPTIONAL == 0 {
             // At the upper end and at the lower one alternately.
-            let (at_end, beside) = match steps % (2 * EXCEPTIONAL) {
+            let (at_end, next_to_end) = match steps % (2 * EXCEPTIONAL) {
                 0 => (x, [at(n, n - 1), at(n - 1, n - 2)]),
                 _ => (h[at(l, l)], [at(l + 1, l), at(l + 2, l + 1)]),
             };
-            let s: f64 = beside.map(|place| h[place].abs()).iter().sum();
+            let s: f64 = next_to_end.map(|place| h[place].abs()).iter().sum();
             x = at_end + 0.75 * s;
             (y, w) = (x, -0.4375 * s * s);
         } else if own[1].im == 0.0 {

@@ -1,11 +1,11 @@
 //! The eigenvectors of each system of a structure and its mesh, and the products that lead from one system to another.
 
-use super::basis::{Basis, Found, Map, columns, padded};
-use super::lanes::Mixed;
+use super::basis::{Basis, FoundBasis, Map, columns, padded};
+use super::lanes::MixedModes;
 use super::met::MetSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
-use crate::propagate::{Beside, KeptReader, KeptWriter, TableArray, TableError, TableSize};
+use crate::propagate::{KeptReader, KeptWriter, SharedStorage, TableArray, TableError, TableSize};
 use std::sync::Arc;
 
 /// The bases of a structure and its mesh.
@@ -39,8 +39,8 @@ impl<'t> Bases<'t> {
                 met: Arc::default(),
             });
         }
-        let found: Vec<Found> = (0..sets.count())
-            .map(|set| Found::new(model, sets, set))
+        let found: Vec<FoundBasis> = (0..sets.count())
+            .map(|set| FoundBasis::new(model, sets, set))
             .collect::<Result<_, _>>()?;
         let changes = (0..sets.count()).map(|set| {
             between(sets, set)
@@ -68,13 +68,13 @@ impl<'t> Bases<'t> {
         model: &Model,
         sets: &Sets,
         kept: &mut KeptReader<'t>,
-        beside: Option<&Beside>,
+        beside: Option<&SharedStorage>,
     ) -> Result<Self, TableError> {
         let n = model.modes();
         if !sets.are_few() {
             return Ok(Self::Met {
                 fastest: fastest(kept.take("generators", 4 * n)?),
-                met: MetSets::beside(beside),
+                met: MetSets::stored_in(beside),
             });
         }
         let (mut bases, mut all_changes) = (Vec::new(), Vec::new());
@@ -123,7 +123,7 @@ impl<'t> Bases<'t> {
     }
 
     /// The modes that maps between systems mix: all modes, if these maps are not known beforehand.
-    pub fn mixed(&self, modes: usize) -> Mixed {
+    pub fn mixed(&self, modes: usize) -> MixedModes {
         let padded = padded(modes);
         let is_mixed = |mode: &usize| match self {
             Self::Met { .. } => true,
@@ -138,7 +138,7 @@ impl<'t> Bases<'t> {
         for mode in others {
             [alone[mode], alone[padded + mode]] = [1.0; 2];
         }
-        Mixed {
+        MixedModes {
             all: modes,
             modes: mixed,
             alone,
@@ -184,7 +184,7 @@ fn fastest(generators: &[f64]) -> f64 {
 
 /// The blocks of the system in which every contact is closed at its stiffest: no system has a faster rate.
 fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, TableError> {
-    let found = Found::new(model, sets, sets.stiffest())?;
+    let found = FoundBasis::new(model, sets, sets.stiffest())?;
     Ok(found.generators.as_flattened().as_flattened().to_vec())
 }
 

@@ -179,7 +179,7 @@ impl Modes {
 }
 
 /// The basis of one system.
-pub struct Found {
+pub struct FoundBasis {
     /// Blocks G \[1/s\].
     pub generators: Vec<[[f64; 2]; 2]>,
     /// T.
@@ -188,7 +188,7 @@ pub struct Found {
     pub from_modes: Mat<f64>,
 }
 
-impl Found {
+impl FoundBasis {
     /// Computes the basis of a set.
     ///
     /// # Errors
@@ -212,7 +212,10 @@ impl Found {
             let gains = &model.directions[class.direction].gains;
             let rows: Vec<[f64; 2]> = gains.iter().map(|gain| gain.deflection).collect();
             let inputs: Vec<[f64; 2]> = gains.iter().map(|gain| gain.mesh_input).collect();
-            let (w, g) = (model.basis.felt(&rows), model.basis.force(&inputs));
+            let (w, g) = (
+                model.basis.displacement_gains(&rows),
+                model.basis.force(&inputs),
+            );
             for i in 0..n {
                 for j in 0..n {
                     let felt = g[i] * w[j];
@@ -342,8 +345,8 @@ mod tests {
         let sets = Sets::new(&model).unwrap();
         let n = model.modes();
         for set in 0..sets.count() {
-            let mut found = Found::new(&model, &sets, set).unwrap();
-            let own = |found: &Found| {
+            let mut found = FoundBasis::new(&model, &sets, set).unwrap();
+            let own = |found: &FoundBasis| {
                 let frequency = [0.0_f64, 900.0, 9000.0];
                 let (mut damping, mut stiffness) = (vec![0.0; n * n], vec![0.0; n * n]);
                 for i in 0..n {

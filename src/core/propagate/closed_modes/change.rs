@@ -1,10 +1,10 @@
 //! Changes from one system to another, at events and stops, and conversions to modal states and back.
 
 use super::ClosedModes;
-use super::glance;
+use super::block_check;
 use super::lanes;
-use super::sets::Stop;
-use super::workspace::{Place, Workspace};
+use super::sets::CycleStop;
+use super::workspace::{CyclePosition, Workspace};
 use crate::model::TrajectoryState;
 use crate::propagate::{TableError, Tangents};
 
@@ -23,9 +23,9 @@ impl ClosedModes<'_> {
         let model = self.model;
         let contacts = model.contacts.iter();
         w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
-        w.watch(&model.contacts, trajectory.contact);
+        w.find_watched_contacts(&model.contacts, trajectory.contact);
         self.plan(cycle, 0.0, w);
-        self.see_start(w);
+        self.evaluate_start_states(w);
         Ok(())
     }
 
@@ -122,26 +122,26 @@ impl ClosedModes<'_> {
     }
 
     /// Deflections and their rates at the present time along the lines of all contacts.
-    pub(super) fn see_start(&self, w: &mut Workspace) {
-        glance::see_now(
+    pub(super) fn evaluate_start_states(&self, w: &mut Workspace) {
+        block_check::evaluate_line_states(
             self.instructions,
             self.system(w.set),
             &w.states[..w.length],
             &w.inputs,
             &w.lines,
-            &mut w.seen,
+            &mut w.line_states,
         );
     }
 
     /// Finds the next stop of this cycle that concerns the present system.
     pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
         let stops = &self.stops[(cycle % self.stops.len() as u64) as usize];
-        let past = |stop: &Stop| stop.time < time;
+        let past = |stop: &CycleStop| stop.time < time;
         while stops.get(w.next_stop).is_some_and(past) {
             w.next_stop += 1;
         }
         let states = &self.slot(w.set).states;
-        let concerns = |stop: &&Stop| {
+        let concerns = |stop: &&CycleStop| {
             let now = states[stop.contact];
             (now > 0 && now != stop.state) || (stop.turns && w.line_of[stop.contact] != stop.line)
         };
@@ -151,7 +151,7 @@ impl ClosedModes<'_> {
     /// Changes contacts to their classes and lines after a stop.
     pub(super) fn pass_stops(
         &self,
-        place: &Place,
+        place: &CyclePosition,
         time: f64,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
@@ -168,8 +168,8 @@ impl ClosedModes<'_> {
             w.next_stop += 1;
         }
         if turned {
-            w.watch(&self.model.contacts, place.active);
-            self.see_start(w);
+            w.find_watched_contacts(&self.model.contacts, place.active);
+            self.evaluate_start_states(w);
         }
         self.plan(place.cycle, time, w);
         Ok(())

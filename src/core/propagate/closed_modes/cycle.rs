@@ -1,9 +1,9 @@
 //! Mesh cycles.
 
 use super::ClosedModes;
+use super::cycle_integration::{CycleIntegration, ReturnReason, pass};
 use super::sets::MOST_CONTACTS;
-use super::stretch::{Halt, Stretch, pass};
-use super::workspace::{Place, Workspace};
+use super::workspace::{CyclePosition, Workspace};
 use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -41,9 +41,9 @@ impl ClosedModes<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let mut stretch = Stretch {
+        let mut integration = CycleIntegration {
             kernel: self,
-            place: Place {
+            place: CyclePosition {
                 cycle: trajectory.cycle,
                 time: 0.0,
                 active: trajectory.contact,
@@ -58,20 +58,20 @@ impl ClosedModes<'_> {
         };
         loop {
             if observer.called_off() {
-                let Place { cycle, .. } = stretch.place;
+                let CyclePosition { cycle, .. } = integration.place;
                 return Err(Stop::CalledOff { cycle });
             }
-            match pass(self.instructions, &mut stretch)? {
-                Halt::Window(duration) => {
-                    self.show(&stretch.place, duration, stretch.w, observer);
+            match pass(self.instructions, &mut integration)? {
+                ReturnReason::Window(duration) => {
+                    self.show(&integration.place, duration, integration.w, observer);
                 }
-                Halt::Event(event) => {
-                    (stretch.changes).meet(&event, observer, stretch.counters)?;
+                ReturnReason::Event(event) => {
+                    (integration.changes).meet(&event, observer, integration.counters)?;
                 }
-                Halt::End => break,
+                ReturnReason::End => break,
             }
         }
-        trajectory.contact = stretch.place.active;
+        trajectory.contact = integration.place.active;
         trajectory.cycle += 1;
         counters.cycles += 1;
         Ok(())

@@ -5,7 +5,7 @@ use super::excitation::unresonant;
 use super::met::{self, MOST_BYTES};
 use super::series::Series;
 use super::slot::Slot;
-use super::system::{Given, System};
+use super::system::{SharedData, System};
 use crate::propagate::{TableError, TableSize};
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
@@ -54,7 +54,7 @@ impl<'m> ClosedModes<'m> {
         unresonant(model, &basis, &self.frequencies)?;
         self.take_room(met::bytes(model.modes()))?;
         let closed: Vec<_> = sets.closed(set).collect();
-        let given = Given {
+        let given = SharedData {
             model,
             frequencies: &self.frequencies,
             mixed: &self.mixed,

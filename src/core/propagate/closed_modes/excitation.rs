@@ -5,7 +5,7 @@
 //! input.
 
 use super::basis::{Basis, padded};
-use super::sets::Class;
+use super::sets::ContactClass;
 use crate::model::{Block, Model, turned};
 use crate::propagate::TableError;
 use num_complex::{Complex64, c64};
@@ -234,7 +234,7 @@ impl Steady {
     pub fn new(
         model: &Model,
         basis: &Basis<'_>,
-        closed: &[(usize, Class)],
+        closed: &[(usize, ContactClass)],
         frequencies: &Frequencies,
     ) -> Self {
         let n = model.modes();
@@ -251,8 +251,8 @@ impl Steady {
         }
         for (contact, class) in closed {
             let direction = &model.directions[class.direction];
-            let own = &model.contacts[*contact];
-            let pull = class.stiffness * own.side * own.half_gap;
+            let contact = &model.contacts[*contact];
+            let pull = class.stiffness * contact.side * contact.half_gap;
             let errors = error_amplitudes(model, direction.line, frequencies);
             for (i, gain) in direction.gains.iter().enumerate() {
                 for (part, g) in gain.mesh_input.into_iter().enumerate() {

@@ -24,7 +24,7 @@ impl Chunk {
 }
 
 /// `e^{Gt}` of a lane group of blocks, row by row.
-pub type Move = [Lanes; 4];
+pub type BlockPropagator = [Lanes; 4];
 
 /// Terms of cos, sin, cosh and sinh.
 const TERMS: usize = 8;
@@ -37,7 +37,7 @@ pub const LITTLE: f64 = 5e-6;
 
 /// The modes that a map between padded states mixes; it does not change the others.
 #[derive(Debug)]
-pub struct Mixed {
+pub struct MixedModes {
     /// Number of modes.
     pub all: usize,
     /// The mixed modes.
@@ -52,7 +52,7 @@ for_each_set! {
     /// responses is subtracted.
     fn map(
         columns: &[f64],
-        mixed: &Mixed,
+        mixed: &MixedModes,
         responses: [&[f64]; 2],
         inputs: &[f64],
         states: &mut [f64],
@@ -80,7 +80,7 @@ for_each_set! {
     /// with the new first state.
     fn advance_to(
         chunks: &[Chunk],
-        before: Option<&[Move]>,
+        before: Option<&[BlockPropagator]>,
         time: f64,
         rows: &[Vec<f64>; 3],
         states: &[f64],
@@ -91,7 +91,7 @@ for_each_set! {
 #[inline(always)]
 fn shifted_map_body<V: Vector>(
     columns: &[f64],
-    mixed: &Mixed,
+    mixed: &MixedModes,
     [before, behind]: [&[f64]; 2],
     inputs: &[f64],
     states: &mut [f64],
@@ -117,7 +117,7 @@ fn shifted_map_body<V: Vector>(
 #[inline(always)]
 fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
     columns: &[f64],
-    mixed: &Mixed,
+    mixed: &MixedModes,
     states: &[f64],
     out: &mut [f64],
 ) -> usize {
@@ -141,7 +141,7 @@ fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],
-    mixed: &Mixed,
+    mixed: &MixedModes,
     states: &[f64],
     row: usize,
     out: &mut [f64],
@@ -225,7 +225,7 @@ fn add_series<V: Vector, const G: usize>(
 
 /// `x = e^{Gt} x` of all states, with tabulated matrices.
 #[inline(always)]
-pub fn advance_body<V: Vector>(moves: &[Move], states: &mut [f64]) {
+pub fn advance_body<V: Vector>(moves: &[BlockPropagator], states: &mut [f64]) {
     let half = moves.len() * LANES;
     for state in states.chunks_exact_mut(2 * half) {
         let (first, second) = state.split_at_mut(half);
@@ -279,7 +279,7 @@ pub fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
 
 /// Reads the matrices of a lane group from a table.
 #[inline(always)]
-pub fn read<V: Vector>(own: &Move) -> [V; 4] {
+pub fn read<V: Vector>(own: &BlockPropagator) -> [V; 4] {
     let [a, b, c, d] = own;
     [V::read(&a.0), V::read(&b.0), V::read(&c.0), V::read(&d.0)]
 }
@@ -293,11 +293,11 @@ pub fn pair<V: Vector>(state: &[f64], half: usize, index: usize) -> [V; 2] {
 
 #[inline(always)]
 fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut [f64]) {
-    let mut seen = V::zero();
+    let mut total = V::zero();
     for (w, x) in row.chunks_exact(LANES).zip(state.chunks_exact(LANES)) {
-        seen = V::read(w).multiply_add(V::read(x), seen);
+        total = V::read(w).multiply_add(V::read(x), total);
     }
-    let by = V::splat(factor * seen.sum());
+    let by = V::splat(factor * total.sum());
     for (g, x) in (direction.chunks_exact(LANES)).zip(state.chunks_exact_mut(LANES)) {
         V::read(g).multiply_add(by, V::read(x)).write(x);
     }
@@ -307,7 +307,7 @@ fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut
 #[inline(always)]
 pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
-    before: Option<&[Move]>,
+    before: Option<&[BlockPropagator]>,
     time: f64,
     rows: &[Vec<f64>; 3],
     states: &[f64],

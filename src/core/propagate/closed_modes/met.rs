@@ -1,9 +1,9 @@
 //! Bases of the sets that motions have met, if there are too many sets to compute all.
 
-use super::basis::{Basis, Found, padded};
+use super::basis::{Basis, FoundBasis, padded};
 use super::sets::Sets;
 use crate::model::Model;
-use crate::propagate::{Beside, TableError};
+use crate::propagate::{SharedStorage, TableError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -18,7 +18,7 @@ pub struct MetSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
 
 impl MetSets {
     /// The bases that kernels of a structure share, or an empty collection.
-    pub fn beside(place: Option<&Beside>) -> Arc<Self> {
+    pub fn stored_in(place: Option<&SharedStorage>) -> Arc<Self> {
         let shared = place.map(|place| place.get_or_init(|| Arc::<Self>::default()).clone());
         (shared.and_then(|shared| shared.downcast().ok())).unwrap_or_default()
     }
@@ -38,7 +38,7 @@ impl MetSets {
         }
         // Computed without the lock, so other threads continue; two threads that compute the same basis get the same
         // result.
-        let made = Arc::new(Found::new(model, sets, set)?.basis(set));
+        let made = Arc::new(FoundBasis::new(model, sets, set)?.basis(set));
         let mut all = self.lock();
         if let Some(known) = all.get(&set) {
             return Ok(known.clone());

@@ -13,22 +13,22 @@
 
 mod bases;
 mod basis;
+mod block_check;
 mod change;
 mod cycle;
+mod cycle_integration;
 mod enter;
 mod excitation;
-mod glance;
+mod first_event;
 mod grid;
 mod lanes;
 mod met;
 mod search;
-mod seen;
 mod series;
 mod sets;
 mod shown;
 mod slot;
 mod slots;
-mod stretch;
 mod system;
 mod workspace;
 
@@ -37,9 +37,9 @@ use super::{KeptReader, KeptTables, TableArray, TableError, TableSize};
 use crate::model::Model;
 use bases::Bases;
 use excitation::{Frequencies, unresonant};
-use lanes::Mixed;
+use lanes::MixedModes;
 use met::MOST_BYTES;
-use sets::{Sets, Stop};
+use sets::{CycleStop, Sets};
 use slot::Slot;
 use slots::Slots;
 use std::sync::OnceLock;
@@ -58,11 +58,11 @@ pub struct ClosedModes<'m> {
     taken: AtomicUsize,
     /// Reason why one of them has no table.
     refusal: OnceLock<TableError>,
-    stops: Vec<Vec<Stop>>,
+    stops: Vec<Vec<CycleStop>>,
     /// (cos, sin) of all frequencies up to each node.
     turns: Vec<Vec<[f64; 2]>>,
     /// The modes that changes of the system mix.
-    mixed: Mixed,
+    mixed: MixedModes,
     /// Distance between nodes \[s\].
     step: f64,
     /// Blocks and stops of a mesh cycle.
@@ -99,7 +99,7 @@ impl<'m> ClosedModes<'m> {
     ///
     /// # Errors
     /// As for [`Self::new`], or if the tables belong to another model.
-    pub fn of_kept(
+    pub fn from_kept(
         model: &'m Model,
         event_limit: u32,
         kept: &'m dyn KeptTables,
@@ -118,10 +118,10 @@ impl<'m> ClosedModes<'m> {
         suited(model).map(|(_, size)| size)
     }
 
-    /// Checks the conditions of [`Self::of_kept`] without building the kernel.
+    /// Checks the conditions of [`Self::from_kept`] without building the kernel.
     ///
     /// # Errors
-    /// As for [`Self::of_kept`].
+    /// As for [`Self::from_kept`].
     pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), TableError> {
         let (sets, bases) = read(model, kept)?;
         all_unresonant(model, &sets, &bases, &Frequencies::new(model))
@@ -142,7 +142,7 @@ impl<'m> ClosedModes<'m> {
             slots: if sets.are_few() {
                 Slots::of_all(sets.count())
             } else {
-                Slots::of_met(MOST_BYTES / met::bytes(model.modes()))
+                Slots::hashed(MOST_BYTES / met::bytes(model.modes()))
             },
             taken: AtomicUsize::new(0),
             refusal: OnceLock::new(),
@@ -210,7 +210,7 @@ fn suited(model: &Model) -> Result<(Sets, TableSize), TableError> {
 fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), TableError> {
     let sets = Sets::new(model)?;
     let mut reader = KeptReader::new(kept);
-    let bases = Bases::read(model, &sets, &mut reader, kept.beside())?;
+    let bases = Bases::read(model, &sets, &mut reader, kept.shared_storage())?;
     reader.finish()?;
     Ok((sets, bases))
 }

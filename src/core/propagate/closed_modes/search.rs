@@ -32,7 +32,7 @@ pub struct Interval {
 
 /// Bounds of a margin on a block.
 #[derive(Debug, Clone, Copy)]
-pub struct Known {
+pub struct MarginBounds {
     /// Bound of the second derivative \[m/s²\].
     pub curvature: f64,
     /// Fastest rate \[1/s\]: `curvature · fastest` bounds the third derivative.
@@ -45,70 +45,70 @@ pub struct Known {
 /// `(a + b)/2 − s − (a − b)²/16 s` of the parabola with the largest curvature through both values; s is its sag
 /// `C h²/8`.
 #[inline(always)]
-pub fn stays(known: Known, [a, b]: [f64; 2], length: f64) -> bool {
-    let sag = 0.125 * known.curvature * length * length;
+pub fn stays(bounds: MarginBounds, [a, b]: [f64; 2], length: f64) -> bool {
+    let sag = 0.125 * bounds.curvature * length * length;
     let difference = (a - b).abs();
     let lowest = 0.5 * (a + b) - sag - difference * difference / (16.0 * sag);
-    a.min(b) > 0.0 && (difference >= 4.0 * sag || lowest > known.noise)
+    a.min(b) > 0.0 && (difference >= 4.0 * sag || lowest > bounds.noise)
 }
 
 /// Whether a margin that starts at zero with a rate \[m/s\] is positive up to its value at the end of an interval. It
 /// is not below `t (rate − C t/2)` and not below `t (b/h − C (h − t)/2)`.
 #[inline(always)]
-pub fn rises(known: Known, rate: f64, end: f64, length: f64) -> bool {
-    let bent = 0.5 * known.curvature * length;
+pub fn rises(bounds: MarginBounds, rate: f64, end: f64, length: f64) -> bool {
+    let bent = 0.5 * bounds.curvature * length;
     rate > bent || (end > 0.0 && rate + end / length > bent)
 }
 
 /// The first root on an interval. The margin is not negative at the start.
 pub fn exit<M: Margin>(
     margin: &mut M,
-    known: Known,
+    bounds: MarginBounds,
     own: Interval,
     depth: u32,
     counters: &mut Counters,
 ) -> Option<f64> {
     let ([from, to], [a, b]) = (own.times, own.margins);
     let length = to - from;
-    let bend = known.curvature * length * length;
-    if stays(known, own.margins, length) || b - a > bend {
+    let bend = bounds.curvature * length * length;
+    if stays(bounds, own.margins, length) || b - a > bend {
         return None;
     }
     if a - b > bend {
-        return (b < 0.0).then(|| root(margin, known, own, counters));
+        return (b < 0.0).then(|| root(margin, bounds, own, counters));
     }
-    if a.abs().max(b.abs()) + 0.125 * bend <= known.noise || depth == DEEPEST {
+    if a.abs().max(b.abs()) + 0.125 * bend <= bounds.noise || depth == DEEPEST {
         counters.grazings += 1;
         return None;
     }
     counters.bisections += 1;
     let [left, right] = halves(margin, own);
-    exit(margin, known, left, depth + 1, counters)
-        .or_else(|| exit(margin, known, right, depth + 1, counters))
+    exit(margin, bounds, left, depth + 1, counters)
+        .or_else(|| exit(margin, bounds, right, depth + 1, counters))
 }
 
 /// As [`exit`], for a margin that starts at zero with a nonnegative rate \[m/s\]. The root at the start does not count.
 pub fn exit_behind<M: Margin>(
     margin: &mut M,
-    known: Known,
+    bounds: MarginBounds,
     rate: f64,
-    own: Interval,
+    interval: Interval,
     depth: u32,
     counters: &mut Counters,
 ) -> Option<f64> {
-    let length = own.times[1] - own.times[0];
-    if rises(known, rate, own.margins[1], length) {
+    let length = interval.times[1] - interval.times[0];
+    if rises(bounds, rate, interval.margins[1], length) {
         return None;
     }
-    let reach = (rate.abs() + 0.5 * known.curvature * length) * length;
-    if reach <= known.noise || depth == DEEPEST {
+    let reach = (rate.abs() + 0.5 * bounds.curvature * length) * length;
+    if reach <= bounds.noise || depth == DEEPEST {
         counters.grazings += 1;
         return None;
     }
     counters.bisections += 1;
-    let [left, right] = halves(margin, own);
-    exit_behind(margin, known, rate, left, depth + 1, counters)
-        .or_else(|| exit(margin, known, right, depth + 1, counters))
+    let [left, right] = halves(margin, interval);
+    exit_behind(margin, bounds, rate, left, depth + 1, counters)
+        .or_else(|| exit(margin, bounds, right, depth + 1, counters))
 }
 
 fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
@@ -132,13 +132,18 @@ fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
 /// The only root of a margin that decreases through zero on an interval, by Halley's method within a bracket. C and D
 /// are the bounds of the second and third derivative. A step s from a point with the rate r leaves an error of at most
 /// `|s|³ (D / 3 |r| + (C / r)²)` if `C |s| < |r| / 2`.
-fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut Counters) -> f64 {
-    let ([mut low, mut high], [a, b]) = (own.times, own.margins);
+fn root<M: Margin>(
+    margin: &mut M,
+    bounds: MarginBounds,
+    interval: Interval,
+    counters: &mut Counters,
+) -> f64 {
+    let ([mut low, mut high], [a, b]) = (interval.times, interval.margins);
     if a <= 0.0 {
         return low;
     }
     let fine = f64::EPSILON * high;
-    let mut time = match own.guess {
+    let mut time = match interval.guess {
         Some(guess) if guess > low && guess < high => guess,
         _ => low + (high - low) * a / (a - b),
     };
@@ -153,10 +158,10 @@ fn root<M: Margin>(margin: &mut M, known: Known, own: Interval, counters: &mut C
         let newton = -value / rate;
         let step = -value / (rate + 0.5 * bend * newton);
         let next = time + step;
-        let (size, turn) = (step.abs(), known.curvature / rate.abs());
-        let error = size * size * size * turn * (known.fastest / 3.0 + turn);
+        let (size, turn) = (step.abs(), bounds.curvature / rate.abs());
+        let error = size * size * size * turn * (bounds.fastest / 3.0 + turn);
         if turn * size < 0.5 && error <= fine {
-            return next.clamp(own.times[0], own.times[1]);
+            return next.clamp(interval.times[0], interval.times[1]);
         }
         time = if next > low && next < high { next } else { 0.5 * (low + high) };
         if high - low <= fine {
@@ -217,13 +222,13 @@ mod tests {
             margins: [f(0.0)[0], f(1.0)[0]],
             guess: None,
         };
-        let known = Known {
+        let bounds = MarginBounds {
             curvature,
             fastest: 3.0,
             noise: 1e-15,
         };
         let mut counters = Counters::default();
-        let found = exit(&mut Function(f), known, own, 0, &mut counters);
+        let found = exit(&mut Function(f), bounds, own, 0, &mut counters);
         (found, counters)
     }
 
@@ -279,13 +284,13 @@ mod tests {
                 margins: [0.0, f(1.0)[0]],
                 guess: None,
             };
-            let known = Known {
+            let bounds = MarginBounds {
                 curvature: 2.0,
                 fastest: 3.0,
                 noise: 1e-15,
             };
             let mut counters = Counters::default();
-            let found = exit_behind(&mut Function(f), known, next, own, 0, &mut counters);
+            let found = exit_behind(&mut Function(f), bounds, next, own, 0, &mut counters);
             assert!((found.unwrap() - next).abs() < 1e-13, "{next}");
         }
     }

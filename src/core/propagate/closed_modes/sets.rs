@@ -11,7 +11,7 @@ pub const SAME_TIME: f64 = 1e-13;
 
 /// Properties of a closed contact on a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Class {
+pub struct ContactClass {
     /// Stiffness k \[N/m\].
     pub stiffness: f64,
     /// Damping c \[N s/m\].
@@ -24,7 +24,7 @@ pub struct Class {
 #[derive(Debug)]
 pub struct Sets {
     /// Classes of each contact.
-    classes: Vec<Vec<Class>>,
+    classes: Vec<Vec<ContactClass>>,
     /// State of each closed contact on each segment of each of its mesh cycles.
     of_segment: Vec<Vec<Vec<usize>>>,
     /// Weight of each contact's state in the number of a system.
@@ -57,7 +57,7 @@ impl Sets {
                 Release::Impact | Release::Rest => return Err(TableError::RigidStop),
                 Release::Rub | Release::Grip => return Err(TableError::DryFriction),
             }
-            let mut classes: Vec<Class> = Vec::new();
+            let mut classes: Vec<ContactClass> = Vec::new();
             let mut of_segment = Vec::new();
             for cycle in &contact.cycles {
                 let mut states = Vec::new();
@@ -68,7 +68,7 @@ impl Sets {
                     if !segment.error.is_none() {
                         return Err(TableError::FlankError);
                     }
-                    let class = Class {
+                    let class = ContactClass {
                         stiffness: segment.stiffness.mean(),
                         damping: segment.damping,
                         direction: segment.direction,
@@ -136,12 +136,12 @@ impl Sets {
 
     /// Class of a closed contact in a state.
     #[inline]
-    pub fn class(&self, contact: usize, state: usize) -> Class {
+    pub fn class(&self, contact: usize, state: usize) -> ContactClass {
         self.classes[contact][state - 1]
     }
 
     /// The closed contacts of a set, each with its class.
-    pub fn closed(&self, set: usize) -> impl Iterator<Item = (usize, Class)> {
+    pub fn closed(&self, set: usize) -> impl Iterator<Item = (usize, ContactClass)> {
         (0..self.classes.len()).filter_map(move |contact| {
             let state = self.state(set, contact);
             (state > 0).then(|| (contact, self.class(contact, state)))
@@ -195,7 +195,7 @@ impl Sets {
 
 /// A time of a mesh cycle at which a closed contact changes its class, or any contact its line.
 #[derive(Debug, Clone, Copy)]
-pub struct Stop {
+pub struct CycleStop {
     /// Time within the cycle \[s\].
     pub time: f64,
     /// The contact.
@@ -210,7 +210,7 @@ pub struct Stop {
 
 impl Sets {
     /// The stops of each mesh cycle of a base period, in order, without the start of a cycle.
-    pub fn stops(&self, model: &Model) -> Vec<Vec<Stop>> {
+    pub fn stops(&self, model: &Model) -> Vec<Vec<CycleStop>> {
         let of_cycle = |cycle: u64| {
             let mut stops = Vec::new();
             for (contact, own) in model.contacts.iter().enumerate() {
@@ -221,7 +221,7 @@ impl Sets {
                     let line = model.line(&segments[index]);
                     let turns = model.line(&segments[index - 1]) != line;
                     if turns || states[index - 1] != states[index] {
-                        stops.push(Stop {
+                        stops.push(CycleStop {
                             time: model.period() * segments[index].start,
                             contact,
                             state: states[index],

@@ -9,7 +9,7 @@ use super::series::Series;
 use super::sets::{MOST_CONTACTS, SAME_TIME};
 use super::slot::Slot;
 use super::system::System;
-use super::workspace::{Place, Workspace};
+use super::workspace::{CyclePosition, Workspace};
 use crate::model::{DRIVE_FLANK, SEVERAL_CONTACTS};
 use crate::numerics::exponential::legendre_series;
 use crate::numerics::legendre::{self, transforms24};
@@ -78,7 +78,7 @@ impl ClosedModes<'_> {
     /// Shows a window of some length \[s\] that starts at the present states.
     pub(super) fn show<O: Observer>(
         &self,
-        place: &Place,
+        place: &CyclePosition,
         duration: f64,
         w: &mut Workspace,
         observer: &mut O,
@@ -101,7 +101,7 @@ impl ClosedModes<'_> {
     }
 
     /// The segments of all contacts at the start of a window, updated if those of the last window have ended.
-    fn find_segments(&self, place: &Place, w: &mut Workspace) {
+    fn find_segments(&self, place: &CyclePosition, w: &mut Workspace) {
         let time = place.time + SAME_TIME * self.model.period();
         if time < w.segments_end {
             return;
@@ -135,7 +135,7 @@ impl ClosedModes<'_> {
     /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
-        place: &Place,
+        place: &CyclePosition,
         duration: f64,
         w: &Workspace,
         observer: &mut O,

@@ -10,7 +10,7 @@ type Cell<S> = OnceLock<(usize, Box<S>)>;
 pub struct Slots<S> {
     cells: Vec<Cell<S>>,
     /// Whether every set has a fixed cell. Otherwise a set has the first free cell from the hash of its number on.
-    own_cells: bool,
+    direct_cells: bool,
 }
 
 impl<S> Slots<S> {
@@ -18,14 +18,14 @@ impl<S> Slots<S> {
     pub fn of_all(sets: usize) -> Self {
         Self {
             cells: (0..sets).map(|_| OnceLock::new()).collect(),
-            own_cells: true,
+            direct_cells: true,
         }
     }
 
     /// A table for a limited number of sets out of any number. It has twice as many cells, so that searches are short.
-    pub fn of_met(most: usize) -> Self {
+    pub fn hashed(most: usize) -> Self {
         Self {
-            own_cells: false,
+            direct_cells: false,
             ..Self::of_all(2 * most.max(1))
         }
     }
@@ -35,14 +35,14 @@ impl<S> Slots<S> {
         /// 2⁶⁴ divided by the golden ratio: neighbouring numbers fall far apart.
         const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
         let spread = (set as u64).wrapping_mul(SPREAD) >> 32;
-        let home = if self.own_cells { set } else { spread as usize % self.cells.len() };
+        let home = if self.direct_cells { set } else { spread as usize % self.cells.len() };
         self.cells[home..].iter().chain(&self.cells[..home])
     }
 
     /// The data of a set, if it was met.
     #[inline]
     pub fn get(&self, set: usize) -> Option<&S> {
-        if self.own_cells {
+        if self.direct_cells {
             return self.cells[set].get().map(|(_, kept)| &**kept);
         }
         for cell in self.cells(set) {
@@ -95,7 +95,7 @@ mod tests {
         let set = |number: usize| {
             if number.is_multiple_of(2) { number } else { number << 40 }
         };
-        let slots = Slots::of_met(most);
+        let slots = Slots::hashed(most);
         let fill = |numbers: &mut dyn Iterator<Item = usize>| {
             for number in numbers {
                 let kept = slots.put(set(number), number);

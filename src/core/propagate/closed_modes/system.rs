@@ -4,8 +4,8 @@
 use super::basis::{Basis, padded};
 use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
 use super::grid::NODES;
-use super::lanes::{Chunk, Mixed, Move};
-use super::sets::Class;
+use super::lanes::{BlockPropagator, Chunk, MixedModes};
+use super::sets::ContactClass;
 use crate::model::{Block, Model};
 use crate::propagate::vectors::{LANES, Lanes};
 use num_complex::{Complex64, c64};
@@ -16,9 +16,9 @@ pub struct System {
     /// Its blocks.
     pub chunks: Vec<Chunk>,
     /// Matrices of the blocks: the amplitude of a block is the length of the product with its coordinates.
-    pub balances: Vec<Move>,
+    pub balances: Vec<BlockPropagator>,
     /// `e^{Gt}` at each node.
-    pub moves: Vec<Vec<Move>>,
+    pub moves: Vec<Vec<BlockPropagator>>,
     /// Steady responses to the inputs, and the blocks without a steady response to a constant input.
     pub steady: Steady,
     /// Displacement of each drift from the start of a block to each node.
@@ -144,21 +144,25 @@ fn times(g: &[[f64; 2]; 2], w: [f64; 2]) -> [f64; 2] {
 
 /// Data that the systems of a kernel share.
 #[derive(Clone, Copy)]
-pub struct Given<'a> {
+pub struct SharedData<'a> {
     /// The model at its operating point.
     pub model: &'a Model,
     /// Its inputs.
     pub frequencies: &'a Frequencies,
     /// The modes that changes of the system mix.
-    pub mixed: &'a Mixed,
+    pub mixed: &'a MixedModes,
     /// Distance of nodes \[s\].
     pub step: f64,
 }
 
 impl System {
     /// Builds a system with some closed contacts.
-    pub fn new(given: &Given<'_>, basis: &Basis<'_>, closed: &[(usize, Class)]) -> Self {
-        let Given {
+    pub fn new(
+        given: &SharedData<'_>,
+        basis: &Basis<'_>,
+        closed: &[(usize, ContactClass)],
+    ) -> Self {
+        let SharedData {
             model,
             frequencies,
             step,
@@ -210,9 +214,10 @@ impl System {
                 basis.input(&inputs)
             })
             .collect();
-        let largest = |felt: &Felt| felt.iter().fold(0.0_f64, |most, w| most.max(w[0].abs()));
-        let felt: Vec<Felt> = (0..model.lines.len())
-            .map(|line| felt(model, line))
+        let largest =
+            |felt: &DeflectionGains| felt.iter().fold(0.0_f64, |most, w| most.max(w[0].abs()));
+        let felt: Vec<DeflectionGains> = (0..model.lines.len())
+            .map(|line| gains_along(model, line))
             .collect();
         let is_seen = |mode: &usize| {
             given.mixed.modes.contains(mode)
@@ -235,12 +240,12 @@ impl System {
     /// The view of a line.
     fn view(
         &self,
-        given: &Given<'_>,
+        given: &SharedData<'_>,
         basis: &Basis<'_>,
         blocks: &[Block],
-        (line, felt): (usize, &Felt),
+        (line, felt): (usize, &DeflectionGains),
     ) -> LineView {
-        let Given {
+        let SharedData {
             model,
             frequencies,
             step,
@@ -272,7 +277,7 @@ impl System {
                     .find(|drift| drift.lane == i)
                     .map_or([0.0; 2], |drift| drift.input);
                 let drift = Drift::new(i, block.generator, input);
-                others.push((strayed(block, first, step), drift));
+                others.push((variation_bounds(block, first, step), drift));
             }
         }
         let mut view = LineView {
@@ -298,9 +303,9 @@ impl System {
             let state = &self.steady.responses[2 * padded * input..][..2 * padded];
             view.rows[0].iter().zip(state).map(|(w, x)| w * x).sum()
         };
-        let seen: Vec<f64> = (0..inputs).map(response).collect();
-        view.drives[0][0] = seen[0];
-        view.drive_nodes[0].0 = [seen[0]; LANES];
+        let responses: Vec<f64> = (0..inputs).map(response).collect();
+        view.drives[0][0] = responses[0];
+        view.drive_nodes[0].0 = [responses[0]; LANES];
         for (drift, pushes) in self.steady.drifts.iter().zip(&self.pushes) {
             for order in 1..3 {
                 let w = pair(&view.rows[order - 1], drift.lane);
@@ -314,7 +319,7 @@ impl System {
         let errors = error_amplitudes(model, line, frequencies);
         for (h, (&[omega, _], error)) in frequencies.all.iter().zip(&errors).enumerate() {
             // Re a e^{iθ}: cos has Re a, sin has −Im a.
-            let amplitude = c64(seen[1 + 2 * h], -seen[2 + 2 * h]) - error;
+            let amplitude = c64(responses[1 + 2 * h], -responses[2 + 2 * h]) - error;
             let mut derivative = amplitude;
             for drive in &mut view.drives {
                 (drive[1 + 2 * h], drive[2 + 2 * h]) = (derivative.re, -derivative.im);
@@ -332,10 +337,10 @@ impl System {
 }
 
 /// Gains of the model's blocks in a deflection, one pair per block.
-type Felt = Vec<[f64; 2]>;
+type DeflectionGains = Vec<[f64; 2]>;
 
 /// The gains along a line.
-fn felt(model: &Model, line: usize) -> Felt {
+fn gains_along(model: &Model, line: usize) -> DeflectionGains {
     let along = (model.directions.iter()).find(|direction| direction.line == line);
     along.map_or_else(
         || vec![[0.0; 2]; model.modes()],
@@ -356,7 +361,7 @@ fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
 
 /// Largest contributions of the rates of a block's coordinates to a second derivative, over all nodes. `rate` is their
 /// contribution to the first derivative. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
-fn strayed(block: &Block, rate: [f64; 2], step: f64) -> [f64; 2] {
+fn variation_bounds(block: &Block, rate: [f64; 2], step: f64) -> [f64; 2] {
     let time = NODES as f64 * step;
     let grown = ((block.growth() + block.spread().unwrap_or(0.0)).max(0.0) * time).exp();
     let m = block.traceless();

@@ -1,7 +1,9 @@
 use super::*;
 use crate::model::{Drive, InitialState, OperatingPoint, TrajectoryState, fixtures};
 use crate::propagate::vectors::Row;
-use crate::propagate::{Beside, Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use crate::propagate::{
+    Counters, Event, Kernel, Observer, SharedStorage, Tangents, Volterra, Window,
+};
 use crate::structure::{Coupling, ModalStructure, StructureContact};
 use met::MetSets;
 use series::Series;
@@ -65,19 +67,19 @@ fn motion<K: Kernel>(
     }
     tangents.vector_mut(1)[3] = 1e-6;
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
-    let mut seen = Seen::default();
+    let mut observed = Seen::default();
     for _ in 0..cycles {
         kernel
             .advance_cycle(
                 &mut trajectory,
                 &mut tangents,
                 &mut workspace,
-                &mut seen,
+                &mut observed,
                 &mut counters,
             )
             .unwrap();
     }
-    (trajectory, tangents, seen, counters)
+    (trajectory, tangents, observed, counters)
 }
 
 /// Largest distance of two states in a mode \[m √kg\], velocities by a rate.
@@ -93,12 +95,12 @@ fn distance(model: &Model, a: &[f64], b: &[f64]) -> f64 {
 /// Both kernels have the same events, states, tangents and windows.
 fn moves_as_volterra_does(model: &Model, kernel: &ClosedModes<'_>) {
     let reference = Volterra::new(model, f64::EPSILON, 100);
-    let (a, ta, seen, counters) = motion(kernel, model, 6);
+    let (a, ta, observed, counters) = motion(kernel, model, 6);
     let (b, tb, known, _) = motion(&reference, model, 6);
     assert_eq!(a.contact, b.contact);
-    assert_eq!(seen.events.len(), known.events.len());
+    assert_eq!(observed.events.len(), known.events.len());
     assert!(counters.events > 0 || model.load.abs() > 0.2);
-    for (a, b) in seen.events.iter().zip(&known.events) {
+    for (a, b) in observed.events.iter().zip(&known.events) {
         assert_eq!((a.cycle, a.from, a.to), (b.cycle, b.from, b.to));
         assert!(
             (a.time - b.time).abs() < 1e-11 * model.period(),
@@ -112,8 +114,8 @@ fn moves_as_volterra_does(model: &Model, kernel: &ClosedModes<'_>) {
         let off = distance(model, ta.vector(i), tb.vector(i)) / size;
         assert!(off < 1e-9, "tangent {i}: {off:e}");
     }
-    assert!((seen.time / known.time - 1.0).abs() < 1e-12);
-    assert!((seen.work - known.work).abs() < 1e-10 * known.work.abs());
+    assert!((observed.time / known.time - 1.0).abs() < 1e-12);
+    assert!((observed.work - known.work).abs() < 1e-10 * known.work.abs());
 }
 
 #[test]
@@ -123,7 +125,7 @@ fn it_moves_as_volterra_does() {
         let model = Model::new(&structure(), &drive(), point).unwrap();
         let arrays = ClosedModes::arrays(&model).unwrap();
         for set in InstructionSet::available() {
-            let kernel = ClosedModes::of_kept(&model, 100, &arrays, set).unwrap();
+            let kernel = ClosedModes::from_kept(&model, 100, &arrays, set).unwrap();
             moves_as_volterra_does(&model, &kernel);
         }
     }
@@ -186,20 +188,20 @@ fn coupled_modes_move_as_volterra_moves_them() {
         let point = OperatingPoint { load, speed };
         let model = Model::new(&coupled(structure()), &drive(), point).unwrap();
         let arrays = ClosedModes::arrays(&model).unwrap();
-        let kernel = ClosedModes::of_kept(&model, 100, &arrays, InstructionSet::best()).unwrap();
+        let kernel = ClosedModes::from_kept(&model, 100, &arrays, InstructionSet::best()).unwrap();
         moves_as_volterra_does(&model, &kernel);
     }
 }
 
 /// Tables with shared memory for the sets that are met.
-struct Shared(Vec<TableArray>, Beside);
+struct Shared(Vec<TableArray>, SharedStorage);
 
 impl KeptTables for Shared {
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         self.0.numbers(name)
     }
 
-    fn beside(&self) -> Option<&Beside> {
+    fn shared_storage(&self) -> Option<&SharedStorage> {
         Some(&self.1)
     }
 }
@@ -230,18 +232,24 @@ fn sets_of_many_contacts_are_made_when_they_are_met() {
             };
             Model::new(&own, &drive(), point).unwrap()
         });
-        let shared = || Shared(ClosedModes::arrays(&models[0]).unwrap(), Beside::new());
+        let shared = || {
+            Shared(
+                ClosedModes::arrays(&models[0]).unwrap(),
+                SharedStorage::new(),
+            )
+        };
         let (one, other) = (shared(), shared());
         let set = InstructionSet::best();
         let moved = |model: &Model, tables: &Shared| {
-            let kernel = ClosedModes::of_kept(model, 100, tables, set).unwrap();
+            let kernel = ClosedModes::from_kept(model, 100, tables, set).unwrap();
             moves_as_volterra_does(model, &kernel);
             motion(&kernel, model, 6).0.state
         };
         let alone = [moved(&models[0], &one), moved(&models[1], &other)];
         assert_eq!(moved(&models[1], &one), alone[1]);
         assert_eq!(moved(&models[0], &other), alone[0]);
-        let [met, same] = [&one, &other].map(|tables| MetSets::beside(tables.beside()).count());
+        let [met, same] =
+            [&one, &other].map(|tables| MetSets::stored_in(tables.shared_storage()).count());
         assert!(met > 10 && met < 200, "{met}");
         assert_eq!(same, met);
     }

@@ -2,8 +2,8 @@
 
 use super::ClosedModes;
 use super::basis::padded;
-use super::search::Known;
-use super::sets::Stop as CycleStop;
+use super::search::MarginBounds;
+use super::sets::CycleStop;
 use crate::model::{ActiveSet, Contact, Segment, TrajectoryState};
 use crate::propagate::events::Margin;
 use crate::propagate::vectors::{Aligned, Lanes};
@@ -14,11 +14,11 @@ use crate::propagate::{Stop, TableError, Tangents};
 pub struct Workspace {
     /// y of the trajectory, then of its tangents: padded states in the coordinates of `set`.
     pub states: Aligned,
-    /// Memory of the same size: all states at the time `tried`, if there is one.
+    /// Memory of the same size: all states at the time `spare_time`, if there is one.
     pub spare: Aligned,
     /// Time from the start of the present block to which a search has moved the states in `spare` \[s\], without the
     /// contributions of constant inputs.
-    pub tried: Option<f64>,
+    pub spare_time: Option<f64>,
     /// Memory for amplitudes of the trajectory's blocks.
     pub amplitudes: Aligned,
     /// Whether bounds of earlier amplitudes are valid in the present system.
@@ -30,13 +30,13 @@ pub struct Workspace {
     /// Length of a padded state.
     pub length: usize,
     /// Deflections and bounds of each line on the present block.
-    pub seen: Vec<Seen>,
+    pub line_states: Vec<LineState>,
     /// Line of each contact.
     pub line_of: Vec<usize>,
     /// The distinct lines of all contacts.
     pub lines: Vec<usize>,
     /// Contacts that may open or close.
-    pub watched: Vec<Watched>,
+    pub watched: Vec<WatchedContact>,
     /// The next stop of the present cycle.
     pub next_stop: usize,
     /// The next stop that concerns the present system.
@@ -54,7 +54,7 @@ pub struct Workspace {
 
 /// Deflections and bounds of a line on the present block.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct LineState {
     /// Deflection at its start \[m\].
     pub start: f64,
     /// Its rate there \[m/s\]. It is valid at the start of a cycle and after events and shortened blocks.
@@ -64,12 +64,12 @@ pub struct Seen {
     /// Largest contributions of the waves to the deflection \[m\] and to its second derivative \[m/s²\].
     pub waves: [f64; 2],
     /// Bounds.
-    pub known: Known,
+    pub bounds: MarginBounds,
 }
 
 /// A contact that may open or close, with its margin `scale δ + shift`.
 #[derive(Debug, Clone, Copy)]
-pub struct Watched {
+pub struct WatchedContact {
     /// The contact.
     pub contact: usize,
     /// Its line.
@@ -82,7 +82,7 @@ pub struct Watched {
     pub open: u32,
 }
 
-impl Watched {
+impl WatchedContact {
     /// Its margin at a deflection \[m\].
     #[inline(always)]
     pub fn value(&self, deflection: f64) -> f64 {
@@ -99,20 +99,20 @@ impl Workspace {
         Self {
             states: Aligned::zeros(2 * padded),
             spare: Aligned::zeros(2 * padded),
-            tried: None,
+            spare_time: None,
             amplitudes: Aligned::zeros(padded),
             bounded: false,
             set: 0,
             length: 2 * padded,
             weights: vec![0.0; 2 * padded + inputs.len()],
             inputs,
-            seen: vec![
-                Seen {
+            line_states: vec![
+                LineState {
                     start: 0.0,
                     rate: 0.0,
                     nodes: Lanes::ZERO,
                     waves: [0.0; 2],
-                    known: Known {
+                    bounds: MarginBounds {
                         curvature: 0.0,
                         fastest: 0.0,
                         noise: 0.0,
@@ -135,8 +135,8 @@ impl Workspace {
     pub fn put(&mut self, state: &[f64], tangents: &Tangents) {
         let needed = self.length * (1 + tangents.count());
         // The padding of a state stays zero.
-        self.states.hold(needed);
-        self.spare.hold(needed);
+        self.states.set_length(needed);
+        self.spare.set_length(needed);
         let mut own = self.states.chunks_exact_mut(self.length);
         if let Some(first) = own.next() {
             pad(state, first);
@@ -175,7 +175,7 @@ impl Workspace {
 
     /// Finds the lines and contacts to watch. An open contact is out of reach while a contact on the other side of its
     /// line is closed.
-    pub fn watch(&mut self, contacts: &[Contact], active: ActiveSet) {
+    pub fn find_watched_contacts(&mut self, contacts: &[Contact], active: ActiveSet) {
         self.lines.clear();
         self.watched.clear();
         for (contact, own) in contacts.iter().enumerate() {
@@ -188,7 +188,7 @@ impl Workspace {
                 |other: usize| self.line_of[other] == line && contacts[other].side == -own.side;
             if closed || !active.iter().any(opposite) {
                 let Margin { scale, shift, .. } = Margin::new(own, contact, closed);
-                self.watched.push(Watched {
+                self.watched.push(WatchedContact {
                     contact,
                     line,
                     scale,
@@ -202,7 +202,7 @@ impl Workspace {
 
 /// The present time and contacts of an integration.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct CyclePosition {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within it \[s\].
@@ -213,7 +213,7 @@ pub struct Place {
     pub crossed: ActiveSet,
 }
 
-impl Place {
+impl CyclePosition {
     /// The status of a motion that has met a system without a table.
     pub fn refused(&self, error: TableError) -> Stop {
         Stop::Refused {

@@ -89,7 +89,7 @@ mod tests {
     }
 
     /// An instant from the deflection and the gap of a contact towards its side \[µm\], at constant rates \[m/s\].
-    fn seen(side: f64, [deflection, gap]: [f64; 2], [rate, opening]: [f64; 2]) -> MeshState {
+    fn state_of(side: f64, [deflection, gap]: [f64; 2], [rate, opening]: [f64; 2]) -> MeshState {
         MeshState {
             time: 0.0,
             deflection: side * 1e-6 * deflection,
@@ -102,7 +102,7 @@ mod tests {
     fn pushes_are_those_of_spring_and_damper() {
         for side in [1.0, -1.0] {
             // 2 µm beyond a gap that opens 10 mm/s slower than it is followed.
-            let state = seen(side, [12.0, 10.0], [0.03, 0.02]);
+            let state = state_of(side, [12.0, 10.0], [0.03, 0.02]);
             assert!((state.push(side, LAW) - 810.0).abs() < 1e-9);
             assert!((state.force(side, LAW) - side * 810.0).abs() < 1e-9);
         }
@@ -120,7 +120,8 @@ mod tests {
                 ([12.0, 11.0], [10.0, 12.0], false, 2.0 / 3.0),
                 ([12.0, 6.0], [10.0, 8.0], false, 0.5),
             ] {
-                let [old, new] = [0, 1].map(|i| seen(side, [deflection[i], gap[i]], [0.0, 0.0]));
+                let [old, new] =
+                    [0, 1].map(|i| state_of(side, [deflection[i], gap[i]], [0.0, 0.0]));
                 let change = Change::between([&old, &new], &contact, !closes, LAW).unwrap();
                 assert!(change.closes == closes && change.on_surface);
                 assert!(
@@ -132,7 +133,7 @@ mod tests {
             }
             // Beyond the surface from the start, the change is immediate.
             let [old, new] =
-                [[11.0, 10.0], [14.0, 10.0]].map(|places| seen(side, places, [0.0; 2]));
+                [[11.0, 10.0], [14.0, 10.0]].map(|places| state_of(side, places, [0.0; 2]));
             let change = Change::between([&old, &new], &contact, false, LAW).unwrap();
             assert_eq!((change.closes, change.fraction), (true, 0.0));
         }
@@ -144,19 +145,30 @@ mod tests {
         for side in [1.0, -1.0] {
             let contact = contact(side, Release::Force);
             // 2 µm deep, moving away: pushes of 800 N - 600 N and of 800 N - 1000 N.
-            let [pushing, pulling] = [-0.6, -1.0].map(|rate| seen(side, [12.0, 10.0], [rate, 0.0]));
-            let gone = Change::between([&pushing, &pulling], &contact, true, LAW).unwrap();
-            assert!(!gone.closes && !gone.on_surface);
-            assert!((gone.fraction - 0.5).abs() < 1e-12, "{}", gone.fraction);
+            let [pushing, pulling] =
+                [-0.6, -1.0].map(|rate| state_of(side, [12.0, 10.0], [rate, 0.0]));
+            let opening_change =
+                Change::between([&pushing, &pulling], &contact, true, LAW).unwrap();
+            assert!(!opening_change.closes && !opening_change.on_surface);
+            assert!(
+                (opening_change.fraction - 0.5).abs() < 1e-12,
+                "{}",
+                opening_change.fraction
+            );
             let back = Change::between([&pulling, &pushing], &contact, false, LAW).unwrap();
             assert!(back.closes && !back.on_surface);
             assert!((back.fraction - 0.5).abs() < 1e-12, "{}", back.fraction);
             assert!(Change::between([&pulling, &pulling], &contact, false, LAW).is_none());
             // From outside, it closes at its surface.
-            let outside = seen(side, [9.0, 10.0], [0.3, 0.0]);
-            let inside = seen(side, [12.0, 10.0], [0.3, 0.0]);
-            let met = Change::between([&outside, &inside], &contact, false, LAW).unwrap();
-            assert!(met.closes && met.on_surface && (met.fraction - 1.0 / 3.0).abs() < 1e-12);
+            let outside = state_of(side, [9.0, 10.0], [0.3, 0.0]);
+            let inside = state_of(side, [12.0, 10.0], [0.3, 0.0]);
+            let closing_change =
+                Change::between([&outside, &inside], &contact, false, LAW).unwrap();
+            assert!(
+                closing_change.closes
+                    && closing_change.on_surface
+                    && (closing_change.fraction - 1.0 / 3.0).abs() < 1e-12
+            );
         }
     }
 }

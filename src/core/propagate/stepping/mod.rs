@@ -13,9 +13,9 @@
 //! while the contact state lasts, and order 1 where it changes.
 
 mod cubic;
+mod half_step_values;
 mod mesh_state;
 mod rotation;
-mod seen;
 mod show;
 mod tables;
 
@@ -27,7 +27,7 @@ use crate::model::{
 };
 use mesh_state::{Change, MeshState};
 use rotation::Rotation;
-use tables::{ContactTable, Middle, Rows, dot, middles};
+use tables::{ContactTable, MidStepContact, Rows, dot, middles};
 
 /// Largest number of equal parts of the cycle in the search for common boundaries of segments.
 const MOST_PARTS: usize = 10_000;
@@ -143,13 +143,13 @@ impl Stepping {
     }
 
     /// A mesh cycle within its base period.
-    fn within_base(&self, cycle: u64) -> usize {
+    fn cycle_in_base_period(&self, cycle: u64) -> usize {
         (cycle % self.base as u64) as usize
     }
 
     /// A contact at the middle of step `j` of a mesh cycle.
-    fn middle(&self, contact: usize, cycle: u64, j: usize) -> &Middle {
-        &self.contacts[contact].middles[self.within_base(cycle) * self.steps + j]
+    fn middle(&self, contact: usize, cycle: u64, j: usize) -> &MidStepContact {
+        &self.contacts[contact].middles[self.cycle_in_base_period(cycle) * self.steps + j]
     }
 
     /// Segment of a contact on step `j` of a mesh cycle.

@@ -18,12 +18,12 @@ pub(super) struct ContactTable {
     /// Whether its line or gap changes anywhere.
     pub turns: bool,
     /// The contact at the middle of every step.
-    pub middles: Vec<Middle>,
+    pub middles: Vec<MidStepContact>,
 }
 
 /// A contact at the middle of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Middle {
+pub(super) struct MidStepContact {
     /// Its segment in the mesh cycle.
     pub segment: usize,
     /// Whether it may open or close at the start of the step, at a prescribed time.
@@ -34,7 +34,7 @@ pub(super) struct Middle {
     pub decay: f64,
 }
 
-impl Middle {
+impl MidStepContact {
     /// Impulse per unit force \[s\] over a time \[s\].
     pub fn impulse(&self, time: f64) -> f64 {
         if self.decay == 0.0 {
@@ -68,7 +68,7 @@ pub(super) fn middles(
     contact: &Contact,
     directions: &[Rows],
     steps: usize,
-) -> Vec<Middle> {
+) -> Vec<MidStepContact> {
     let mut out = Vec::new();
     for number in 0..model.base_cycles() {
         let cycle = contact.cycle(number as u64);
@@ -79,10 +79,10 @@ pub(super) fn middles(
             let direct = dot(&direction.deflection, &direction.mesh_input);
             let inertial = dot(&direction.rate, &direction.mesh_input);
             let end = (s.end * steps as f64).round() as usize;
-            turned |= model.turns(contact, number as u64, index);
+            turned |= model.changes_direction(contact, number as u64, index);
             for j in out.len() - number * steps..end {
                 let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
-                out.push(Middle {
+                out.push(MidStepContact {
                     segment: index,
                     turned,
                     stiffness,

@@ -22,7 +22,7 @@ fn model(stiffness: &[f64]) -> Model {
 }
 
 /// A recorded window.
-struct Shown {
+struct RecordedWindow {
     start: f64,
     duration: f64,
     contact: ActiveSet,
@@ -34,7 +34,7 @@ struct Shown {
 /// Records windows and events.
 #[derive(Default)]
 struct Record {
-    windows: Vec<Shown>,
+    windows: Vec<RecordedWindow>,
     events: Vec<Event>,
 }
 
@@ -42,7 +42,7 @@ impl Observer for Record {
     const WINDOWS: bool = true;
 
     fn window(&mut self, w: &Window<'_>) {
-        self.windows.push(Shown {
+        self.windows.push(RecordedWindow {
             start: w.start,
             duration: w.duration,
             contact: w.contact,
@@ -124,26 +124,26 @@ fn watching_does_not_change_the_trajectory() {
     let kernel = Stepping::new(&model, 500, 100);
     let mut work = kernel.workspace();
     let mut counters = Counters::default();
-    let mut seen = model.start(&InitialState::Static);
-    let mut unseen = seen.clone();
+    let mut observed = model.start(&InitialState::Static);
+    let mut unseen = observed.clone();
     let mut record = Record::default();
     for _ in 0..20 {
         kernel
-            .advance(1, &mut seen, &mut work, &mut record, &mut counters)
+            .advance(1, &mut observed, &mut work, &mut record, &mut counters)
             .unwrap();
         kernel
             .advance(1, &mut unseen, &mut work, &mut (), &mut counters)
             .unwrap();
     }
-    assert_eq!(seen, unseen);
+    assert_eq!(observed, unseen);
     // Each event starts from the contact state of the previous one, and the last one ends in that of the trajectory.
     assert!(!record.events.is_empty());
     for pair in record.events.windows(2) {
         assert_eq!(pair[0].to, pair[1].from);
     }
-    assert_eq!(record.events.last().unwrap().to, seen.contact);
-    let own = model.active_set(&model.segments_at(0, 0.0), 0, &seen.state, 0.0);
-    assert_eq!(own, seen.contact);
+    assert_eq!(record.events.last().unwrap().to, observed.contact);
+    let own = model.active_set(&model.segments_at(0, 0.0), 0, &observed.state, 0.0);
+    assert_eq!(own, observed.contact);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! How does a motion advance from window to window?
 
+use super::motion_observer::{MotionObserver, MovingEvent, MovingWindow};
 use super::powers::{
     Course, Sum, composed, length as terms_of, place_of, second_derivative, value, value_and_slope,
 };
-use super::search::{Found, Met};
-use super::stretch::Stretch;
-use super::watch::{MovingEvent, MovingWindow, Watch};
-use super::window::{self, Closed, Law, Motions, Task};
+use super::search::{EventCause, WindowEvent};
+use super::speed_interval::SpeedInterval;
+use super::window::{self, Closed, ContactCourse, WindowSeries, WindowTask};
 use super::{Motion, VaryingSpeed};
 use crate::model::{ActiveSet, LOAD_TERMS, Segment};
 use crate::propagate::vectors::{Aligned, TERMS};
@@ -29,7 +29,7 @@ const HALVINGS: u32 = 8;
 /// Scratch memory of the kernel.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    motions: Motions,
+    motions: WindowSeries,
     segments: Vec<Segment>,
     /// Mesh phase at which the segments end.
     end: f64,
@@ -41,7 +41,7 @@ impl Workspace {
         let (lines, contacts) = (model.lines.len(), model.contacts.len());
         let nothing = [0.0; TERMS];
         Self {
-            motions: Motions {
+            motions: WindowSeries {
                 components: [0, 1].map(|_| Aligned::zeros(TERMS * system.padded)),
                 end: [0, 1].map(|_| Aligned::zeros(system.padded)),
                 deflections: vec![nothing; lines],
@@ -55,7 +55,7 @@ impl Workspace {
                 answers: vec![[0.0; 2 * TERMS]; lines * contacts],
                 closed: Vec::with_capacity(contacts),
                 forces: Vec::with_capacity(contacts),
-                laws: vec![Law::ZERO; contacts],
+                laws: vec![ContactCourse::ZERO; contacts],
             },
             segments: model.segments_at(0, 0.0),
             end: 0.0,
@@ -64,7 +64,7 @@ impl Workspace {
 }
 
 /// Length of a window, and the course of rotation and loads on it.
-struct Reach {
+struct WindowCourse {
     /// Its length \[s\].
     length: f64,
     /// Mesh cycles that pass, by powers of u.
@@ -75,9 +75,9 @@ struct Reach {
     at_end: bool,
 }
 
-impl Reach {
-    fn task(&self) -> Task {
-        Task {
+impl WindowCourse {
+    fn task(&self) -> WindowTask {
+        WindowTask {
             length: self.length,
             loads: self.loads,
         }
@@ -91,10 +91,10 @@ impl VaryingSpeed {
     /// # Errors
     /// [`Stop`] if the motion diverges, has too many events in a mesh cycle, or the drive does not run forwards. The
     /// motion is then unspecified.
-    pub fn advance<W: Watch>(
+    pub fn advance<W: MotionObserver>(
         &self,
         motion: &mut Motion,
-        stretch: &Stretch,
+        stretch: &SpeedInterval,
         workspace: &mut Workspace,
         watch: &mut W,
         counters: &mut Counters,
@@ -142,7 +142,7 @@ impl VaryingSpeed {
                     loads: reach.loads,
                     contact: motion.contact,
                 });
-                let Motions {
+                let WindowSeries {
                     components, end, ..
                 } = &mut workspace.motions;
                 for (own, end) in components.iter_mut().zip(end) {
@@ -175,10 +175,10 @@ impl VaryingSpeed {
     fn solve(
         &self,
         motion: &Motion,
-        stretch: &Stretch,
+        stretch: &SpeedInterval,
         (start, longest): (f64, f64),
         workspace: &mut Workspace,
-    ) -> Reach {
+    ) -> WindowCourse {
         let mut reach = self.reach(motion, stretch, (start, longest), workspace);
         self.expand(motion, &reach, workspace);
         for _ in 0..HALVINGS {
@@ -195,14 +195,14 @@ impl VaryingSpeed {
     fn reach(
         &self,
         motion: &Motion,
-        stretch: &Stretch,
+        stretch: &SpeedInterval,
         (start, length): (f64, f64),
         workspace: &Workspace,
-    ) -> Reach {
+    ) -> WindowCourse {
         let (mut cycles, mut loads) = stretch.on_window(self, start, length);
         let left = workspace.end - motion.phase;
         if value(&cycles, 1.0) < left - ROUNDING {
-            return Reach {
+            return WindowCourse {
                 length,
                 cycles,
                 loads,
@@ -220,7 +220,7 @@ impl VaryingSpeed {
         };
         shorter(&mut cycles);
         loads.iter_mut().for_each(shorter);
-        Reach {
+        WindowCourse {
             length,
             cycles,
             loads,
@@ -229,7 +229,7 @@ impl VaryingSpeed {
     }
 
     /// The series of a window.
-    fn expand(&self, motion: &Motion, reach: &Reach, workspace: &mut Workspace) {
+    fn expand(&self, motion: &Motion, reach: &WindowCourse, workspace: &mut Workspace) {
         let Workspace {
             motions, segments, ..
         } = workspace;
@@ -265,7 +265,7 @@ impl VaryingSpeed {
     }
 
     /// Rejects diverged deflections.
-    fn check_range(&self, motion: &Motion, motions: &Motions) -> Result<(), Stop> {
+    fn check_range(&self, motion: &Motion, motions: &WindowSeries) -> Result<(), Stop> {
         for &[line, _] in &motions.lines {
             // Written so that NaN is rejected.
             let within = motions.deflections[line][0].abs() <= self.farthest[line];
@@ -279,24 +279,24 @@ impl VaryingSpeed {
     }
 
     /// Applies an event.
-    fn meet<W: Watch>(
+    fn meet<W: MotionObserver>(
         &self,
-        found: Found,
+        found: WindowEvent,
         motion: &mut Motion,
-        reach: &Reach,
+        reach: &WindowCourse,
         workspace: &mut Workspace,
         watch: &mut W,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         let place = match found.met {
-            Met::Surface | Met::Freedom => 0,
-            Met::NoForce => 1,
-            Met::Band => return Ok(()),
+            EventCause::Surface | EventCause::Freedom => 0,
+            EventCause::NoForce => 1,
+            EventCause::Band => return Ok(()),
         };
         if motion.standing[place].holds(found.contact) != found.stands {
             motion.standing[place] = motion.standing[place].toggled(found.contact);
         }
-        if found.met == Met::Freedom {
+        if found.met == EventCause::Freedom {
             return Ok(());
         }
         let from = motion.contact;
@@ -356,7 +356,7 @@ impl VaryingSpeed {
             motions.line_of[index] = line;
             if is_constant(segment) {
                 let law = &mut motions.laws[index];
-                *law = Law::ZERO;
+                *law = ContactCourse::ZERO;
                 law.stiffness[0] = segment.stiffness.mean();
                 law.gap[0] = contact.half_gap;
             }
@@ -417,7 +417,7 @@ fn is_constant(segment: &Segment) -> bool {
 }
 
 /// Whether the series of a window have converged.
-fn ends(motions: &Motions) -> bool {
+fn ends(motions: &WindowSeries) -> bool {
     let short = |series: &[f64; TERMS]| {
         let sum: f64 = series.iter().map(|a| a.abs()).sum();
         let tail = series[TERMS - 1].abs() + series[TERMS - 2].abs();

@@ -1,26 +1,26 @@
 //! How does a drive move while its speed varies?
 //!
-//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`Stretch`] of time the rotation and the
+//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`SpeedInterval`] of time the rotation and the
 //! loads are polynomials. A motion starts and stops at any time. The mean rotation is that of the whole drive as a rigid body,
-//! and mesh forces do not act on it. [`Stretch::accelerated`] gives the torque that accelerates it.
+//! and mesh forces do not act on it. [`SpeedInterval::accelerated`] gives the torque that accelerates it.
 //!
 //! The kernel integrates in power series of time. They do not depend on a fixed speed, so no table is rebuilt while
 //! the speed varies.
 
 mod advance;
-mod answers;
+mod motion_observer;
 mod powers;
+mod responses;
 mod rows;
 mod search;
-mod stretch;
+mod speed_interval;
 mod system;
-mod watch;
 mod window;
 
 pub use advance::Workspace;
+pub use motion_observer::{Instant, MotionObserver, MovingEvent, MovingSignal, MovingWindow};
 pub use powers::{COURSE_TERMS, Course, Powers, place_of, value};
-pub use stretch::Stretch;
-pub use watch::{Instant, MovingEvent, MovingSignal, MovingWindow, Watch};
+pub use speed_interval::SpeedInterval;
 
 use super::InstructionSet;
 use crate::model::{ActiveSet, LOAD_TERMS, Model, TrajectoryState};

@@ -6,7 +6,7 @@
 
 use super::VaryingSpeed;
 use super::powers::{Powers, to_legendre, value, value_and_slope};
-use super::window::{Law, Motions, wave};
+use super::window::{ContactCourse, WindowSeries, wave};
 use crate::model::{ActiveSet, Release, Segment};
 use crate::numerics::legendre;
 use crate::propagate::Counters;
@@ -16,7 +16,7 @@ use crate::propagate::volterra::lanes;
 
 /// The cause of a found position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Met {
+pub enum EventCause {
     /// Its surface.
     Surface,
     /// The zero of its force.
@@ -29,13 +29,13 @@ pub enum Met {
 
 /// The first event on a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct WindowEvent {
     /// Position, as a fraction of the window.
     pub place: f64,
     /// The contact.
     pub contact: usize,
     /// The cause.
-    pub met: Met,
+    pub met: EventCause,
     /// Whether the contact is there within rounding.
     pub stands: bool,
     /// Rate of its deflection relative to its surface \[m/s\].
@@ -48,7 +48,7 @@ struct Candidate {
     noise: f64,
     /// Whether it is zero at the start of the window.
     known: bool,
-    met: Met,
+    met: EventCause,
 }
 
 impl VaryingSpeed {
@@ -57,10 +57,10 @@ impl VaryingSpeed {
         &self,
         (active, standing): (ActiveSet, [ActiveSet; 2]),
         length: f64,
-        (motions, segments): (&Motions, &[Segment]),
+        (motions, segments): (&WindowSeries, &[Segment]),
         counters: &mut Counters,
-    ) -> Option<Found> {
-        let mut first: Option<Found> = None;
+    ) -> Option<WindowEvent> {
+        let mut first: Option<WindowEvent> = None;
         for contact in 0..self.model.contacts.len() {
             if self.model.is_out_of_reach(contact, segments, active) {
                 continue;
@@ -83,7 +83,7 @@ impl VaryingSpeed {
                 if first.is_none_or(|first| place < first.place) {
                     let indentation = self.indentation(contact, motions);
                     let start = value(&candidate.margin, 0.0);
-                    first = Some(Found {
+                    first = Some(WindowEvent {
                         place,
                         contact,
                         met: candidate.met,
@@ -110,7 +110,7 @@ impl VaryingSpeed {
                 margin,
                 noise: ROUND_OFF,
                 known: false,
-                met: Met::Surface,
+                met: EventCause::Surface,
             };
             self.exit(&candidate, 1.0, &mut Counters::default());
         }
@@ -123,7 +123,7 @@ impl VaryingSpeed {
         active: ActiveSet,
         [crossed, forceless]: [ActiveSet; 2],
         length: f64,
-        motions: &Motions,
+        motions: &WindowSeries,
     ) -> [Option<Candidate>; 2] {
         let own = &self.model.contacts[contact];
         let closed = active.holds(contact);
@@ -143,7 +143,7 @@ impl VaryingSpeed {
         }
         let indentation = self.indentation(contact, motions);
         let signed = |series: &Powers, sign: f64| series.map(|a| sign * a);
-        let surface = |sign: f64, known: bool, met: Met| Candidate {
+        let surface = |sign: f64, known: bool, met: EventCause| Candidate {
             margin: signed(&indentation, sign),
             noise,
             known,
@@ -151,10 +151,10 @@ impl VaryingSpeed {
         };
         let compressed = !known && indentation[0] > 0.0;
         if !own.release.is_by_force() || !(closed || compressed) {
-            return [Some(surface(inside, known, Met::Surface)), None];
+            return [Some(surface(inside, known, EventCause::Surface)), None];
         }
         if !closed && indentation[0] > own.band + noise {
-            let mut beyond = surface(1.0, false, Met::Band);
+            let mut beyond = surface(1.0, false, EventCause::Band);
             beyond.margin[0] -= own.band;
             return [Some(beyond), None];
         }
@@ -165,19 +165,21 @@ impl VaryingSpeed {
             margin: signed(&push, inside),
             noise: noise_of_push,
             known: forceless.holds(contact),
-            met: Met::NoForce,
+            met: EventCause::NoForce,
         };
         let other = match closed {
-            false => Some(surface(1.0, false, Met::Freedom)),
+            false => Some(surface(1.0, false, EventCause::Freedom)),
             // Beyond a step of line or gap.
-            true if !known && indentation[0] < -noise => Some(surface(1.0, false, Met::Surface)),
+            true if !known && indentation[0] < -noise => {
+                Some(surface(1.0, false, EventCause::Surface))
+            }
             true => None,
         };
         [Some(by_force), other]
     }
 
     /// `s δ − b` of a contact \[m\].
-    fn indentation(&self, contact: usize, motions: &Motions) -> Powers {
+    fn indentation(&self, contact: usize, motions: &WindowSeries) -> Powers {
         let side = self.model.contacts[contact].side;
         let deflection = &motions.deflections[motions.line_of[contact]];
         let gap = &motions.laws[contact].gap;
@@ -214,7 +216,7 @@ impl VaryingSpeed {
 }
 
 /// `k (s δ − b) + c (s δ' − b')` \[N\].
-fn push(indentation: &Powers, law: &Law, damping: f64, length: f64) -> Powers {
+fn push(indentation: &Powers, law: &ContactCourse, damping: f64, length: f64) -> Powers {
     std::array::from_fn(|j| {
         let next = indentation.get(j + 1).copied().unwrap_or(0.0);
         let spring: f64 = (0..law.stiffness_terms.min(j + 1))

@@ -1,6 +1,6 @@
 //! A model in the form that windows need: matrices and participations in lanes, and a bound of the rates.
 
-use super::answers::{Answers, Structure};
+use super::responses::{DirectionResponses, ResponseInputs};
 use super::rows::{Rows, rows};
 use crate::model::{LOAD_TERMS, LoadTerms, Model};
 use crate::propagate::Volterra;
@@ -38,7 +38,7 @@ pub struct System {
     /// The waves of every line's error.
     pub error_waves: Vec<Vec<Wave>>,
     /// Responses of deflections, by direction.
-    pub answers: Vec<Answers>,
+    pub answers: Vec<DirectionResponses>,
     /// Upper bound of the rates of the structure with one contact closed, at least 1 \[1/s\].
     pub fastest: f64,
 }
@@ -80,9 +80,9 @@ impl System {
             ripple_waves: Vec::new(),
             error_waves: Vec::new(),
             answers: Vec::new(),
-            fastest: Volterra::fastest_own_rate(model).max(1.0),
+            fastest: Volterra::fastest_structure_rate(model).max(1.0),
         };
-        let structure = Structure {
+        let structure = ResponseInputs {
             generator: &own.generator,
             rate: own.fastest,
             forces: own.directions.iter().map(|gains| &gains.input).collect(),
@@ -90,7 +90,7 @@ impl System {
             ripples: &own.ripples,
         };
         own.answers = (own.directions.iter())
-            .map(|gains| Answers::new(&structure, &gains.deflection))
+            .map(|gains| DirectionResponses::new(&structure, &gains.deflection))
             .collect();
         own.ripple_waves = (model.ripple.iter())
             .map(|ripple| own.wave(ripple.turns_per_cycle, 1.0, ripple.phase))

@@ -24,7 +24,7 @@ impl Observer for Events {
 #[derive(Default)]
 struct Phases(Vec<(f64, ActiveSet)>);
 
-impl Watch for Phases {
+impl MotionObserver for Phases {
     fn event(&mut self, event: &MovingEvent) {
         self.0.push((event.cycle as f64 + event.phase, event.to));
     }
@@ -60,23 +60,26 @@ fn constant_speed_is_the_motion_of_the_other_kernels() {
         let model = Model::new(&structure, &drive, point).unwrap();
         let mut trajectory = model.start(&InitialState::Static);
         let kernel = Volterra::new(&model, f64::EPSILON, 1000);
-        let (mut counters, mut met) = (Counters::default(), 0);
+        let (mut counters, mut events) = (Counters::default(), 0);
         let mut room = kernel.workspace();
         let kernels: Vec<VaryingSpeed> = (InstructionSet::available().into_iter())
             .map(|set| VaryingSpeed::new(&structure, &model, 1000, set).unwrap())
             .collect();
         for _ in 0..40 {
-            let mut motions: Vec<Motion> =
-                kernels.iter().map(|own| own.start(&trajectory)).collect();
-            let mut seen = Events(Vec::new(), model.period());
+            let mut motions: Vec<Motion> = kernels
+                .iter()
+                .map(|kernel| kernel.start(&trajectory))
+                .collect();
+            let mut observed = Events(Vec::new(), model.period());
             kernel
-                .advance(1, &mut trajectory, &mut room, &mut seen, &mut counters)
+                .advance(1, &mut trajectory, &mut room, &mut observed, &mut counters)
                 .unwrap();
-            met += seen.0.len();
+            events += observed.0.len();
             for (own, motion) in kernels.iter().zip(&mut motions) {
                 let (mut room, mut phases) = (own.workspace(), Phases::default());
                 for part in [0.31, 0.009, 0.4, 0.281] {
-                    let stretch = Stretch::steady(part * model.period(), point.speed, point.load);
+                    let stretch =
+                        SpeedInterval::steady(part * model.period(), point.speed, point.load);
                     own.advance(motion, &stretch, &mut room, &mut phases, &mut counters)
                         .unwrap();
                 }
@@ -85,12 +88,12 @@ fn constant_speed_is_the_motion_of_the_other_kernels() {
                 phases.0.retain(|(phase, _)| *phase < end);
                 assert_eq!(
                     phases.0.len(),
-                    seen.0.len(),
+                    observed.0.len(),
                     "{case}: {:?} {:?}",
                     phases.0,
-                    seen.0
+                    observed.0
                 );
-                for ((phase, to), (known, known_to)) in phases.0.iter().zip(&seen.0) {
+                for ((phase, to), (known, known_to)) in phases.0.iter().zip(&observed.0) {
                     assert_eq!(to, known_to);
                     let off = phase - known;
                     assert!(off.abs() < 2e-12, "{case} {phase}: {off:e}");
@@ -107,7 +110,7 @@ fn constant_speed_is_the_motion_of_the_other_kernels() {
                 }
             }
         }
-        assert!(met > 60, "{case}: {met}");
+        assert!(events > 60, "{case}: {events}");
     }
 }
 
@@ -142,14 +145,14 @@ fn acceleration_loads_the_mesh() {
 
     /// The mesh force at the end of the last window.
     struct Last(MovingSignal, Instant, f64);
-    impl Watch for Last {
+    impl MotionObserver for Last {
         fn window(&mut self, window: &MovingWindow<'_>) {
-            window.look(window.part, false, &mut self.1);
+            window.evaluate_at(window.part, false, &mut self.1);
             self.2 = self.0.value(window, &self.1);
         }
     }
     let acceleration = 400.0;
-    let mut stretch = Stretch::steady(0.5, point.speed, point.load);
+    let mut stretch = SpeedInterval::steady(0.5, point.speed, point.load);
     stretch.turned[2] = 0.5 * acceleration;
     let stretch = stretch.accelerated(&kernel);
     let mut motion = kernel.start(&model.start(&InitialState::Static));
@@ -214,7 +217,7 @@ fn an_imposed_motion_follows_the_rotation() {
         let bent = 2.5 * acceleration * angle(t).sin();
         -0.01 * (rate(t) * rate(t) * angle(t).cos() + bent)
     };
-    let mut stretch = Stretch::steady(time, point.speed, 0.0);
+    let mut stretch = SpeedInterval::steady(time, point.speed, 0.0);
     stretch.turned[2] = 0.5 * acceleration;
     let start = model.start(&InitialState::Modal {
         displacement: vec![0.0; 2],
@@ -259,7 +262,7 @@ fn what_cannot_go_on_stops() {
     let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
     let kernel = VaryingSpeed::new(&structure, &model, 2, InstructionSet::best()).unwrap();
     let start = model.start(&InitialState::Static);
-    let advanced = |stretch: &Stretch, motion: &mut Motion| {
+    let advanced = |stretch: &SpeedInterval, motion: &mut Motion| {
         let mut counters = Counters::default();
         kernel.advance(
             motion,
@@ -269,13 +272,13 @@ fn what_cannot_go_on_stops() {
             &mut counters,
         )
     };
-    let mut braked = Stretch::steady(0.1, 10.0, 0.1);
+    let mut braked = SpeedInterval::steady(0.1, 10.0, 0.1);
     braked.turned[2] = -51.0;
     let found = advanced(&braked, &mut kernel.start(&start));
     assert_eq!(found, Err(crate::propagate::Stop::Backwards { cycle: 0 }));
     let mut lost = kernel.start(&start);
     lost.state[3] = f64::NAN;
-    let steady = Stretch::steady(0.1, 1200.0, 0.05);
+    let steady = SpeedInterval::steady(0.1, 1200.0, 0.05);
     let found = advanced(&steady, &mut lost);
     assert!(
         matches!(found, Err(crate::propagate::Stop::Diverged { .. })),

@@ -6,8 +6,8 @@
 //! forces come first, from the responses of the structure, then the blocks. Windows are so short that the terms
 //! beyond 24 are within round-off.
 
-use super::answers::{Delayed, FACTORIALS, SHARES, answer, delayed};
 use super::powers::{COURSE_TERMS, Course, Powers};
+use super::responses::{Delayed, FACTORIALS, SHARES, answer, delayed};
 use super::rows::Rows;
 use super::system::{System, Wave};
 use crate::model::LOAD_TERMS;
@@ -32,7 +32,7 @@ pub struct Closed {
 
 /// Stiffness and gap of a contact on a window.
 #[derive(Debug, Clone, Copy)]
-pub struct Law {
+pub struct ContactCourse {
     /// k \[N/m\].
     pub stiffness: Powers,
     /// Number of its terms.
@@ -41,7 +41,7 @@ pub struct Law {
     pub gap: Powers,
 }
 
-impl Law {
+impl ContactCourse {
     /// All zero.
     pub const ZERO: Self = Self {
         stiffness: [0.0; TERMS],
@@ -52,7 +52,7 @@ impl Law {
 
 /// Length and loads of a window.
 #[derive(Debug, Clone, Copy)]
-pub struct Task {
+pub struct WindowTask {
     /// Its length \[s\].
     pub length: f64,
     /// Value of each load term.
@@ -61,7 +61,7 @@ pub struct Task {
 
 /// The series of a window, and the data for computing them.
 #[derive(Debug, Clone)]
-pub struct Motions {
+pub struct WindowSeries {
     /// First and second components of the blocks: padded rows, one per power of u.
     pub components: [Aligned; 2],
     /// The components at the end of the window.
@@ -89,7 +89,7 @@ pub struct Motions {
     /// Force of each of these \[N\].
     pub forces: Vec<Powers>,
     /// Laws of all contacts.
-    pub laws: Vec<Law>,
+    pub laws: Vec<ContactCourse>,
 }
 
 /// `Σ factor · wave`.
@@ -136,11 +136,11 @@ fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
 
 for_each_set! {
     /// The deflections and forces of a window from the components at its start, which come first in `own`.
-    fn meet(system: &System, task: &Task, own: &mut Motions) = meet_body
+    fn meet(system: &System, task: &WindowTask, own: &mut WindowSeries) = meet_body
 }
 
 #[inline(always)]
-fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
+fn meet_body<V: Vector>(system: &System, task: &WindowTask, own: &mut WindowSeries) {
     let (n, length) = (system.padded, task.length);
     let mut scales = [1.0; TERMS];
     for j in 1..TERMS {
@@ -207,11 +207,16 @@ fn meet_body<V: Vector>(system: &System, task: &Task, own: &mut Motions) {
 
 for_each_set! {
     /// The components of a window with known forces, and their values at a position in it.
-    fn move_blocks(system: &System, task: &Task, place: f64, own: &mut Motions) = move_blocks_body
+    fn move_blocks(system: &System, task: &WindowTask, place: f64, own: &mut WindowSeries) = move_blocks_body
 }
 
 #[inline(always)]
-fn move_blocks_body<V: Vector>(system: &System, task: &Task, place: f64, own: &mut Motions) {
+fn move_blocks_body<V: Vector>(
+    system: &System,
+    task: &WindowTask,
+    place: f64,
+    own: &mut WindowSeries,
+) {
     let mut powers = [1.0; TERMS];
     for j in 1..TERMS {
         powers[j] = powers[j - 1] * place;
@@ -236,9 +241,9 @@ fn move_blocks_body<V: Vector>(system: &System, task: &Task, place: f64, own: &m
 #[inline(always)]
 fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     system: &System,
-    (task, powers): (&Task, &Powers),
+    (task, powers): (&WindowTask, &Powers),
     at: usize,
-    own: &mut Motions,
+    own: &mut WindowSeries,
 ) -> usize {
     let n = system.padded;
     let group = |k: usize| at + k * LANES;

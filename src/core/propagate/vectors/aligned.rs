@@ -29,7 +29,7 @@ impl Aligned {
     }
 
     /// Sets the length to `length`, with arbitrary values. Allocates if the memory is too small.
-    pub fn hold(&mut self, length: usize) {
+    pub fn set_length(&mut self, length: usize) {
         if self.first + length <= self.room.len() {
             self.length = length
         } else {
@@ -87,7 +87,7 @@ mod tests {
             let copy = own.clone();
             assert_eq!(copy, own);
             let mut held = Aligned::from(&[1.0; 100][..]);
-            held.hold(length as usize);
+            held.set_length(length as usize);
             assert_eq!(held.len(), length as usize);
             if cfg!(not(miri)) {
                 assert!(

@@ -40,7 +40,7 @@ pub trait Vector: Copy {
     fn reversed(self) -> Self;
 
     /// Shifts every lane by one, with a number in the first.
-    fn behind(self, first: f64) -> Self;
+    fn shifted_in(self, first: f64) -> Self;
 
     /// Bit mask of the lanes that are at most those of `other`, the first lane in bit 0. Lanes with NaN count.
     fn at_most(self, other: Self) -> u32;
@@ -193,7 +193,7 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
-    fn behind(mut self, first: f64) -> Self {
+    fn shifted_in(mut self, first: f64) -> Self {
         self.0.rotate_right(1);
         self.0[0] = first;
         self

@@ -109,7 +109,7 @@ impl Vector for Wide {
     }
 
     #[inline(always)]
-    fn behind(self, first: f64) -> Self {
+    fn shifted_in(self, first: f64) -> Self {
         // SAFETY: the processor has AVX-512.
         Self(unsafe {
             let order = _mm512_setr_epi64(0, 0, 1, 2, 3, 4, 5, 6);

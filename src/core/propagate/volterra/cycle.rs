@@ -10,13 +10,13 @@
 use super::Volterra;
 use super::feedback::ContactSolve;
 use super::grid::ROUNDING;
-use super::impact::Scene;
+use super::impact::ImpactContext;
 use super::joint::JointWindow;
 use super::joint_stretch::JointStretch;
 use super::lanes;
-use super::position::{Position, SAME_TIME, Track, align};
-use super::release::Place;
-use super::search::View;
+use super::position::{Position, SAME_TIME, WindowSource, align};
+use super::release::ContactCondition;
+use super::search::VisiblePart;
 use super::tables::{Schedule, gap_error, phases};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
@@ -68,7 +68,7 @@ impl Kernel for Volterra<'_> {
             )?;
         }
         self.let_slide(active, position.cycle, self.model.period(), workspace);
-        self.keep_seated(active, &position, workspace);
+        self.move_onto_constraints(active, &position, workspace);
         trajectory.contact = active;
         trajectory.cycle += 1;
         counters.cycles += 1;
@@ -85,10 +85,14 @@ impl Volterra<'_> {
 
     /// The track of the window at a position, the breakpoint that it may not pass \[s\], and the cell that starts
     /// there.
-    fn track(&self, position: &Position, active: ActiveSet) -> (Track<'_>, f64, Option<usize>) {
+    fn track(
+        &self,
+        position: &Position,
+        active: ActiveSet,
+    ) -> (WindowSource<'_>, f64, Option<usize>) {
         if active.count() > 1 || self.of_parts.touching() {
             let stretch = self.joint_stretch(position);
-            return (Track::Joint(stretch), stretch.end, None);
+            return (WindowSource::Joint(stretch), stretch.end, None);
         }
         let schedule = self.tables.schedule(self.schedule(active, position.cycle));
         let stretch = schedule.stretch(position.aligned, position.time);
@@ -98,7 +102,11 @@ impl Volterra<'_> {
             schedule.grid.flight_end_cell[stretch]
         };
         let stop = schedule.grid.time[stop_cell];
-        (Track::Schedule(schedule, stretch), stop, Some(stop_cell))
+        (
+            WindowSource::Schedule(schedule, stretch),
+            stop,
+            Some(stop_cell),
+        )
     }
 
     /// Joint stretch at a position.
@@ -143,7 +151,7 @@ impl Volterra<'_> {
         self.set_segments(position, track, *active, O::WINDOWS, workspace);
         self.set_inputs(position, track, &mut workspace.inputs);
         match track {
-            Track::Schedule(schedule, stretch) => {
+            WindowSource::Schedule(schedule, stretch) => {
                 self.solve(
                     position,
                     (schedule, stretch),
@@ -156,7 +164,9 @@ impl Volterra<'_> {
                     self.see_other_lines(position, track, table, *active, O::WINDOWS, workspace);
                 }
             }
-            Track::Joint(stretch) => self.solve_jointly(position, stretch, *active, workspace),
+            WindowSource::Joint(stretch) => {
+                self.solve_jointly(position, stretch, *active, workspace)
+            }
         }
         counters.windows += 1;
         self.check_range(position, track, workspace)?;
@@ -182,7 +192,7 @@ impl Volterra<'_> {
             return Ok(());
         };
         if self.of_parts.holds(found.contact) && !self.model.is_of_slider(found.contact) {
-            let scene = Scene {
+            let context = ImpactContext {
                 model: &self.model,
                 position,
                 active,
@@ -190,9 +200,9 @@ impl Volterra<'_> {
                 observer,
                 counters,
             };
-            return self.meet_part(found, track, scene, workspace);
+            return self.meet_part(found, track, context, workspace);
         }
-        let met = self.met(&found, position, track, *active, workspace);
+        let met = self.contact_at(&found, position, track, *active, workspace);
         if found.x > -1.0 {
             self.move_to_cut(
                 found.x,
@@ -207,7 +217,7 @@ impl Volterra<'_> {
             position.crossed = ActiveSet::FREE;
             position.forceless = ActiveSet::FREE;
         }
-        let on_surface = met.on_surface && place == Place::Surface;
+        let on_surface = met.on_surface && place == ContactCondition::Surface;
         let to = self.model.toggled(*active, found.contact);
         self.let_slide(active.without(to), position.cycle, position.time, workspace);
         let event = Event {
@@ -230,11 +240,11 @@ impl Volterra<'_> {
         }
         *active = to;
         // The force of a damper steps, and so does the force of a stop that holds the structure.
-        self.keep_seated(to, position, workspace);
+        self.move_onto_constraints(to, position, workspace);
         if position.crossed.holds(found.contact) != on_surface {
             position.crossed = position.crossed.toggled(found.contact);
         }
-        if position.forceless.holds(found.contact) != (place == Place::NoForce) {
+        if position.forceless.holds(found.contact) != (place == ContactCondition::NoForce) {
             position.forceless = position.forceless.toggled(found.contact);
         }
         Ok(())
@@ -317,34 +327,34 @@ impl Volterra<'_> {
     }
 
     /// Writes the segment of every contact on a window. It is exact for contacts whose segment the window may not
-    /// leave. Segments of open contacts without gap errors are for observers only (`watched`).
+    /// leave. Segments of open contacts without gap errors are for observers only (`observed`).
     fn set_segments(
         &self,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
-        watched: bool,
+        observed: bool,
         workspace: &mut Workspace,
     ) {
         let contacts = self.model.contacts.iter().enumerate();
         for ((index, contact), own) in contacts.zip(&mut workspace.segments) {
             let cycle = contact.cycle(position.cycle);
             *own = match track {
-                Track::Joint(stretch) => cycle.segments[stretch.segments[index]],
-                Track::Schedule(schedule, stretch) if active.holds(index) => {
+                WindowSource::Joint(stretch) => cycle.segments[stretch.segments[index]],
+                WindowSource::Schedule(schedule, stretch) if active.holds(index) => {
                     cycle.segments[schedule.grid.segment_of_stretch[stretch]]
                 }
                 // A time on a boundary is exact only to rounding.
-                Track::Schedule(..) if watched || self.tables.gap_errors[index] => {
+                WindowSource::Schedule(..) if observed || self.tables.gap_errors[index] => {
                     *cycle.segment_at(position.time + SAME_TIME * cycle.period)
                 }
-                Track::Schedule(..) => continue,
+                WindowSource::Schedule(..) => continue,
             };
         }
     }
 
     /// Writes the inputs' values at the start of a window.
-    fn set_inputs(&self, position: &Position, track: Track<'_>, inputs: &mut [f64]) {
+    fn set_inputs(&self, position: &Position, track: WindowSource<'_>, inputs: &mut [f64]) {
         let t = &self.tables;
         let (constant, harmonics) = inputs.split_at_mut(1);
         constant[0] = 1.0;
@@ -354,7 +364,7 @@ impl Volterra<'_> {
             let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if let (Track::Schedule(schedule, _), Some(cell)) = (track, position.aligned)
+        if let (WindowSource::Schedule(schedule, _), Some(cell)) = (track, position.aligned)
             && t.errors_recur
         {
             errors.copy_from_slice(&schedule.cell_phases[cell * errors.len()..][..errors.len()]);
@@ -369,7 +379,7 @@ impl Volterra<'_> {
     fn move_full<O: Observer>(
         &self,
         position: &mut Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
         workspace: &mut Workspace,
         observer: &mut O,
@@ -377,7 +387,7 @@ impl Volterra<'_> {
     ) {
         let table = &self.tables.windows[track.views()[0].window];
         if O::WINDOWS {
-            let view = View {
+            let view = VisiblePart {
                 position,
                 track,
                 active,
@@ -391,7 +401,7 @@ impl Volterra<'_> {
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
         match (&mut position.aligned, track) {
-            (Some(cell), Track::Schedule(schedule, _)) => {
+            (Some(cell), WindowSource::Schedule(schedule, _)) => {
                 *cell += 1;
                 position.time = schedule.grid.time[*cell];
             }
@@ -404,21 +414,21 @@ impl Volterra<'_> {
         &self,
         end: f64,
         position: &mut Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
         workspace: &mut Workspace,
         (observer, counters): (&mut O, &mut Counters),
     ) {
         let first = match track {
-            Track::Schedule(..) => track.views()[0].window,
-            Track::Joint(stretch) => stretch.windows[active.iter().next().unwrap_or(0)],
+            WindowSource::Schedule(..) => track.views()[0].window,
+            WindowSource::Joint(stretch) => stretch.windows[active.iter().next().unwrap_or(0)],
         };
         let table = &self.tables.windows[first];
         let with_nodes = O::WINDOWS || active.touching();
         let tau = self.prepare_cut(table, end, with_nodes, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
-            let view = View {
+            let view = VisiblePart {
                 position,
                 track,
                 active,
@@ -430,14 +440,14 @@ impl Volterra<'_> {
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, cut, joint) = workspace.cutting(active.touching());
         match track {
-            Track::Joint(stretch) if !forces.is_empty() => {
+            WindowSource::Joint(stretch) if !forces.is_empty() => {
                 let count = forces.len();
                 forces.copy_from_slice(&joint.forces[..count]);
                 self.cut(table, cut, forces, inputs, columns);
                 let others = joint.forces.chunks_exact_mut(count);
                 for (contact, forces) in active.iter().zip(others).skip(1) {
                     let table = &self.tables.windows[stretch.windows[contact]];
-                    self.cut_further(table, cut, forces, columns);
+                    self.add_force_of_contact(table, cut, forces, columns);
                 }
             }
             _ => self.cut(table, cut, forces, inputs, columns),

@@ -43,7 +43,7 @@ pub struct Grid {
 }
 
 /// A part of a mesh cycle on which a contact keeps its segment and no line changes its direction.
-struct Stretch {
+struct GridSection {
     /// Mesh phase at its end.
     end: f64,
     /// Segment of the contact.
@@ -53,13 +53,13 @@ struct Stretch {
 }
 
 /// The stretches of a contact in a mesh cycle.
-fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<Stretch> {
+fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<GridSection> {
     let own = model.contacts[contact].cycle(cycle);
     let starts: Vec<f64> = own.segments.iter().map(|segment| segment.start).collect();
     let mut turns: Vec<f64> = Vec::new();
     for contact in &model.contacts {
         let segments = contact.cycle(cycle).segments.iter().enumerate();
-        let turned = segments.filter(|(index, _)| model.turns(contact, cycle, *index));
+        let turned = segments.filter(|(index, _)| model.changes_direction(contact, cycle, *index));
         turns.extend(turned.map(|(_, segment)| segment.start));
     }
     let near = |list: &[f64], phase: f64| list.iter().any(|p| (p - phase).abs() < SAME_PHASE);
@@ -73,7 +73,7 @@ fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<Stretch> {
     all.dedup_by(|a, b| (*a - *b).abs() < SAME_PHASE);
     let ends = all.iter().skip(1).copied().chain([1.0]);
     (all.iter().zip(ends))
-        .map(|(&start, end)| Stretch {
+        .map(|(&start, end)| GridSection {
             end,
             segment: starts.partition_point(|s| *s < start + SAME_PHASE) - 1,
             turned: near(&turns, start),
@@ -166,17 +166,17 @@ fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
 
 /// The distinct lengths, and the index of each given length among them.
 pub fn distinct(lengths: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<usize>) {
-    let mut seen: Vec<f64> = Vec::new();
+    let mut distinct_lengths: Vec<f64> = Vec::new();
     let which = lengths
         .map(|length| {
             let same = |known: &f64| (known - length).abs() <= SAME_LENGTH * length;
-            seen.iter().position(same).unwrap_or_else(|| {
-                seen.push(length);
-                seen.len() - 1
+            distinct_lengths.iter().position(same).unwrap_or_else(|| {
+                distinct_lengths.push(length);
+                distinct_lengths.len() - 1
             })
         })
         .collect();
-    (seen, which)
+    (distinct_lengths, which)
 }
 
 #[cfg(test)]
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn lengths_are_told_apart_beyond_rounding() {
         let lengths = [0.3, 0.1 + 0.2, 0.2, 0.2 * (1.0 + 1e-11), 0.3];
-        let (seen, which) = distinct(lengths.into_iter());
-        assert_eq!((seen.len(), which), (3, vec![0, 0, 1, 2, 0]));
+        let (distinct_lengths, which) = distinct(lengths.into_iter());
+        assert_eq!((distinct_lengths.len(), which), (3, vec![0, 0, 1, 2, 0]));
     }
 }

@@ -20,17 +20,17 @@
 //! to zero. δ then has a triple root, so it can return only after the next zeros of λ and of δ'. These are found first.
 
 use super::Volterra;
-use super::position::{Position, Track};
-use super::release::Place;
+use super::position::{Position, WindowSource};
+use super::release::ContactCondition;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, Hold, Model, Stop};
+use crate::model::{ActiveSet, Constraint, Model, Stop};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::{Changes, Crossing, ROUND_OFF};
 use crate::propagate::{Counters, Event, Observer, Stop as End};
 
 /// Quantities of a stop over a window.
-struct Sight {
+struct StopSeries {
     /// Series of `δ − b` \[m\].
     depth: Series,
     /// Series of its derivative with respect to the place in the window \[m\].
@@ -41,7 +41,7 @@ struct Sight {
     noise: [f64; 2],
 }
 
-impl Sight {
+impl StopSeries {
     /// Round-off of the slope \[m\].
     fn noise_of_slope(&self) -> f64 {
         TERMS as f64 * self.noise[0]
@@ -49,7 +49,7 @@ impl Sight {
 }
 
 /// The integration at an event of a stop, with its observer and counters.
-pub(super) struct Scene<'a, O> {
+pub(super) struct ImpactContext<'a, O> {
     pub model: &'a Model,
     pub position: &'a mut Position,
     pub active: &'a mut ActiveSet,
@@ -58,7 +58,7 @@ pub(super) struct Scene<'a, O> {
     pub counters: &'a mut Counters,
 }
 
-impl<O: Observer> Scene<'_, O> {
+impl<O: Observer> ImpactContext<'_, O> {
     /// Opens or closes a contact at a time \[s\] of the mesh cycle, with the rate of its deflection \[m/s\].
     pub fn toggle(&mut self, contact: usize, rate: f64, time: f64) -> Result<(), End> {
         let to = self.model.toggled(*self.active, contact);
@@ -80,38 +80,43 @@ impl Volterra<'_> {
     /// contacts.
     pub(super) fn first_with_stops(
         &self,
-        (position, track): (&Position, Track<'_>),
+        (position, track): (&Position, WindowSource<'_>),
         active: ActiveSet,
-        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        (limit, mut first): (f64, Option<(Crossing, ContactCondition)>),
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(Crossing, Place)> {
+    ) -> Option<(Crossing, ContactCondition)> {
         for &stop in &self.model.stops {
-            let sight = self.sight(stop, track, workspace);
+            let series_of_stop = self.series_of_stop(stop, track, workspace);
             let until = first.map_or(limit, |(found, _)| found.x);
             let found = if active.holds(stop.rest()) {
-                let noise = sight.noise[1];
-                let known = legendre::at_start(&sight.force).abs() <= noise;
-                let x = self.exit(&sight.force, 1.0, noise, known, until, counters);
+                let noise = series_of_stop.noise[1];
+                let known = legendre::at_start(&series_of_stop.force).abs() <= noise;
+                let x = self.exit(&series_of_stop.force, 1.0, noise, known, until, counters);
                 x.map(|x| (x, stop.rest()))
             } else {
                 let leaves = position.forceless.holds(stop.rest());
-                self.hits((stop, leaves), &sight, until, counters)
+                self.hits((stop, leaves), &series_of_stop, until, counters)
             };
             if let Some((x, contact)) = found.filter(|(x, _)| *x < until || first.is_none()) {
-                first = Some((Crossing { x, contact }, Place::Elsewhere));
+                first = Some((Crossing { x, contact }, ContactCondition::Elsewhere));
             }
         }
         first
     }
 
-    fn sight(&self, stop: Stop, track: Track<'_>, workspace: &Workspace) -> Sight {
+    fn series_of_stop(
+        &self,
+        stop: Stop,
+        track: WindowSource<'_>,
+        workspace: &Workspace,
+    ) -> StopSeries {
         let [own, rest] =
             [stop.impact, stop.rest()].map(|contact| &workspace.solutions[track.place_of(contact)]);
         let gap = self.model.contacts[stop.impact].half_gap;
         let mut depth = own.deflection;
         depth[0] -= gap;
-        Sight {
+        StopSeries {
             slope: legendre::derivative(&depth),
             depth,
             force: rest.deflection,
@@ -124,40 +129,48 @@ impl Volterra<'_> {
     fn hits(
         &self,
         (stop, leaves): (Stop, bool),
-        sight: &Sight,
+        series_of_stop: &StopSeries,
         limit: f64,
         counters: &mut Counters,
     ) -> Option<(f64, usize)> {
-        let [noise, of_force] = sight.noise;
+        let [noise, of_force] = series_of_stop.noise;
         let (start, speed) = (
-            legendre::at_start(&sight.depth),
-            legendre::at_start(&sight.slope),
+            legendre::at_start(&series_of_stop.depth),
+            legendre::at_start(&series_of_stop.slope),
         );
         let hit = |x: f64| (x, stop.impact);
-        let of_slope = sight.noise_of_slope();
+        let of_slope = series_of_stop.noise_of_slope();
         if start < -noise || speed < -of_slope {
             let known = start >= -noise;
-            return (self.exit(&sight.depth, -1.0, noise, known, limit, counters)).map(hit);
+            return (self.exit(&series_of_stop.depth, -1.0, noise, known, limit, counters))
+                .map(hit);
         }
         if speed > of_slope {
             return Some(hit(-1.0));
         }
-        let force = legendre::at_start(&sight.force);
-        let grows = legendre::at_start(&legendre::derivative(&sight.force));
+        let force = legendre::at_start(&series_of_stop.force);
+        let grows = legendre::at_start(&legendre::derivative(&series_of_stop.force));
         let presses = force > of_force || (force >= -of_force && grows > TERMS as f64 * of_force);
         if presses && !leaves {
             return Some((-1.0, stop.rest()));
         }
         let known = leaves || force >= -of_force;
-        let pressed = self.exit(&sight.force, -1.0, of_force, known, limit, counters)?;
+        let pressed = self.exit(
+            &series_of_stop.force,
+            -1.0,
+            of_force,
+            known,
+            limit,
+            counters,
+        )?;
         let behind = |from: f64, series: &Series| {
             (from < limit).then(|| transforms24().restrict(series, from, limit))
         };
         let place = |from: f64, x: f64| from + 0.5 * (limit - from) * (x + 1.0);
-        let slope = behind(pressed, &sight.slope)?;
+        let slope = behind(pressed, &series_of_stop.slope)?;
         let turned = self.exit(&slope, -1.0, of_slope, false, 1.0, counters)?;
         let turned = place(pressed, turned);
-        let depth = behind(turned, &sight.depth)?;
+        let depth = behind(turned, &series_of_stop.depth)?;
         let back = self.exit(&depth, -1.0, noise, false, 1.0, counters)?;
         Some(hit(place(turned, back)))
     }
@@ -166,82 +179,93 @@ impl Volterra<'_> {
     pub(super) fn meet_stop<O: Observer>(
         &self,
         found: Crossing,
-        track: Track<'_>,
-        mut scene: Scene<'_, O>,
+        track: WindowSource<'_>,
+        mut context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         let Some(stop) = self.model.stop_of(found.contact) else {
             unreachable!("a contact of a stop has one");
         };
-        self.move_to_event(found.x, track, &mut scene, workspace);
-        let time = scene.position.time;
+        self.move_to_event(found.x, track, &mut context, workspace);
+        let time = context.position.time;
         if found.contact == stop.rest() {
-            let held = scene.active.union(ActiveSet::FREE.toggled(stop.rest()));
-            self.keep_seated(held, scene.position, workspace);
-            if scene.active.holds(stop.rest()) {
-                let forceless = scene.position.forceless;
-                scene.position.forceless = forceless.union(ActiveSet::FREE.toggled(stop.rest()));
+            let held = context.active.union(ActiveSet::FREE.toggled(stop.rest()));
+            self.move_onto_constraints(held, context.position, workspace);
+            if context.active.holds(stop.rest()) {
+                let forceless = context.position.forceless;
+                context.position.forceless = forceless.union(ActiveSet::FREE.toggled(stop.rest()));
             }
-            return scene.toggle(stop.rest(), 0.0, time);
+            return context.toggle(stop.rest(), 0.0, time);
         }
-        self.strike((stop, found.x), track, &mut scene, workspace)
+        self.reflect((stop, found.x), track, &mut context, workspace)
     }
 
     /// Moves to the place of an event on a window.
     pub(super) fn move_to_event<O: Observer>(
         &self,
         x: f64,
-        track: Track<'_>,
-        scene: &mut Scene<'_, O>,
+        track: WindowSource<'_>,
+        context: &mut ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) {
         if x > -1.0 {
-            let told = (&mut *scene.observer, &mut *scene.counters);
-            self.move_to_cut(x, scene.position, track, *scene.active, workspace, told);
-            scene.position.aligned = None;
-            scene.position.crossed = ActiveSet::FREE;
-            scene.position.forceless = ActiveSet::FREE;
+            let listeners = (&mut *context.observer, &mut *context.counters);
+            self.move_to_cut(
+                x,
+                context.position,
+                track,
+                *context.active,
+                workspace,
+                listeners,
+            );
+            context.position.aligned = None;
+            context.position.crossed = ActiveSet::FREE;
+            context.position.forceless = ActiveSet::FREE;
         }
     }
 
     /// Reflects trajectory and tangents from a stop.
-    fn strike<O: Observer>(
+    fn reflect<O: Observer>(
         &self,
         (stop, x): (Stop, f64),
-        track: Track<'_>,
-        scene: &mut Scene<'_, O>,
+        track: WindowSource<'_>,
+        context: &mut ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         let model = &*self.model;
-        let (cycle, time, active) = (scene.position.cycle, scene.position.time, *scene.active);
+        let (cycle, time, active) = (
+            context.position.cycle,
+            context.position.time,
+            *context.active,
+        );
         let line = &model.lines[model.directions[stop.direction].line];
         let (_, error_rate) = line.transmission_error_at(cycle, time);
         let parts = workspace.components(model.modes());
-        let speed = model.felt_along(stop.direction, parts)[1] - error_rate;
+        let speed = model.deflection_along(stop.direction, parts)[1] - error_rate;
         if speed <= 0.0 {
             // A touch without speed, within round-off.
-            scene.counters.grazings += 1;
+            context.counters.grazings += 1;
             return Ok(());
         }
-        let force_of = |workspace: &Workspace, hold: Hold| {
-            let seen = &workspace.solutions[track.place_of(hold.contact)];
-            evaluate(&seen.deflection, x)
+        let force_of = |workspace: &Workspace, hold: Constraint| {
+            let solution = &workspace.solutions[track.place_of(hold.contact)];
+            evaluate(&solution.deflection, x)
         };
-        let force = force_of(workspace, stop.hold());
-        scene.toggle(stop.impact, speed, time)?;
-        let (beside, push) = model.held_beside(stop, active);
-        let before = model.held(active);
-        let held: Vec<Hold> = beside.iter().map(|(other, _)| *other).collect();
-        let mut ended = Vec::new();
+        let force = force_of(workspace, stop.constraint());
+        context.toggle(stop.impact, speed, time)?;
+        let (rests, push) = model.impulses_at_rests(stop, active);
+        let before = model.active_constraints(active);
+        let held: Vec<Constraint> = rests.iter().map(|(other, _)| *other).collect();
+        let mut released = Vec::new();
         for other in before.into_iter().filter(|other| !held.contains(other)) {
-            ended.push((other.direction, force_of(workspace, other)));
-            scene.toggle(other.contact, 0.0, time)?;
+            released.push((other.direction, force_of(workspace, other)));
+            context.toggle(other.contact, 0.0, time)?;
         }
         let factor = (1.0 + stop.restitution) / push;
         let segments = std::mem::take(&mut workspace.segments);
         let levels = model.levels(&held, cycle, time);
         for (index, [first, second]) in workspace.columns_in_parts().enumerate() {
-            let [felt, rate] = model.felt_along(stop.direction, [&*first, &*second]);
+            let [felt, rate] = model.deflection_along(stop.direction, [&*first, &*second]);
             let closed = (active, &segments[..]);
             let (impulse, amount) = match index {
                 0 => (factor * speed, 0.0),
@@ -252,7 +276,7 @@ impl Volterra<'_> {
             };
             if index > 0 {
                 // The forces of stops that let go end with the impulse.
-                for &(direction, force) in &ended {
+                for &(direction, force) in &released {
                     model.push_along(
                         direction,
                         -force * felt / speed,
@@ -260,27 +284,27 @@ impl Volterra<'_> {
                     );
                 }
             }
-            for &(own, share) in beside.iter().chain(&[(stop.hold(), 1.0)]) {
+            for &(own, share) in rests.iter().chain(&[(stop.constraint(), 1.0)]) {
                 let along = own.direction;
                 model.shift_along(along, share * amount, closed, [&mut *first, &mut *second]);
                 model.push_along(along, share * impulse, [&mut *first, &mut *second]);
             }
             let at_rest = |level: &(Option<f64>, f64)| if index == 0 { level.1 } else { 0.0 };
             let rates: Vec<f64> = levels.iter().map(at_rest).collect();
-            model.still(&held, &rates, [first, second]);
+            model.set_rates(&held, &rates, [first, second]);
         }
         workspace.segments = segments;
-        scene.toggle(stop.impact, -stop.restitution * speed, time)?;
-        let quickening = (1.0 - stop.restitution) * force * stop.push;
-        let lasts = 2.0 * stop.restitution * speed / quickening;
-        let short = 2.0 * speed / quickening * self.fastest <= f64::EPSILON.sqrt();
-        if quickening > 0.0
+        context.toggle(stop.impact, -stop.restitution * speed, time)?;
+        let acceleration_change = (1.0 - stop.restitution) * force * stop.push;
+        let lasts = 2.0 * stop.restitution * speed / acceleration_change;
+        let short = 2.0 * speed / acceleration_change * self.fastest <= f64::EPSILON.sqrt();
+        if acceleration_change > 0.0
             && short
-            && !self.meets_another((stop, x), lasts, track, scene, workspace)
+            && !self.meets_another((stop, x), lasts, track, context, workspace)
         {
-            let held = scene.active.toggled(stop.rest());
-            self.keep_seated(held, scene.position, workspace);
-            scene.toggle(stop.rest(), 0.0, (time + lasts).min(model.period()))?;
+            let held = context.active.toggled(stop.rest());
+            self.move_onto_constraints(held, context.position, workspace);
+            context.toggle(stop.rest(), 0.0, (time + lasts).min(model.period()))?;
         }
         Ok(())
     }
@@ -291,44 +315,44 @@ impl Volterra<'_> {
         &self,
         (stop, x): (Stop, f64),
         lasts: f64,
-        track: Track<'_>,
-        scene: &Scene<'_, O>,
+        track: WindowSource<'_>,
+        context: &ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> bool {
         let open = self
             .model
             .stops
             .iter()
-            .filter(|other| **other != stop && !scene.active.holds(other.rest()));
+            .filter(|other| **other != stop && !context.active.holds(other.rest()));
         let mut open = open.copied();
         open.any(|other| {
-            let sight = self.sight(other, track, workspace);
+            let series_of_stop = self.series_of_stop(other, track, workspace);
             let line = &self.model.lines[self.model.directions[other.direction].line];
             let (_, error_rate) =
-                line.transmission_error_at(scene.position.cycle, scene.position.time);
+                line.transmission_error_at(context.position.cycle, context.position.time);
             let parts = workspace.components(self.model.modes());
-            let rate = self.model.felt_along(other.direction, parts)[1] - error_rate;
-            evaluate(&sight.depth, x) + rate.max(0.0) * lasts >= -sight.noise[0]
+            let rate = self.model.deflection_along(other.direction, parts)[1] - error_rate;
+            evaluate(&series_of_stop.depth, x) + rate.max(0.0) * lasts >= -series_of_stop.noise[0]
         })
     }
 
     /// Moves trajectory and tangents onto the stops that hold the structure, and sets their speeds there to zero. Also
     /// sets the speed of sliding of sticking dry friction to zero. These are changes at events, or round-off.
-    pub(super) fn keep_seated(
+    pub(super) fn move_onto_constraints(
         &self,
         active: ActiveSet,
         position: &Position,
         workspace: &mut Workspace,
     ) {
         let model = &*self.model;
-        let held = model.held(active);
+        let held = model.active_constraints(active);
         if held.is_empty() {
             return;
         }
         let mut levels = model.levels(&held, position.cycle, position.time);
         let segments = std::mem::take(&mut workspace.segments);
         for column in workspace.columns_in_parts() {
-            model.seat(&held, &levels, (active, &segments[..]), column);
+            model.move_to_levels(&held, &levels, (active, &segments[..]), column);
             levels.iter_mut().for_each(|(level, rate)| {
                 *level = level.map(|_| 0.0);
                 *rate = 0.0;

@@ -37,7 +37,7 @@ const MOST_ROUNDS: usize = 40;
 
 /// Memory for windows with several closed contacts, reused from window to window.
 #[derive(Debug, Default)]
-pub struct Joint {
+pub struct JointWorkspace {
     /// The system, row by row, with its right-hand sides at the end.
     system: Vec<f64>,
     /// Free deflections of all columns minus the gap errors of the flanks, contact after contact.
@@ -73,7 +73,7 @@ impl JointWindow<'_> {
         inputs: &[f64],
         columns: &[f64],
         count: usize,
-        joint: &mut Joint,
+        joint: &mut JointWorkspace,
         solutions: &mut [Solution],
     ) {
         let size = self.active.count() * count;
@@ -83,7 +83,7 @@ impl JointWindow<'_> {
         joint.next.resize(count, Row::ZERO);
         for (contact, free) in self.active.iter().zip(joint.free.chunks_exact_mut(count)) {
             lanes::free(self.set, &self.table(contact).rows, inputs, columns, free);
-            self.add_lack(contact, -1.0, &mut free[0]);
+            self.add_gap_error(contact, -1.0, &mut free[0]);
         }
         self.set_slips(count, &mut joint.forces);
         if !self.gauss_seidel(count, joint) {
@@ -95,7 +95,7 @@ impl JointWindow<'_> {
             match own.find(|(_, contact)| view.contacts.contains(contact)) {
                 Some((i, contact)) => {
                     deflection[0] = joint.free[i * count];
-                    self.add_lack(contact, 1.0, &mut deflection[0]);
+                    self.add_gap_error(contact, 1.0, &mut deflection[0]);
                 }
                 None => {
                     let rows = &self.tables.windows[view.window].rows;
@@ -104,7 +104,7 @@ impl JointWindow<'_> {
             }
             let size = lanes::size(&deflection[0].0);
             for (i, contact) in self.active.iter().enumerate() {
-                if let Some(felt) = self.table(contact).felt_on(view.line) {
+                if let Some(felt) = self.table(contact).response_on(view.line) {
                     let force = &joint.forces[i * count..][..1];
                     lanes::yielded(self.set, &felt.deflection, force, &mut deflection);
                 }
@@ -129,8 +129,11 @@ impl JointWindow<'_> {
     }
 
     /// Solves the contacts in turn. Returns whether the rounds converge.
-    fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
-        let rests = self.active.iter().filter(|own| self.model.is_hold(*own));
+    fn gauss_seidel(&self, count: usize, joint: &mut JointWorkspace) -> bool {
+        let rests = self
+            .active
+            .iter()
+            .filter(|own| self.model.is_constraint(*own));
         if rests.count() > 1 {
             // Each of their forces acts on the others at once.
             return false;
@@ -149,7 +152,7 @@ impl JointWindow<'_> {
                 for (j, other) in self.active.iter().enumerate() {
                     // In the first round, later contacts have no force yet, except slips.
                     let known = j < i || (j > i && (round > 0 || self.model.is_slip(other)));
-                    if let Some(felt) = self.felt(other, contact).filter(|_| known) {
+                    if let Some(felt) = self.response_of(other, contact).filter(|_| known) {
                         let forces = &joint.forces[j * count..][..count];
                         lanes::yielded(self.set, &felt.deflection, forces, next);
                     }
@@ -200,13 +203,13 @@ impl JointWindow<'_> {
     }
 
     /// The response of a contact's deflection to the force of another contact.
-    fn felt(&self, force: usize, contact: usize) -> Option<&Response> {
+    fn response_of(&self, force: usize, contact: usize) -> Option<&Response> {
         let line = self.model.line(&self.segments[contact]);
-        self.table(force).felt_on(line)
+        self.table(force).response_on(line)
     }
 
     /// Solves the system of all contacts by elimination.
-    fn eliminate(&self, count: usize, joint: &mut Joint) {
+    fn eliminate(&self, count: usize, joint: &mut JointWorkspace) {
         let order = TERMS * self.active.count();
         let width = order + count;
         joint.system.clear();
@@ -222,7 +225,7 @@ impl JointWindow<'_> {
             let spring = self.spring(contact);
             let damping = self.segments[contact].damping;
             for (j, other) in self.active.iter().enumerate() {
-                let Some(felt) = self.felt(other, contact) else {
+                let Some(felt) = self.response_of(other, contact) else {
                     continue;
                 };
                 for m in 0..TERMS {
@@ -237,8 +240,8 @@ impl JointWindow<'_> {
             for (column, free) in joint.free[i * count..][..count].iter().enumerate() {
                 let mut stretch = free.0;
                 if column == 0 {
-                    let own = &self.model.contacts[contact];
-                    stretch[0] -= own.side * own.half_gap;
+                    let contact = &self.model.contacts[contact];
+                    stretch[0] -= contact.side * contact.half_gap;
                 }
                 let sprung = spring.of(&stretch);
                 let rate = legendre::derivative(&stretch);
@@ -275,7 +278,7 @@ impl JointWindow<'_> {
     }
 
     /// Adds a multiple of the gap error of a contact over the window \[m\], on its side.
-    fn add_lack(&self, contact: usize, times: f64, deflection: &mut Row) {
+    fn add_gap_error(&self, contact: usize, times: f64, deflection: &mut Row) {
         if self.tables.gap_errors[contact] {
             let segment = &self.segments[contact];
             let gap_error: GapError = gap_error(self.model, segment, self.time, self.delta);
@@ -410,14 +413,14 @@ mod tests {
                     delta: tables.windows[stretch.windows[0]].delta,
                 };
                 let mut solutions = vec![Solution::ZERO; 2];
-                let mut joint = Joint::default();
+                let mut joint = JointWorkspace::default();
                 window.solve(&inputs, &columns, count, &mut joint, &mut solutions);
                 assert!(window.gauss_seidel(count, &mut joint), "stretch {index}");
                 let in_turn = joint.forces.clone();
                 window.eliminate(count, &mut joint);
                 for (one, other) in in_turn.iter().zip(&joint.forces) {
-                    let apart: Series = std::array::from_fn(|n| one.0[n] - other.0[n]);
-                    let share = lanes::size(&apart) / lanes::size(&other.0);
+                    let difference: Series = std::array::from_fn(|n| one.0[n] - other.0[n]);
+                    let share = lanes::size(&difference) / lanes::size(&other.0);
                     assert!(share < 1e-12, "stretch {index}: {share:e}");
                 }
             }

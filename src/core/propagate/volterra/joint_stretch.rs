@@ -139,7 +139,7 @@ pub fn joint_stretches(
                 .collect();
             for &window in &windows {
                 for view in &views {
-                    needs.feel(window, view.line);
+                    needs.request_response(window, view.line);
                 }
             }
             let feedback = (own.iter().zip(&windows))

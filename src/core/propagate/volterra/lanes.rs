@@ -47,13 +47,13 @@ for_each_set! {
 
 for_each_set! {
     /// The first terms of the trajectory's deflection on a full window, and bounds of the others from the `tails` of
-    /// `rows`. `felt` is the response to the force f of another line, `−B f`.
+    /// `rows`. `other_response` is the response to the force f of another line, `−B f`.
     fn truncated(
         rows: &[Row],
         tails: &[f64],
         inputs: &[f64],
         trajectory: &[f64],
-        felt: Option<(&[Row; TERMS], &Row, &Row)>,
+        other_response: Option<(&[Row; TERMS], &Row, &Row)>,
         out: &mut Solution,
     ) = truncated_body
 }
@@ -66,13 +66,13 @@ for_each_set! {
 for_each_set! {
     /// The force of every column. Its deflections are `free` without any force and `next` under the forces of other
     /// contacts; the first column has the side's gap s b \[m\]. Returns the largest change of a deflection since
-    /// `seen`, relative to the sizes of `free` and `next`, and stores `next` in `seen`.
+    /// `deflections`, relative to the sizes of `free` and `next`, and stores `next` in `deflections`.
     fn close(
         closed: ContactSolve<'_>,
         gap: f64,
         free: &[Row],
         next: &[Row],
-        seen: &mut [Row],
+        deflections: &mut [Row],
         forces: &mut [Row],
     ) -> f64 = close_body
 }

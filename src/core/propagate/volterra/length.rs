@@ -37,7 +37,7 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
             let [direction, other] =
                 [i, j].map(|contact| &model.directions[segments[contact].direction]);
             let [direct, inertial] =
-                if i == j { direction.felt_at_most() } else { direction.felt_from(other) };
+                if i == j { direction.effect_bounds() } else { direction.effect_of(other) };
             let (own, other) = (segments[i], segments[j]);
             square += (own.stiffness.bound() * other.stiffness.bound()).sqrt() * inertial;
             linear += (own.damping * other.damping).sqrt() * (inertial + direct);
@@ -52,7 +52,7 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
 
 /// Upper bound of the rates \[1/s\] with any one contact closed, and of the excitation.
 pub fn fastest_rate(model: &Model) -> f64 {
-    excitation(model).fold(fastest_own_rate(model), f64::max)
+    excitation(model).fold(fastest_structure_rate(model), f64::max)
 }
 
 /// Angular frequencies of the excitation \[rad/s\].
@@ -70,18 +70,18 @@ pub fn fastest_of_open(model: &Model) -> f64 {
 /// Upper bound of the rates \[1/s\] of the structure with any one contact closed, without the excitation. A closed
 /// spring moves an eigenvalue by at most the norm of the added matrix. Each contact has its units, N/m or N m/rad,
 /// and acts along its direction only.
-pub fn fastest_own_rate(model: &Model) -> f64 {
+pub fn fastest_structure_rate(model: &Model) -> f64 {
     let frequencies = model.blocks.iter().map(Block::fastest);
     let open = frequencies.fold(0.0, f64::max);
-    let felt: Vec<[f64; 2]> = (model.directions.iter())
-        .map(Direction::felt_at_most)
+    let effects: Vec<[f64; 2]> = (model.directions.iter())
+        .map(Direction::effect_bounds)
         .collect();
     let springs = (model.contacts.iter()).filter(|contact| stiffens(contact.release));
     let cycles = springs.flat_map(|contact| &contact.cycles);
     cycles
         .flat_map(|cycle| &cycle.segments)
         .map(|segment| {
-            let [direct, inertial] = felt[segment.direction];
+            let [direct, inertial] = effects[segment.direction];
             (open * open + segment.stiffness.bound() * inertial).sqrt()
                 + segment.damping * (inertial + direct)
         })
@@ -118,7 +118,7 @@ mod tests {
             structure.contacts = vec![stop];
             let mesh = fixtures::constant_mesh(1e-5, 4e8);
             let point = fixtures::strong_rattle();
-            fastest_own_rate(&Model::new(&structure, &mesh, point).unwrap())
+            fastest_structure_rate(&Model::new(&structure, &mesh, point).unwrap())
         };
         // The mesh is the stiffer one: ω² + k w².
         let known = (900.0_f64.powi(2) + 4e8 * (0.9 * 0.9 + 0.4 * 0.4)).sqrt();

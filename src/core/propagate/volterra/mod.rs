@@ -169,8 +169,8 @@ impl<'m> Volterra<'m> {
     }
 
     /// The same for structure and mesh alone, independent of the speed.
-    pub fn fastest_own_rate(model: &Model) -> f64 {
-        length::fastest_own_rate(model)
+    pub fn fastest_structure_rate(model: &Model) -> f64 {
+        length::fastest_structure_rate(model)
     }
 
     /// Windows per mesh cycle that the kernel would need for a model. A stiff mesh, a strong damper or a slow speed

@@ -83,7 +83,7 @@ impl Volterra<'_> {
 
     /// Adds the effect of another contact's force on all columns up to the cut. `forces` are its series on the full
     /// window, and are overwritten.
-    pub(super) fn cut_further(
+    pub(super) fn add_force_of_contact(
         &self,
         table: &WindowTable,
         cut: &Cut,

@@ -25,14 +25,14 @@ pub(super) struct Position {
 
 /// The schedule or stretch that a window follows.
 #[derive(Clone, Copy)]
-pub(super) enum Track<'t> {
+pub(super) enum WindowSource<'t> {
     /// A stretch of a schedule: at most one contact is closed.
     Schedule(&'t Schedule, usize),
     /// Several contacts are closed.
     Joint(&'t JointStretch),
 }
 
-impl<'t> Track<'t> {
+impl<'t> WindowSource<'t> {
     /// The lines of all contacts.
     #[inline]
     pub fn views(self) -> &'t [LineView] {
@@ -55,18 +55,23 @@ impl<'t> Track<'t> {
 }
 
 /// Returns to the cell grid at a breakpoint. After a change of gap or line no contact counts as on its surface.
-pub(super) fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: Option<usize>) {
+pub(super) fn align(
+    position: &mut Position,
+    track: WindowSource<'_>,
+    stop: f64,
+    cell: Option<usize>,
+) {
     position.time = stop;
     position.aligned = cell;
     // Stiffness and force step at a breakpoint.
     position.forceless = ActiveSet::FREE;
     let turned = match track {
-        Track::Schedule(schedule, _) => {
+        WindowSource::Schedule(schedule, _) => {
             let next = cell.and_then(|cell| schedule.grid.stretch_from(cell));
             schedule.grid.turned[next.unwrap_or(0)]
         }
         // A contact on its surface is found there again.
-        Track::Joint(_) => false,
+        WindowSource::Joint(_) => false,
     };
     if turned {
         position.crossed = ActiveSet::FREE;

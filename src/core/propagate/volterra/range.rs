@@ -1,7 +1,7 @@
 //! Has a motion diverged?
 
 use super::Volterra;
-use super::position::{Position, Track};
+use super::position::{Position, WindowSource};
 use super::workspace::Workspace;
 use crate::numerics::legendre::at_start;
 use crate::propagate::Stop;
@@ -11,7 +11,7 @@ impl Volterra<'_> {
     pub(super) fn check_range(
         &self,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         workspace: &Workspace,
     ) -> Result<(), Stop> {
         for (view, solution) in track.views().iter().zip(&workspace.solutions) {

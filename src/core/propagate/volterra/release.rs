@@ -11,7 +11,7 @@
 
 use super::Volterra;
 use super::lanes;
-use super::position::{Position, SAME_TIME, Track};
+use super::position::{Position, SAME_TIME, WindowSource};
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, Segment};
@@ -21,7 +21,7 @@ use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 
 /// Condition of a contact when it opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum ContactCondition {
     /// At its surface.
     Surface,
     /// Where its push vanishes.
@@ -75,12 +75,12 @@ impl Volterra<'_> {
     pub(super) fn first_event(
         &self,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(Crossing, Place)> {
+    ) -> Option<(Crossing, ContactCondition)> {
         let sets = [active, self.of_parts];
         let first = self.first_of_contacts(position, track, sets, limit, workspace, counters);
         if !self.of_parts.touching() {
@@ -97,20 +97,27 @@ impl Volterra<'_> {
         self.first_with_frictions(track, active, (limit, first), workspace, counters)
     }
 
-    /// As [`Self::first_event`], without the contacts `aside`.
+    /// As [`Self::first_event`], without the contacts `excluded`.
     pub(super) fn first_of_contacts(
         &self,
         position: &Position,
-        track: Track<'_>,
-        [active, aside]: [ActiveSet; 2],
+        track: WindowSource<'_>,
+        [active, excluded]: [ActiveSet; 2],
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(Crossing, Place)> {
-        let at_surface = |crossing| (crossing, Place::Surface);
+    ) -> Option<(Crossing, ContactCondition)> {
+        let at_surface = |crossing| (crossing, ContactCondition::Surface);
         if !self.never_pull.touching() {
             return self
-                .first_crossing(position, track, [active, aside], limit, workspace, counters)
+                .first_crossing(
+                    position,
+                    track,
+                    [active, excluded],
+                    limit,
+                    workspace,
+                    counters,
+                )
                 .map(at_surface);
         }
         let pushed = self.watched_by_push(position, track, active, workspace);
@@ -118,7 +125,7 @@ impl Volterra<'_> {
             .first_crossing(
                 position,
                 track,
-                [active, pushed.union(aside)],
+                [active, pushed.union(excluded)],
                 limit,
                 workspace,
                 counters,
@@ -139,7 +146,7 @@ impl Volterra<'_> {
             } else {
                 self.takes_hold(contact, &indentation, position, limit, counters)
             };
-            let earlier = |(x, _): &(f64, Place)| {
+            let earlier = |(x, _): &(f64, ContactCondition)| {
                 first.is_none_or(|(first, _)| {
                     *x < first.x || (*x == first.x && contact < first.contact)
                 })
@@ -157,7 +164,7 @@ impl Volterra<'_> {
     fn watched_by_push(
         &self,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
         workspace: &Workspace,
     ) -> ActiveSet {
@@ -193,7 +200,7 @@ impl Volterra<'_> {
         &self,
         contact: usize,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         workspace: &Workspace,
     ) -> Indentation {
         let solution = &workspace.solutions[track.place_of(contact)];
@@ -222,11 +229,11 @@ impl Volterra<'_> {
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(f64, Place)> {
+    ) -> Option<(f64, ContactCondition)> {
         let beyond = legendre::at_start(&indentation.series) < -indentation.noise;
         if beyond && !position.crossed.holds(contact) {
             // A step of the line or the gap has freed it.
-            return Some((-1.0, Place::Elsewhere));
+            return Some((-1.0, ContactCondition::Elsewhere));
         }
         let own = &self.model.contacts[contact];
         let force = match active.only() {
@@ -241,7 +248,10 @@ impl Volterra<'_> {
         let known = position.forceless.holds(contact);
         let x = self.exit(force, own.side, noise, known, limit, counters)?;
         let vanished = x > -1.0 || legendre::at_start(force).abs() <= noise;
-        Some((x, if vanished { Place::NoForce } else { Place::Elsewhere }))
+        Some((
+            x,
+            if vanished { ContactCondition::NoForce } else { ContactCondition::Elsewhere },
+        ))
     }
 
     /// The position where an unladen contact takes load again.
@@ -252,7 +262,7 @@ impl Volterra<'_> {
         position: &Position,
         limit: f64,
         counters: &mut Counters,
-    ) -> Option<(f64, Place)> {
+    ) -> Option<(f64, ContactCondition)> {
         let Indentation {
             series,
             noise,
@@ -283,7 +293,8 @@ impl Volterra<'_> {
             let known = position.forceless.holds(contact) && from == -1.0;
             if let Some(x) = self.exit(&push, -1.0, noise, known, 1.0, counters) {
                 let vanished = x > -1.0 || legendre::at_start(&push).abs() <= noise;
-                let place = if vanished { Place::NoForce } else { Place::Elsewhere };
+                let place =
+                    if vanished { ContactCondition::NoForce } else { ContactCondition::Elsewhere };
                 return Some((from + 0.5 * (to - from) * (x + 1.0), place));
             }
             from = to;
@@ -291,7 +302,10 @@ impl Volterra<'_> {
         let free = free.filter(|free| *free < limit)?;
         let rest = transforms24().restrict(series, free, limit);
         let x = self.exit(&rest, -1.0, *noise, true, 1.0, counters)?;
-        Some((free + 0.5 * (limit - free) * (x + 1.0), Place::Surface))
+        Some((
+            free + 0.5 * (limit - free) * (x + 1.0),
+            ContactCondition::Surface,
+        ))
     }
 
     /// The position, up to `limit`, from which an unladen contact is shallow enough to act. This is the start of the

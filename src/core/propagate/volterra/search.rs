@@ -3,7 +3,7 @@
 use super::Volterra;
 use super::lanes::{self, Solution};
 use super::partial::Cut;
-use super::position::{Position, Track};
+use super::position::{Position, WindowSource};
 use super::shapes::{GapError, Row, Series, TERMS};
 use super::tables::gap_error;
 use super::window_table::WindowTable;
@@ -17,7 +17,7 @@ use crate::propagate::{ClosedContact, Counters, Observer, Window};
 const MOST_GUARDS: usize = 4;
 
 /// How a contact meets its surface.
-pub(super) struct Met {
+pub(super) struct SurfaceContact {
     /// Rate of its deflection against the surface \[m/s\].
     pub rate: f64,
     /// Whether it is on the surface. A start beyond the surface (a trajectory given with the wrong contacts closed, or
@@ -27,9 +27,9 @@ pub(super) struct Met {
 
 /// The part of a window that observers see.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct VisiblePart<'a> {
     pub position: &'a Position,
-    pub track: Track<'a>,
+    pub track: WindowSource<'a>,
     pub active: ActiveSet,
     /// Length \[s\].
     pub duration: f64,
@@ -37,7 +37,7 @@ pub(super) struct View<'a> {
     pub cut: Option<&'a Cut>,
 }
 
-impl<'a> View<'a> {
+impl<'a> VisiblePart<'a> {
     /// The window without its series.
     fn window(&self, modes: usize, workspace: &'a Workspace) -> Window<'a> {
         let [first, second] = workspace.components(modes);
@@ -56,51 +56,52 @@ impl<'a> View<'a> {
 
 impl Volterra<'_> {
     /// The motion along all lines except that of the force. Computes only the first terms of a line if they prove that
-    /// no contact is in reach, and if observers need no more (`watched`).
+    /// no contact is in reach, and if observers need no more (`observed`).
     pub(super) fn see_other_lines(
         &self,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         table: &WindowTable,
         active: ActiveSet,
-        watched: bool,
+        observed: bool,
         workspace: &mut Workspace,
     ) {
         let set = self.instructions;
         for (index, view) in track.views().iter().enumerate().skip(1) {
-            let own = &self.tables.windows[view.window];
-            let felt = table.felt_on(view.line).filter(|_| active.touching());
+            let window = &self.tables.windows[view.window];
+            let response = table.response_on(view.line).filter(|_| active.touching());
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
-            let shown = watched && view.contacts.contains(&DRIVE_FLANK);
+            let shown = observed && view.contacts.contains(&DRIVE_FLANK);
             let known = |contact: &usize| {
                 !position.crossed.holds(*contact) && !self.tables.gap_errors[*contact]
             };
             if !shown && view.contacts.iter().all(known) {
-                let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
-                let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
-                lanes::truncated(set, rows, tails, inputs, trajectory, felt, seen);
+                let response =
+                    response.map(|response| (&response.deflection, &response.tails, force));
+                let (rows, tails, seen) = (&window.rows, &window.tails, &mut solutions[index]);
+                lanes::truncated(set, rows, tails, inputs, trajectory, response, seen);
                 let mut contacts = view.contacts.iter();
                 if contacts.all(|&contact| self.stays(contact, false, seen)) {
                     continue;
                 }
             }
             let mut deflection = [Row::ZERO];
-            lanes::free(set, &own.rows, inputs, trajectory, &mut deflection);
+            lanes::free(set, &window.rows, inputs, trajectory, &mut deflection);
             let size = lanes::size(&deflection[0].0);
-            if let Some(felt) = felt {
-                lanes::yielded(set, &felt.deflection, &[*force], &mut deflection);
+            if let Some(response) = response {
+                lanes::yielded(set, &response.deflection, &[*force], &mut deflection);
             }
             solutions[index] = Solution::of(&deflection[0], size);
         }
     }
 
-    /// The first event on a window up to `limit` at a surface, without the contacts `aside`. Of two events at the same
+    /// The first event on a window up to `limit` at a surface, without the contacts `excluded`. Of two events at the same
     /// time, the first in the order of contacts counts.
     pub(super) fn first_crossing(
         &self,
         position: &Position,
-        track: Track<'_>,
-        [active, aside]: [ActiveSet; 2],
+        track: WindowSource<'_>,
+        [active, excluded]: [ActiveSet; 2],
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,
@@ -124,7 +125,7 @@ impl Volterra<'_> {
                 let mut settled = true;
                 for (place, &contact) in group.iter().enumerate() {
                     let gap_error = gap_errors.as_ref().and_then(|all| all[place].as_ref());
-                    if aside.holds(contact)
+                    if excluded.holds(contact)
                         || self.is_behind(contact, &view.contacts, active)
                         || (films && self.is_shielded(contact, active, start))
                     {
@@ -210,7 +211,7 @@ impl Volterra<'_> {
         &self,
         position: &Position,
         contacts: &[usize],
-        track: Track<'_>,
+        track: WindowSource<'_>,
         workspace: &Workspace,
     ) -> [Option<Series>; MOST_GUARDS] {
         let mut out = [None; MOST_GUARDS];
@@ -230,14 +231,14 @@ impl Volterra<'_> {
     }
 
     /// How a contact meets its surface.
-    pub(super) fn met(
+    pub(super) fn contact_at(
         &self,
         found: &Crossing,
         position: &Position,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
         workspace: &Workspace,
-    ) -> Met {
+    ) -> SurfaceContact {
         let contact = &self.model.contacts[found.contact];
         let solution = &workspace.solutions[track.place_of(found.contact)];
         // Relative to the surface, which moves if the gap varies.
@@ -254,7 +255,7 @@ impl Volterra<'_> {
         let beyond = contact.margin(closed, deflection, contact.half_gap);
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
         let delta = self.tables.windows[track.views()[0].window].delta;
-        Met {
+        SurfaceContact {
             rate: 2.0 / delta * slope,
             on_surface: found.x > -1.0 || beyond.abs() <= noise,
         }
@@ -263,7 +264,7 @@ impl Volterra<'_> {
     /// Shows a window, or its part up to the cut.
     pub(super) fn show<O: Observer>(
         &self,
-        view: View<'_>,
+        view: VisiblePart<'_>,
         workspace: &Workspace,
         observer: &mut O,
     ) {
@@ -287,14 +288,19 @@ impl Volterra<'_> {
     /// As [`Self::show`], with any number of contacts closed. If it were inlined, its stack frame would be probed in
     /// every window.
     #[inline(never)]
-    fn show_many<O: Observer>(&self, view: View<'_>, workspace: &Workspace, observer: &mut O) {
+    fn show_many<O: Observer>(
+        &self,
+        view: VisiblePart<'_>,
+        workspace: &Workspace,
+        observer: &mut O,
+    ) {
         self.show_few::<O, MOST_CONTACTS>(view, workspace, observer);
     }
 
     /// As [`Self::show`], with no contact closed, or with one contact of the mesh on the line of the drive flank.
     fn show_one<O: Observer>(
         &self,
-        view: View<'_>,
+        view: VisiblePart<'_>,
         place: usize,
         contact: Option<usize>,
         workspace: &Workspace,
@@ -303,8 +309,8 @@ impl Volterra<'_> {
         let whole = &workspace.solutions[place].deflection;
         let force = match (contact, view.track) {
             (None, _) => &[0.0; TERMS],
-            (_, Track::Schedule(..)) => &workspace.forces[0].0,
-            (_, Track::Joint(_)) => &workspace.joint.forces[0].0,
+            (_, WindowSource::Schedule(..)) => &workspace.forces[0].0,
+            (_, WindowSource::Joint(_)) => &workspace.joint.forces[0].0,
         };
         let parts = match (view.cut, contact) {
             (None, _) => None,
@@ -334,11 +340,11 @@ impl Volterra<'_> {
     /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
-        view: View<'_>,
+        view: VisiblePart<'_>,
         workspace: &Workspace,
         observer: &mut O,
     ) {
-        let View {
+        let VisiblePart {
             track, active, cut, ..
         } = view;
         let seen = |series: &Series| match cut {
@@ -355,8 +361,8 @@ impl Volterra<'_> {
         let columns = workspace.tangents() + 1;
         for (index, contact) in active.iter().enumerate() {
             let force = match track {
-                Track::Schedule(..) => &workspace.forces[0].0,
-                Track::Joint(_) => &workspace.joint.forces[index * columns].0,
+                WindowSource::Schedule(..) => &workspace.forces[0].0,
+                WindowSource::Joint(_) => &workspace.joint.forces[index * columns].0,
             };
             contacts[index] = contact;
             series[index] = [along(contact), seen(force)];

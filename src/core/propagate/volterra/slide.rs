@@ -9,8 +9,8 @@
 //! zero of u'. That zero is therefore sought first, with the known root divided out.
 
 use super::Volterra;
-use super::position::{SAME_TIME, Track};
-use super::release::Place;
+use super::position::{SAME_TIME, WindowSource};
+use super::release::ContactCondition;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
 use crate::model::ActiveSet;
@@ -40,12 +40,12 @@ impl Volterra<'_> {
     /// contacts.
     pub(super) fn first_with_sliders(
         &self,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
-        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        (limit, mut first): (f64, Option<(Crossing, ContactCondition)>),
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(Crossing, Place)> {
+    ) -> Option<(Crossing, ContactCondition)> {
         for &slider in &self.model.sliders {
             let solution = &workspace.solutions[track.place_of(slider.spring())];
             let stretch = Stretch {
@@ -63,7 +63,7 @@ impl Volterra<'_> {
                     None
                 };
                 if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
-                    first = Some((Crossing { x, contact }, Place::Elsewhere));
+                    first = Some((Crossing { x, contact }, ContactCondition::Elsewhere));
                 }
             }
         }
@@ -93,20 +93,20 @@ impl Volterra<'_> {
         limit: f64,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let own = &self.model.contacts[slip];
+        let contact = &self.model.contacts[slip];
         let Stretch {
             series,
             slope,
             noise,
         } = stretch;
-        let mut room = series.map(|a| -own.side * a);
-        room[0] += own.half_gap;
+        let mut room = series.map(|a| -contact.side * a);
+        room[0] += contact.half_gap;
         if legendre::at_start(&room) > *noise {
             return self.exit(&room, 1.0, *noise, false, limit, counters);
         }
         let noise_of_slope = stretch.noise_of_slope();
         let known = legendre::at_start(slope).abs() <= noise_of_slope;
-        let turn = self.exit(slope, -own.side, noise_of_slope, known, limit, counters)?;
+        let turn = self.exit(slope, -contact.side, noise_of_slope, known, limit, counters)?;
         if turn >= limit {
             return None;
         }

@@ -10,16 +10,16 @@
 //! dt = −dλ / λ'          where a stick ends: f⁻ = ±F_s, f⁺ = ±F
 //! ```
 //!
-//! with g, r of [`crate::model::Hold`]. Other sticking elements move along, so the tangents have no speed there. If an
+//! with g, r of [`crate::model::Constraint`]. Other sticking elements move along, so the tangents have no speed there. If an
 //! event frees another element at once, by a step of its force, dt is that of the event.
 //!
 //! Right after a stick with F_s = F the speed has a double root. It can return to zero only after the next zero of δ''.
 //! That zero is found first, with the known root divided out.
 
 use super::Volterra;
-use super::impact::Scene;
-use super::position::Track;
-use super::release::Place;
+use super::impact::ImpactContext;
+use super::position::WindowSource;
+use super::release::ContactCondition;
 use super::shapes::{Series, TERMS};
 use super::workspace::Workspace;
 use crate::model::{ActiveSet, DryFriction};
@@ -42,47 +42,52 @@ impl Volterra<'_> {
     /// contacts.
     pub(super) fn first_with_frictions(
         &self,
-        track: Track<'_>,
+        track: WindowSource<'_>,
         active: ActiveSet,
-        (limit, mut first): (f64, Option<(Crossing, Place)>),
+        (limit, mut first): (f64, Option<(Crossing, ContactCondition)>),
         workspace: &Workspace,
         counters: &mut Counters,
-    ) -> Option<(Crossing, Place)> {
+    ) -> Option<(Crossing, ContactCondition)> {
         for &friction in &self.model.frictions {
-            let seen = self.sliding(friction, track, workspace);
+            let sliding = self.sliding(friction, track, workspace);
             for (slip, side) in friction.slips().into_iter().zip([1.0, -1.0]) {
                 let until = first.map_or(limit, |(found, _)| found.x);
                 let found = if active.holds(slip) {
-                    self.stops_sliding(side, &seen, until, counters)
+                    self.stops_sliding(side, &sliding, until, counters)
                 } else if active.holds(friction.stick()) {
-                    let mut room = seen.force.map(|a| -side * a);
+                    let mut room = sliding.force.map(|a| -side * a);
                     room[0] += friction.static_force;
-                    let known = legendre::at_start(&room).abs() <= seen.noise[1];
-                    self.exit(&room, 1.0, seen.noise[1], known, until, counters)
+                    let known = legendre::at_start(&room).abs() <= sliding.noise[1];
+                    self.exit(&room, 1.0, sliding.noise[1], known, until, counters)
                 } else {
                     None
                 };
                 if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
-                    first = Some((Crossing { x, contact: slip }, Place::Elsewhere));
+                    first = Some((Crossing { x, contact: slip }, ContactCondition::Elsewhere));
                 }
             }
         }
         first
     }
 
-    fn sliding(&self, own: DryFriction, track: Track<'_>, workspace: &Workspace) -> Sliding {
-        let [motion, stick] = [own.forwards, own.stick()]
+    fn sliding(
+        &self,
+        friction: DryFriction,
+        track: WindowSource<'_>,
+        workspace: &Workspace,
+    ) -> Sliding {
+        let [motion, stick] = [friction.forwards, friction.stick()]
             .map(|contact| &workspace.solutions[track.place_of(contact)]);
         let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
         let mut speed = legendre::derivative(&motion.deflection);
-        speed[0] -= own.belt_speed * half;
-        let of_speed = TERMS as f64 * motion.size + (own.belt_speed * half).abs();
+        speed[0] -= friction.belt_speed * half;
+        let of_speed = TERMS as f64 * motion.size + (friction.belt_speed * half).abs();
         Sliding {
             speed,
             force: stick.deflection,
             noise: [
                 ROUND_OFF * of_speed,
-                ROUND_OFF * (stick.size + own.static_force),
+                ROUND_OFF * (stick.size + friction.static_force),
             ],
         }
     }
@@ -91,21 +96,21 @@ impl Volterra<'_> {
     fn stops_sliding(
         &self,
         side: f64,
-        seen: &Sliding,
+        sliding: &Sliding,
         limit: f64,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let [noise, of_force] = seen.noise;
-        let starts = side * legendre::at_start(&seen.speed) <= noise;
-        let quickens = side * legendre::at_start(&seen.force);
+        let [noise, of_force] = sliding.noise;
+        let starts = side * legendre::at_start(&sliding.speed) <= noise;
+        let quickens = side * legendre::at_start(&sliding.force);
         if !starts || quickens.abs() > TERMS as f64 * of_force {
-            return self.exit(&seen.speed, side, noise, starts, limit, counters);
+            return self.exit(&sliding.speed, side, noise, starts, limit, counters);
         }
-        let turn = self.exit(&seen.force, side, of_force, true, limit, counters)?;
+        let turn = self.exit(&sliding.force, side, of_force, true, limit, counters)?;
         if turn >= limit {
             return None;
         }
-        let rest = transforms24().restrict(&seen.speed, turn, limit);
+        let rest = transforms24().restrict(&sliding.speed, turn, limit);
         let x = self.exit(&rest, side, noise, false, 1.0, counters)?;
         Some(turn + 0.5 * (limit - turn) * (x + 1.0))
     }
@@ -114,13 +119,13 @@ impl Volterra<'_> {
     pub(super) fn meet_part<O: Observer>(
         &self,
         found: Crossing,
-        track: Track<'_>,
-        scene: Scene<'_, O>,
+        track: WindowSource<'_>,
+        context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         match self.model.friction_of(found.contact) {
-            Some(own) => self.meet_friction((own, found), track, scene, workspace),
-            None => self.meet_stop(found, track, scene, workspace),
+            Some(own) => self.meet_friction((own, found), track, context, workspace),
+            None => self.meet_stop(found, track, context, workspace),
         }
     }
 
@@ -128,79 +133,85 @@ impl Volterra<'_> {
     fn meet_friction<O: Observer>(
         &self,
         (own, found): (DryFriction, Crossing),
-        track: Track<'_>,
-        mut scene: Scene<'_, O>,
+        track: WindowSource<'_>,
+        mut context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         let side = self.model.contacts[found.contact].side;
-        let seen = self.sliding(own, track, workspace);
-        let sticks = scene.active.holds(own.stick());
-        let force = evaluate(&seen.force, found.x);
-        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &seen)) {
+        let sliding = self.sliding(own, track, workspace);
+        let sticks = context.active.holds(own.stick());
+        let force = evaluate(&sliding.force, found.x);
+        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &sliding)) {
             let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
-            let rate = evaluate(&legendre::derivative(&seen.force), found.x) / half;
-            let changes = self.changes_of_force(own, *scene.active, found.x, workspace);
+            let rate = evaluate(&legendre::derivative(&sliding.force), found.x) / half;
+            let changes = self.changes_of_force(own, *context.active, found.x, workspace);
             workspace.shifts = changes.iter().map(|change| -change / rate).collect();
-        } else if workspace.shifted != (scene.position.cycle, scene.position.time) {
+        } else if workspace.shifted != (context.position.cycle, context.position.time) {
             workspace.shifts.clear();
         }
-        self.move_to_event(found.x, track, &mut scene, workspace);
-        let time = scene.position.time;
-        workspace.shifted = (scene.position.cycle, time);
-        scene.toggle(found.contact, 0.0, time)?;
+        self.move_to_event(found.x, track, &mut context, workspace);
+        let time = context.position.time;
+        workspace.shifted = (context.position.cycle, time);
+        context.toggle(found.contact, 0.0, time)?;
         let mut lost = force - side * own.force;
         if !sticks {
             workspace.shifts = self.delays(own, force, workspace);
             lost = 0.0;
-            if side * self.force_that_holds(own, &scene, workspace) < -own.static_force {
+            if side * self.force_to_stick(own, &context, workspace) < -own.static_force {
                 lost = 2.0 * side * own.force;
-                scene.toggle(own.slip_towards(-side), 0.0, time)?;
+                context.toggle(own.slip_towards(-side), 0.0, time)?;
             }
         }
         if lost != 0.0 {
             self.shift(own, lost, workspace);
         }
         // At the start of a stick this is the saltation.
-        self.keep_seated(*scene.active, scene.position, workspace);
+        self.move_onto_constraints(*context.active, context.position, workspace);
         Ok(())
     }
 
     /// Delay with which every tangent meets the end of a slip \[s\]. The line of the stick then shows `δ''/ρ`.
-    fn delays(&self, own: DryFriction, quickening: f64, workspace: &mut Workspace) -> Vec<f64> {
+    fn delays(
+        &self,
+        friction: DryFriction,
+        quickening: f64,
+        workspace: &mut Workspace,
+    ) -> Vec<f64> {
         let tangents = workspace.columns_in_parts().skip(1);
         let delay = |[first, second]: [&mut [f64]; 2]| {
-            let [_, rate] = (self.model).felt_along(own.direction, [&*first, &*second]);
-            -rate / (own.push * quickening)
+            let [_, rate] = (self.model).deflection_along(friction.direction, [&*first, &*second]);
+            -rate / (friction.push * quickening)
         };
         tangents.map(delay).collect()
     }
 
     /// Changes tangents by the force that an element loses \[N\] at an event, for their delays.
-    fn shift(&self, own: DryFriction, lost: f64, workspace: &mut Workspace) {
+    fn shift(&self, friction: DryFriction, lost: f64, workspace: &mut Workspace) {
         let shifts = std::mem::take(&mut workspace.shifts);
         let tangents = workspace.columns_in_parts().skip(1);
         for (column, shift) in tangents.zip(&shifts) {
-            self.model.push_along(own.direction, lost * shift, column);
+            self.model
+                .push_along(friction.direction, lost * shift, column);
         }
         workspace.shifts = shifts;
     }
 
     /// Whether a stick is at the limit of static friction at the start of a window.
-    fn is_at_limit(&self, own: DryFriction, side: f64, seen: &Sliding) -> bool {
-        let force = side * legendre::at_start(&seen.force);
-        (own.static_force - force).abs() <= seen.noise[1]
+    fn is_at_limit(&self, friction: DryFriction, side: f64, sliding: &Sliding) -> bool {
+        let force = side * legendre::at_start(&sliding.force);
+        (friction.static_force - force).abs() <= sliding.noise[1]
     }
 
     /// Changes of the force of a stick by all tangents at a place in a window \[N\].
     fn changes_of_force(
         &self,
-        own: DryFriction,
+        friction: DryFriction,
         active: ActiveSet,
         x: f64,
         workspace: &Workspace,
     ) -> Vec<f64> {
         let columns = workspace.tangents() + 1;
-        let index = active.iter().position(|closed| closed == own.stick());
+        let index = active.iter().position(|closed| closed == friction.stick());
         let forces = &workspace.joint.forces[index.unwrap_or(0) * columns..][..columns];
         (forces[1..].iter())
             .map(|force| evaluate(&force.0, x))
@@ -208,17 +219,19 @@ impl Volterra<'_> {
     }
 
     /// The force \[N\] of a sticking element in the present state.
-    fn force_that_holds<O: Observer>(
+    fn force_to_stick<O: Observer>(
         &self,
-        own: DryFriction,
-        scene: &Scene<'_, O>,
+        friction: DryFriction,
+        context: &ImpactContext<'_, O>,
         workspace: &Workspace,
     ) -> f64 {
         let model = &*self.model;
-        let at = (scene.position.cycle, scene.position.time);
+        let at = (context.position.cycle, context.position.time);
         let state = workspace.components(model.modes()).concat();
-        let forces = model.forces_of_holds(&workspace.segments, *scene.active, at, &state);
-        let place = model.holds().position(|hold| hold.contact == own.stick());
+        let forces = model.forces_of_constraints(&workspace.segments, *context.active, at, &state);
+        let place = model
+            .constraints()
+            .position(|hold| hold.contact == friction.stick());
         forces[place.unwrap_or(0)]
     }
 }

@@ -82,7 +82,7 @@ impl TableRequests {
         Some(place(&mut self.closures[window], closure))
     }
 
-    pub fn feel(&mut self, window: usize, line: usize) {
+    pub fn request_response(&mut self, window: usize, line: usize) {
         place(&mut self.felt[window], line);
     }
 }

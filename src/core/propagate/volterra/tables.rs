@@ -231,7 +231,7 @@ impl Schedule {
             let views = needs.views(model, length, &directions, contact);
             let window = views[0].window;
             for view in &views[1..] {
-                needs.feel(window, view.line);
+                needs.request_response(window, view.line);
             }
             for cell in cells {
                 let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);

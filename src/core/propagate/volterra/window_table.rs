@@ -187,9 +187,13 @@ impl WindowTable {
         Arc::make_mut(&mut self.rows)[2 * layout.padded].0 =
             convolution.step(&torque.deflection, self.delta);
         let line = model.directions[self.direction].line;
-        let constant: Vec<[f64; 2]> = model.blocks.iter().map(|own| own.static_input).collect();
+        let constant: Vec<[f64; 2]> = model
+            .blocks
+            .iter()
+            .map(|block| block.static_input)
+            .collect();
         Arc::make_mut(&mut self.rows)[2 * layout.padded].0[0] +=
-            model.added_at_once(line, &constant);
+            model.direct_increase(line, &constant);
         if varying || closures.iter().any(|closure| closure.varies()) {
             self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
         }
@@ -237,7 +241,7 @@ impl WindowTable {
                 }
             }
             let line = model.directions[self.direction].line;
-            let at_once = model.added_at_once(line, &ripple.input);
+            let at_once = model.direct_increase(line, &ripple.input);
             for (n, u) in series.iter().enumerate() {
                 rows[0].0[n] += at_once * u.re;
                 rows[1].0[n] -= at_once * u.im;
@@ -269,7 +273,7 @@ impl WindowTable {
     }
 
     /// Response of the deflection along a line to the force.
-    pub fn felt_on(&self, line: usize) -> Option<&Response> {
+    pub fn response_on(&self, line: usize) -> Option<&Response> {
         self.responses.iter().find(|response| response.line == line)
     }
 
@@ -291,7 +295,7 @@ impl WindowTable {
         let convolution = convolution24();
         let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);
         let mut deflection = columns(&impulse.deflection);
-        let at_once = model.taken_at_once(line, self.direction);
+        let at_once = model.direct_reduction(line, self.direction);
         for (n, column) in deflection.iter_mut().enumerate() {
             column.0[n] += at_once;
         }

@@ -1,6 +1,6 @@
 //! Scratch memory of an integration.
 
-use super::joint::Joint;
+use super::joint::JointWorkspace;
 use super::lanes::Solution;
 use super::partial::Cut;
 use super::shapes::{LANES, Row};
@@ -28,7 +28,7 @@ pub struct Workspace {
     /// The segment of every contact on the present window.
     pub segments: Vec<Segment>,
     /// Memory for windows with several closed contacts.
-    pub joint: Joint,
+    pub joint: JointWorkspace,
     /// Delay with which every tangent meets the last event of dry friction \[s\].
     pub shifts: Vec<f64>,
     /// Cycle and time of that event.
@@ -51,7 +51,7 @@ impl Workspace {
             forces: vec![Row::ZERO],
             solutions: vec![Solution::ZERO; model.lines.len()],
             segments: model.segments_at(0, 0.0),
-            joint: Joint::default(),
+            joint: JointWorkspace::default(),
             shifts: Vec::new(),
             shifted: (u64::MAX, 0.0),
             cut: Cut::new(layout.padded / LANES),
@@ -103,7 +103,7 @@ impl Workspace {
     }
 
     /// Inputs, all columns, and memory for the joint solution with the number of columns.
-    pub fn joining(&mut self) -> (&[f64], &[f64], &mut Joint, &mut [Solution], usize) {
+    pub fn joining(&mut self) -> (&[f64], &[f64], &mut JointWorkspace, &mut [Solution], usize) {
         (
             &self.inputs,
             &self.columns[..self.count * self.length],
@@ -117,7 +117,13 @@ impl Workspace {
     pub fn cutting(
         &mut self,
         touching: bool,
-    ) -> (&mut [f64], &mut [Row], &[f64], &mut Cut, &mut Joint) {
+    ) -> (
+        &mut [f64],
+        &mut [Row],
+        &[f64],
+        &mut Cut,
+        &mut JointWorkspace,
+    ) {
         let forces = if touching { self.count } else { 0 };
         (
             &mut self.columns[..self.count * self.length],

@@ -131,9 +131,10 @@ impl GearBody {
             .collect();
         let neighbours = feet.iter().skip(1).map(|feet| {
             let term = |n: usize| -> Vec<f64> { forces.iter().map(|series| series[n]).collect() };
-            let products = (0..terms).flat_map(|ahead| (0..terms).map(move |own| [ahead, own]));
+            let products =
+                (0..terms).flat_map(|teeth_ahead| (0..terms).map(move |own| [teeth_ahead, own]));
             products
-                .map(|[ahead, own]| work(feet, &term(ahead), &term(own)))
+                .map(|[teeth_ahead, own]| work(feet, &term(teeth_ahead), &term(own)))
                 .collect()
         });
         Some(Self {
@@ -159,11 +160,11 @@ impl GearBody {
         legendre::evaluate(&self.foundation, self.place(roll))
     }
 
-    /// Displacement of the tooth `ahead` ≥ 1 further on by a load at one roll angle, in the sense of
+    /// Displacement of the tooth `teeth_ahead` ≥ 1 further on by a load at one roll angle, in the sense of
     /// growing x of the loaded tooth, at another roll angle, and the other way round. `None` beyond
     /// the known neighbours.
-    pub fn coupling(&self, roll: f64, ahead: usize, roll_ahead: f64) -> Option<f64> {
-        let products = self.neighbours.get(ahead.checked_sub(1)?)?;
+    pub fn coupling(&self, roll: f64, teeth_ahead: usize, roll_ahead: f64) -> Option<f64> {
+        let products = self.neighbours.get(teeth_ahead.checked_sub(1)?)?;
         let terms = self.tooth.len();
         let mut room = [[0.0; MOST_TERMS]; 2];
         let [far, near] = &mut room;

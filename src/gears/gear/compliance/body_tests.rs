@@ -80,15 +80,15 @@ fn the_resolution_is_enough() {
             .unwrap()
         };
         let fine = resolved(18, 14, 300.0);
-        let taken = difference(&gear, &body(&gear, teeth, ratio, 1), &fine);
+        let deviation = difference(&gear, &body(&gear, teeth, ratio, 1), &fine);
         let coarse = difference(&gear, &resolved(6, 4, 100.0), &fine);
         assert!(
-            taken[0] < margin[0] && taken[1] < margin[1],
-            "{teeth} {ratio}: {taken:?}"
+            deviation[0] < margin[0] && deviation[1] < margin[1],
+            "{teeth} {ratio}: {deviation:?}"
         );
         assert!(
-            coarse[0] > 15.0 * taken[0],
-            "{teeth} {ratio}: {coarse:?} {taken:?}"
+            coarse[0] > 15.0 * deviation[0],
+            "{teeth} {ratio}: {coarse:?} {deviation:?}"
         );
     }
 }
@@ -200,10 +200,13 @@ fn every_drawing_has_a_compliance() {
             [64, 14],
         )
         .unwrap();
-        let taken = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
+        let deviation = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
         // The foot of an undercut tooth is thinner than the cells of the coarse resolution there.
         let own = usize::from(gear.undercut.is_some());
-        worst[own] = [worst[own][0].max(taken[0]), worst[own][1].max(taken[1])];
+        worst[own] = [
+            worst[own][0].max(deviation[0]),
+            worst[own][1].max(deviation[1]),
+        ];
     }
     for (worst, most) in worst.iter().zip([0.03, 0.06]) {
         assert!(worst[0] < most && worst[1] < 2e-3, "{worst:?}");

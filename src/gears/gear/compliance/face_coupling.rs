@@ -47,14 +47,14 @@ impl PartialEq for FaceCoupling {
 /// Series along the path of contact of every compliance, by rows and columns of waves from the first on.
 #[derive(Debug, Clone)]
 struct Solved {
-    own: Course,
+    own: PositionSeries,
     /// Between pairs 1, 2 … base pitches apart, by the position of the one behind.
-    ahead: Vec<Course>,
+    ahead: Vec<PositionSeries>,
 }
 
 /// Legendre series of a matrix between two positions.
 #[derive(Debug, Clone)]
-struct Course {
+struct PositionSeries {
     range: [f64; 2],
     waves: usize,
     series: Vec<Vec<f64>>,
@@ -85,7 +85,7 @@ impl FaceCoupling {
     /// `C_nm` of a pair at position s \[m\], clamped to the path of contact, n and m from 1 on, symmetric
     /// \[m²/N\]: displacement where the line of force crosses the centre line of either tooth, as for
     /// the plane gears. `None` if the numbers are not finite.
-    pub fn own(&self, s: f64) -> Option<Mat<f64>> {
+    pub fn of_pair(&self, s: f64) -> Option<Mat<f64>> {
         Some(self.solved()?.own.at(s))
     }
 
@@ -150,7 +150,7 @@ impl FaceCoupling {
         let modulus = [0, 1].map(|gear| self.materials[gear].young_modulus);
         // Displacements refer to the centre line and loads to the flank, so the matrix is not exactly symmetric. Take
         // the symmetric part.
-        let own = Course::new(&rule, ranges[0], waves - 1, |node| {
+        let own = PositionSeries::new(&rule, ranges[0], waves - 1, |node| {
             Mat::from_fn(waves - 1, waves - 1, |i, j| {
                 let of = |gear: usize, i: usize, j: usize| {
                     gears[gear].own[node][(i + 1, j + 1)] / modulus[gear]
@@ -161,7 +161,7 @@ impl FaceCoupling {
         let ahead = (1..MOST_PAIRS)
             .map(|ahead| {
                 let first = NODES * (2 * ahead - 1);
-                Course::new(&rule, ranges[ahead], waves - 1, |node| {
+                PositionSeries::new(&rule, ranges[ahead], waves - 1, |node| {
                     let (near, far) = (first + node, first + NODES + node);
                     // On the wheel the tooth of the pair behind is ahead.
                     let pinion = gears[0].coupling(ahead, [far, near]);
@@ -176,7 +176,7 @@ impl FaceCoupling {
     }
 }
 
-impl Course {
+impl PositionSeries {
     fn new(
         rule: &GaussLegendre,
         range: [f64; 2],

@@ -108,33 +108,33 @@ impl Flanks {
     }
 
     /// How much the bodies of pinion and wheel yield at the pair at position s under a unit line load
-    /// on the pair `ahead` base pitches further along the path, and the other way round, per unit
+    /// on the pair `pairs_ahead` base pitches further along the path, and the other way round, per unit
     /// width \[m²/N\]. `None` if the two are not in contact at the same time.
-    pub fn body_coupling(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
+    pub fn body_coupling(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let path = self.path();
-        let further = s + ahead as f64 * path.base_pitch;
+        let further = s + pairs_ahead as f64 * path.base_pitch;
         // A pair that leaves contact within round-off is still in it.
         let slack = 1e-9 * path.base_pitch;
-        if ahead == 0 || s < path.start - slack || further > path.end + slack {
+        if pairs_ahead == 0 || s < path.start - slack || further > path.end + slack {
             return None;
         }
-        self.coupled(s, ahead)
+        self.coupled(s, pairs_ahead)
     }
 
     /// The same for pairs within reach, whose tips touch off the path.
-    pub(super) fn coupled(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
-        let further = s + ahead as f64 * self.path().base_pitch;
+    pub(super) fn coupled(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
+        let further = s + pairs_ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
         let [pinion, wheel] = self.gear_bodies();
         // Forces push against growing x. Teeth further along the path are ahead in the sense of
         // rotation: with the force on the wheel, against that on the pinion.
         Some([
-            pinion
-                .as_ref()
-                .map_or(Some(f64::NAN), |body| body.coupling(near[0], ahead, far[0]))?,
-            wheel
-                .as_ref()
-                .map_or(Some(f64::NAN), |body| body.coupling(far[1], ahead, near[1]))?,
+            pinion.as_ref().map_or(Some(f64::NAN), |body| {
+                body.coupling(near[0], pairs_ahead, far[0])
+            })?,
+            wheel.as_ref().map_or(Some(f64::NAN), |body| {
+                body.coupling(far[1], pairs_ahead, near[1])
+            })?,
         ])
     }
 

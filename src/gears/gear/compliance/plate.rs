@@ -149,7 +149,7 @@ impl Plate {
         linalg::solve_upper(&root, &mut inverse);
         let load_moves = linalg::product(at_foot.transpose(), loads);
         let place_moves = linalg::product(at_foot.transpose(), places);
-        let held = linalg::product(inverse.as_ref(), load_moves.as_ref());
+        let foot_displacement = linalg::product(inverse.as_ref(), load_moves.as_ref());
         let held_place = linalg::product(inverse.as_ref(), place_moves.as_ref());
         for (i, &row) in modes.iter().enumerate() {
             for (j, &column) in modes.iter().enumerate() {
@@ -159,14 +159,14 @@ impl Plate {
         }
         for index in 0..count {
             for (i, &row) in modes.iter().enumerate() {
-                self.forces[index][row] = held[(i, index)];
+                self.forces[index][row] = foot_displacement[(i, index)];
                 self.places[index][row] = held_place[(i, index)];
             }
             let free: f64 = (0..part.freedoms())
                 .map(|row| places[(row, index)] * loads[(row, index)])
                 .sum();
             let by_foot: f64 = (0..columns)
-                .map(|i| place_moves[(i, index)] * held[(i, index)])
+                .map(|i| place_moves[(i, index)] * foot_displacement[(i, index)])
                 .sum();
             self.clamped[index] += free - by_foot;
         }

@@ -143,14 +143,14 @@ impl Ring {
 
     /// Tangential displacement by a uniform tangential stress: `v = C (r − r_i²/r)`.
     fn twist(&self) -> f64 {
-        let held = self.clamped_radius * self.clamped_radius;
-        (1.0 - held).abs() / (2.0 * self.shear * held)
+        let clamped = self.clamped_radius * self.clamped_radius;
+        (1.0 - clamped).abs() / (2.0 * self.shear * clamped)
     }
 
     /// Radial displacement by a uniform radial stress: `u = C (r − r_i²/r)`.
     fn breathing(&self) -> f64 {
-        let held = self.clamped_radius * self.clamped_radius;
-        (1.0 - held).abs() / (2.0 * self.lame + 2.0 * self.shear * (1.0 + held))
+        let clamped = self.clamped_radius * self.clamped_radius;
+        (1.0 - clamped).abs() / (2.0 * self.lame + 2.0 * self.shear * (1.0 + clamped))
     }
 
     /// Displacements at the root circle by unit tractions there, `[[rr, rt], [rt, tt]]`: radial
@@ -165,14 +165,14 @@ impl Ring {
             let cross = side * 0.25 / self.shear * (second - first);
             return [[like, cross], [cross, like]];
         }
-        let held = self.basis(order, self.clamped_radius);
+        let clamped = self.basis(order, self.clamped_radius);
         let loaded = self.basis(order, 1.0);
         // Each column: displacements where clamped, then tractions at the root circle by Hooke's law.
         let columns: [[f64; 4]; 4] = std::array::from_fn(|j| {
             let [u, v, du, dv] = loaded[j];
             [
-                held[j][0],
-                held[j][1],
+                clamped[j][0],
+                clamped[j][1],
                 side * (self.lame * (du + u + n * v) + 2.0 * self.shear * du),
                 side * (self.shear * (dv - v - n * u)),
             ]

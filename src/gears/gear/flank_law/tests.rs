@@ -3,9 +3,9 @@ use super::*;
 use crate::gear::{ToothForm, fixtures};
 
 /// A law with the required methods only.
-struct Bare;
+struct MinimalLaw;
 
-impl FlankLaw for Bare {
+impl FlankLaw for MinimalLaw {
     fn path(&self) -> PathOfContact {
         PathOfContact {
             base_pitch: 12e-3,
@@ -31,7 +31,7 @@ impl FlankLaw for Bare {
 /// The default methods describe a spur pair on a plain path, with separate bodies, no lead and a linear contact.
 #[test]
 fn a_law_that_says_no_more_is_the_plainest() {
-    let law = Bare;
+    let law = MinimalLaw;
     assert_eq!(law.reach(), [-4e-3, 15e-3]);
     assert_eq!((law.helix(), law.coupling(2e-3, 1)), (0.0, 0.0));
     assert_eq!(law.deviation(2e-3, 5e-3), 0.0);

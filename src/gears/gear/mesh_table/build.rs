@@ -1,7 +1,7 @@
 //! Fills a mesh table: one stretch of the cycle is one parallel task.
 
 use super::breaks::breaks;
-use super::law::{Cell, MeshLaw};
+use super::law::{MeshLaw, PhaseState};
 use super::pieces::{Piece, pieces};
 use super::{FaceLaw, MeshTable, MeshTableError, MeshTableInputs};
 use crate::gear::{FlankLaw, IndependentSlices};
@@ -66,7 +66,7 @@ impl MeshTable {
         let cases = inputs.misalignment.len() * inputs.torque.len();
         let columns = || pieces().flat_map(|piece| &piece.nodes);
         let in_order = || (0..cases).flat_map(|case| columns().map(move |c| &c.cells[case]));
-        let gather = |pick: fn(&Cell) -> f64| in_order().map(pick).collect::<Vec<f64>>();
+        let gather = |pick: fn(&PhaseState) -> f64| in_order().map(pick).collect::<Vec<f64>>();
         Ok(Self {
             base_radius: inputs.base_radius,
             misalignment: inputs.misalignment.clone(),

@@ -2,8 +2,8 @@
 
 use super::super::friction::friction_direction;
 use super::super::sharing::{
-    Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
-    Touching, pairs_at,
+    Contact, ContactPair, ContactRegion, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad,
+    SharingError, pairs_at,
 };
 use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
@@ -80,7 +80,7 @@ impl Lines {
 /// All loads at one mesh phase, misalignment by misalignment.
 pub(super) struct Column {
     pub phase: f64,
-    pub cells: Vec<Cell>,
+    pub cells: Vec<PhaseState>,
 }
 
 /// A margin below this \[m\] (or \[N/m\]) has no sign: both formulas give the same load. Rounding may choose between
@@ -112,7 +112,7 @@ impl Column {
 }
 
 /// Behaviour of the mesh at one phase under one load.
-pub(super) struct Cell {
+pub(super) struct PhaseState {
     pub stiffness: f64,
     pub centre: f64,
     pub transmission_error: f64,
@@ -126,12 +126,12 @@ pub(super) struct Cell {
     /// Distances from the kinks of the law (see [`LoadSharing::distribute_with_margins`]).
     pub margins: Vec<f64>,
     /// The part of the face in contact, if slices support each other.
-    touching: Touching,
+    touching: ContactRegion,
     /// Line load on each slice; empty if not requested.
     pub pattern: Vec<f64>,
 }
 
-impl Cell {
+impl PhaseState {
     /// All values that depend on the mesh phase.
     pub fn values_mut(&mut self) -> [&mut f64; 7 + MOST_PAIRS] {
         let [first, second, third] = &mut self.share;
@@ -168,9 +168,9 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
             let place = (2.0 * border as f64 / slices - 1.0) * half;
             flanks.deviation(flanks.path().pitch_point, place)
         };
-        let askew = inputs.misalignment.iter().any(|angle| *angle != 0.0);
+        let is_misaligned = inputs.misalignment.iter().any(|angle| *angle != 0.0);
         let uneven = || (1..=inputs.slices).any(|border| gap_error(border) != gap_error(0));
-        flanks.face_coupling().is_some() && (askew || uneven())
+        flanks.face_coupling().is_some() && (is_misaligned || uneven())
     }
 
     /// The law at a phase. The search for the contact starts from that at `near`, if given.
@@ -192,7 +192,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         Ok(columns)
     }
 
-    fn cells(&self, phase: f64, near: Option<&Column>) -> Result<Vec<Cell>, SharingError> {
+    fn cells(&self, phase: f64, near: Option<&Column>) -> Result<Vec<PhaseState>, SharingError> {
         let Self { flanks, inputs } = *self;
         let face = Face {
             width: inputs.face_width,
@@ -223,7 +223,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     }
                 };
                 let start = near.map(|column| &column.cells[cells.len()].touching);
-                let nothing = Touching::default();
+                let nothing = ContactRegion::default();
                 let (load, margins, touching) =
                     sharing.distribute_from(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
@@ -244,7 +244,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                 } else {
                     Vec::new()
                 };
-                cells.push(Cell {
+                cells.push(PhaseState {
                     stiffness,
                     centre: load.centre,
                     transmission_error: load.deflection,
@@ -265,7 +265,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
 
     /// All quantities that polynomials must follow, stiffness first. The scale of deflections is
     /// the deflection of the mesh by the load.
-    pub fn quantities(&self, cell: &Cell) -> [Quantity; 7 + MOST_PAIRS] {
+    pub fn quantities(&self, cell: &PhaseState) -> [Quantity; 7 + MOST_PAIRS] {
         let deflection = cell.transmission_error - cell.tangent_error;
         let (width, pitch) = (self.inputs.face_width, self.flanks.path().base_pitch);
         let share = |pair: usize| ("load share", cell.share[pair], 1.0);
@@ -384,12 +384,15 @@ mod tests {
                 assert_eq!(cell.stiffness, load.stiffness);
                 assert_eq!(cell.transmission_error, load.deflection);
                 assert_eq!((cell.centre, cell.share), (load.centre, load.share));
-                let borne: f64 = cell
+                let total_force: f64 = cell
                     .pattern
                     .iter()
                     .map(|line| line * face.width / 8.0)
                     .sum();
-                assert!((borne / force - 1.0).abs() < 1e-9, "{borne} {force}");
+                assert!(
+                    (total_force / force - 1.0).abs() < 1e-9,
+                    "{total_force} {force}"
+                );
             }
         }
     }

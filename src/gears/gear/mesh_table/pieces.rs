@@ -137,16 +137,16 @@ fn check_piece<L: FlankLaw>(
     }
     let fit_error = worst(law, &columns, &checks, [from, to]);
     let follows = fit_error.error <= tolerance(law, [from, to]);
-    let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
-    seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
-    let takes_hold = (seen.windows(2)).find(|two| !two[0].loads_as(two[1]));
+    let mut samples: Vec<&Column> = checks.iter().chain(&columns).collect();
+    samples.sort_by(|a, b| a.phase.total_cmp(&b.phase));
+    let takes_hold = (samples.windows(2)).find(|two| !two[0].loads_as(two[1]));
     let at = match takes_hold {
         Some(two) => kink(law, &two[..1], two[1])?,
         None => None,
     };
     let at = match at {
         // Borders of slices bend the law of a coupled face only a little.
-        None if !follows && !law.is_coupled() => first_kink(law, &seen)?,
+        None if !follows && !law.is_coupled() => first_kink(law, &samples)?,
         found => found,
     };
     Ok(match at {
@@ -159,10 +159,10 @@ fn check_piece<L: FlankLaw>(
 /// The first phase between columns at which the law changes its formula.
 fn first_kink<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
-    seen: &[&Column],
+    samples: &[&Column],
 ) -> Result<Option<f64>, MeshTableError> {
-    for (number, after) in seen.iter().enumerate() {
-        if let Some(at) = kink(law, &seen[..number], after)? {
+    for (number, after) in samples.iter().enumerate() {
+        if let Some(at) = kink(law, &samples[..number], after)? {
             return Ok(Some(at));
         }
     }
@@ -249,9 +249,9 @@ fn kink<L: FlankLaw>(
 fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
     let (own, middle) = (high - low, 0.5 * (low + high));
     let line = low + part * own;
-    let aside = (0.2 * own * own / width).max(0.5 * ROUND_OFF);
-    let nearer = if aside < (middle - line).abs() {
-        line + aside.copysign(middle - line)
+    let shift = (0.2 * own * own / width).max(0.5 * ROUND_OFF);
+    let nearer = if shift < (middle - line).abs() {
+        line + shift.copysign(middle - line)
     } else {
         middle
     };

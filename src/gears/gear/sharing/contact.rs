@@ -62,18 +62,18 @@ impl LoadSharing {
             let mut sharing = Self::new(&pairs, face, misalignment)?;
             let (shared, lengths) = sharing.distribute_with_lengths(force);
             let settled = |old: f64, new: f64| (new - old).abs() <= SETTLED * old;
-            let borne: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
+            let forces: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
                 if lengths[pair] > 0.0 {
                     shared.share[pair] * force / lengths[pair]
                 } else {
                     0.0
                 }
             });
-            let next = borne.map(|line_load| line_load.max(least));
+            let next = forces.map(|line_load| line_load.max(least));
             let unsettled = (0..pairs.len()).find(|&pair| !settled(line_load[pair], next[pair]));
             match unsettled {
                 None => {
-                    sharing.above_least = borne.map(|line_load| line_load - least);
+                    sharing.above_least = forces.map(|line_load| line_load - least);
                     return Ok(sharing);
                 }
                 Some(pair) => moved = pair,

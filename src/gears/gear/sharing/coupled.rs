@@ -62,12 +62,12 @@ pub(super) struct ContactSolution {
     /// Waves of displacement, pair by pair \[m\].
     displacement: Vec<f64>,
     /// The part of the face in contact.
-    pub touching: Touching,
+    pub touching: ContactRegion,
 }
 
 /// The part of the face in contact, pair by pair.
 #[derive(Debug, Clone, Default)]
-pub(in crate::gear) struct Touching(Vec<Vec<Interval>>);
+pub(in crate::gear) struct ContactRegion(Vec<Vec<Interval>>);
 
 /// The load of a pair.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +84,7 @@ pub(super) struct PairLoad {
 
 /// An iterate: y and x.
 #[derive(Debug, Clone)]
-struct Point {
+struct Iterate {
     y: Mat<f64>,
     approach: f64,
 }
@@ -123,15 +123,15 @@ impl Coupled {
         };
         let mut compliance = Mat::zeros(pairs.len() * waves, pairs.len() * waves);
         for (i, pair) in pairs.iter().enumerate() {
-            let own = face_coupling.own(pair.position).ok_or(unknown(i))?;
+            let own = face_coupling.of_pair(pair.position).ok_or(unknown(i))?;
             let uniform = pair.compliance() - pair.contact;
-            put(&mut compliance, [i, i], waves, uniform, &own);
+            write_block(&mut compliance, [i, i], waves, uniform, &own);
             for (j, coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
                 let ahead = face_coupling.coupling(pair.position, j - i);
                 let ahead = ahead.ok_or(unknown(i))?;
-                put(&mut compliance, [i, j], waves, *coupling, &ahead);
+                write_block(&mut compliance, [i, j], waves, *coupling, &ahead);
                 let behind = ahead.transpose().to_owned();
-                put(&mut compliance, [j, i], waves, *coupling, &behind);
+                write_block(&mut compliance, [j, i], waves, *coupling, &behind);
             }
         }
         let gaps = pairs.iter().map(|pair| {
@@ -174,25 +174,25 @@ impl Coupled {
 
     /// The minimum of Φ under a force > 0 \[N\]. The approach is NaN if the search does not converge.
     pub fn solve(&self, force: f64) -> ContactSolution {
-        self.solve_from(force, &Touching::default())
+        self.solve_from(force, &ContactRegion::default())
     }
 
     /// The same, starting from the contact `near` or from the whole face.
-    pub fn solve_from(&self, force: f64, near: &Touching) -> ContactSolution {
+    pub fn solve_from(&self, force: f64, near: &ContactRegion) -> ContactSolution {
         let mean = force / self.width;
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
         let pairs = self.contact.len();
         let known = near.0.len() == pairs && near.0.iter().any(|pair| !pair.is_empty());
         let start = if known { near.0.clone() } else { vec![vec![Interval::WHOLE]; pairs] };
-        let (mut point, _) = self.settle(&self.patch(start), mean);
+        let (mut point, _) = self.minimum(&self.patch(start), mean);
         let mut patch = self.patch_at(&point);
         let mut last = false;
         for round in 0..ROUNDS {
-            let (target, stiffness) = self.settle(&patch, mean);
+            let (target, stiffness) = self.minimum(&patch, mean);
             if last {
                 return self.solution_at(&target, stiffness, patch.touching);
             }
-            let step = Point {
+            let step = Iterate {
                 y: &target.y - &point.y,
                 approach: target.approach - point.approach,
             };
@@ -206,7 +206,7 @@ impl Coupled {
             let falls = self.slope(&point, &patch, &step, mean);
             let mut part = 1.0;
             (point, patch) = loop {
-                let next = Point {
+                let next = Iterate {
                     y: &point.y + &step.y * faer::Scale(part),
                     approach: point.approach + part * step.approach,
                 };
@@ -218,7 +218,7 @@ impl Coupled {
                 part *= 0.5;
             };
         }
-        let nowhere = Point {
+        let nowhere = Iterate {
             approach: f64::NAN,
             ..point
         };
@@ -229,7 +229,7 @@ impl Coupled {
     pub fn pairs(&self, solution: &ContactSolution) -> Vec<PairLoad> {
         (solution.touching.0.iter().enumerate())
             .map(|(pair, touching)| {
-                let press = self.press(solution, pair);
+                let press = self.approach_at(solution, pair);
                 let scale = self.width / self.contact[pair];
                 let (slices, first) = self.profile.sums(pair, touching, &press);
                 let pattern: Vec<f64> = slices.iter().map(|sum| scale * sum).collect();
@@ -251,7 +251,7 @@ impl Coupled {
         let step = if self.straight { self.slices } else { 1 };
         (0..self.contact.len())
             .flat_map(|pair| {
-                let press = self.press(solution, pair);
+                let press = self.approach_at(solution, pair);
                 let mut margins: Vec<f64> = (0..=self.slices)
                     .step_by(step)
                     .map(|border| self.profile.at_border(pair, border, &press))
@@ -264,7 +264,7 @@ impl Coupled {
 
     fn solution_at(
         &self,
-        point: &Point,
+        point: &Iterate,
         stiffness: f64,
         touching: Vec<Vec<Interval>>,
     ) -> ContactSolution {
@@ -272,21 +272,21 @@ impl Coupled {
             approach: point.approach,
             stiffness,
             displacement: self.displacement(point),
-            touching: Touching(touching),
+            touching: ContactRegion(touching),
         }
     }
 
-    fn press(&self, solution: &ContactSolution, pair: usize) -> Approach {
+    fn approach_at(&self, solution: &ContactSolution, pair: usize) -> Approach {
         let waves = &solution.displacement[pair * self.waves..][..self.waves];
         Approach::new(solution.approach, waves)
     }
 
-    fn displacement(&self, point: &Point) -> Vec<f64> {
+    fn displacement(&self, point: &Iterate) -> Vec<f64> {
         let moved = plain::product(self.root.as_ref(), point.y.as_ref());
         (0..moved.nrows()).map(|row| moved[(row, 0)]).collect()
     }
 
-    fn patch_at(&self, point: &Point) -> Patch {
+    fn patch_at(&self, point: &Iterate) -> Patch {
         let displacement = self.displacement(point);
         let touching = (displacement.chunks(self.waves).enumerate())
             .map(|(pair, waves)| {
@@ -326,7 +326,7 @@ impl Coupled {
 
     /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]: with
     /// `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]` it is at `y = x r − o` where the pairs carry F.
-    fn settle(&self, patch: &Patch, mean: f64) -> (Point, f64) {
+    fn minimum(&self, patch: &Patch, mean: f64) -> (Iterate, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();
         let matrix = self.hessian(patch);
@@ -338,7 +338,7 @@ impl Coupled {
         });
         // 1 plus a positive semidefinite matrix: the factorisation fails only for values that are not finite.
         let Some(lower) = plain::cholesky(&matrix) else {
-            let nowhere = Point {
+            let nowhere = Iterate {
                 y: Mat::zeros(size, 1),
                 approach: f64::NAN,
             };
@@ -361,7 +361,7 @@ impl Coupled {
         let y = Mat::from_fn(size, 1, |row, _| {
             approach * sides[(row, 0)] - sides[(row, 1)]
         });
-        (Point { y, approach }, self.width * stiffness)
+        (Iterate { y, approach }, self.width * stiffness)
     }
 
     /// The lower triangle of `1 + Lᵀ B̃ L`: B̃ is block diagonal in pairs, and columns of L begin at the diagonal.
@@ -391,7 +391,7 @@ impl Coupled {
     }
 
     /// Derivative of Φ at a point along a step.
-    fn slope(&self, point: &Point, patch: &Patch, step: &Point, mean: f64) -> f64 {
+    fn slope(&self, point: &Iterate, patch: &Patch, step: &Iterate, mean: f64) -> f64 {
         let moved = plain::product(self.root.as_ref(), point.y.as_ref());
         let carried = plain::product(patch.products.as_ref(), moved.as_ref());
         let load = Mat::from_fn(moved.nrows(), 1, |row, _| {
@@ -414,7 +414,7 @@ fn amplitude(n: usize) -> f64 {
 }
 
 /// Writes the block of two pairs: the response to an even load, and that to the waves.
-fn put(
+fn write_block(
     matrix: &mut Mat<f64>,
     [row, column]: [usize; 2],
     waves: usize,

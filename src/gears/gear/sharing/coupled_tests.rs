@@ -169,13 +169,13 @@ fn slopes_are_those_of_one_function() {
     let strip = |n: usize| EVEN / (1.0 + n as f64).powi(2);
     let coupled = one(strip, 4, 1, 2e-5);
     let patch = coupled.patch(vec![vec![Interval::WHOLE]]);
-    let (least, _) = coupled.settle(&patch, mean);
-    let step = |y: f64, approach: f64| Point {
+    let (least, _) = coupled.minimum(&patch, mean);
+    let step = |y: f64, approach: f64| Iterate {
         y: Mat::from_fn(4, 1, |row, _| y * (1.0 + row as f64)),
         approach,
     };
     let [one, other] = [step(1e-3, 0.0), step(0.0, 1e-6)];
-    let after = |by: &Point| Point {
+    let after = |by: &Iterate| Iterate {
         y: &least.y + &by.y,
         approach: least.approach + by.approach,
     };

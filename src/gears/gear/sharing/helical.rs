@@ -8,7 +8,7 @@
 //! the same number of spans. The error falls with the square of their
 //! width, and so does not jump while the cuts move across the face.
 
-use super::pairs::{self, ContactPair, Face, Span, Station};
+use super::pairs::{self, ContactPair, Face, FacePosition, FaceSlice};
 use super::ramp::{self, ContactRamp};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
 use crate::gear::{FlankLaw, PathOfContact};
@@ -30,7 +30,7 @@ const ROUNDS: usize = 50;
 pub struct HelicalFace {
     face: Face,
     path: PathOfContact,
-    spans: Vec<[Station; 3]>,
+    spans: Vec<[FacePosition; 3]>,
 }
 
 impl HelicalFace {
@@ -89,7 +89,7 @@ impl HelicalFace {
             let [from, middle, to] = stations;
             let positions: Vec<f64> = middle.pairs.iter().map(|pair| pair.position).collect();
             let on_path = |s: &f64| *s >= self.path.start && *s <= self.path.end;
-            spans.push(Span {
+            spans.push(FaceSlice {
                 ends: [from.place, to.place],
                 on_path: positions.iter().map(on_path).collect(),
                 positions,
@@ -153,8 +153,8 @@ impl LoadSharing {
     /// Positions of the pairs on the path of contact of a helical face \[m\], and the share in the load of
     /// each at an approach.
     pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
-        let borne = self.shares_along(approach);
-        let spans = (self.spans.iter().zip(&borne)).flat_map(|(span, shares)| {
+        let slice_shares = self.shares_along(approach);
+        let spans = (self.spans.iter().zip(&slice_shares)).flat_map(|(span, shares)| {
             let positions = span.positions.iter().copied();
             positions.zip(shares.iter().copied())
         });
@@ -169,10 +169,10 @@ impl LoadSharing {
         approach: f64,
         least: f64,
     ) -> impl Iterator<Item = [f64; 2]> {
-        let borne = self.shares_along(approach);
+        let slice_shares = self.shares_along(approach);
         self.spans
             .iter()
-            .zip(borne)
+            .zip(slice_shares)
             .flat_map(move |(span, shares)| {
                 let middle = 0.5 * (span.ends[0] + span.ends[1]);
                 (span.positions.iter().zip(shares))
@@ -242,14 +242,14 @@ fn station(
     positions: &[f64],
     place: f64,
     along: f64,
-) -> Result<Station, SharingError> {
+) -> Result<FacePosition, SharingError> {
     let [first, last] = law.reach();
     let pairs = positions.iter().enumerate().map(|(index, &position)| {
         let s = (position + law.helix() * along).clamp(first, last);
         let gap = law.relief(s) + law.deviation(s, place);
         ContactPair::with_gap(law, s, positions.len() - 1 - index, vec![gap])
     });
-    Ok(Station {
+    Ok(FacePosition {
         place,
         pairs: pairs.collect::<Result<_, _>>()?,
     })

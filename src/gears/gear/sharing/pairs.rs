@@ -150,7 +150,7 @@ impl ContactPair {
 
 /// The pairs within reach at one position of a helical face, each with its gap at that position.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Station {
+pub(super) struct FacePosition {
     /// Distance from mid-face \[m\].
     pub place: f64,
     pub pairs: Vec<ContactPair>,
@@ -158,7 +158,7 @@ pub(super) struct Station {
 
 /// A slice of a helical face.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Span {
+pub(super) struct FaceSlice {
     /// Positions of its ends \[m\].
     pub ends: [f64; 2],
     /// Positions of its pairs on the path of contact at its middle \[m\].
@@ -167,7 +167,7 @@ pub(super) struct Span {
     pub on_path: Vec<bool>,
 }
 
-impl Span {
+impl FaceSlice {
     /// The equal slices of a face that overlap this span, each with the overlapping part of the span.
     pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
         let [from, to] = self.ends;

@@ -33,22 +33,22 @@ pub(super) struct GapProfile {
     /// Number of cells per slice.
     cells: usize,
     waves: usize,
-    borders: Vec<Place>,
+    borders: Vec<FacePoint>,
     /// Gaps at the borders of cells, pair by pair \[m\].
     gaps: Vec<Vec<f64>>,
 }
 
 /// A position with `cos nπt` and `sin nπt` there.
 #[derive(Debug, Clone, PartialEq)]
-struct Place {
+struct FacePoint {
     at: f64,
     cosines: Vec<f64>,
     sines: Vec<f64>,
 }
 
-impl Place {
+impl FacePoint {
     fn new(at: f64, waves: usize) -> Self {
-        let (cosines, sines) = turns(at, waves);
+        let (cosines, sines) = waves_at(at, waves);
         Self { at, cosines, sines }
     }
 }
@@ -84,7 +84,7 @@ impl Approach {
         waves.map(|(a, sine)| a * sine).sum()
     }
 
-    fn bend(&self, cosines: &[f64]) -> f64 {
+    fn wave_sum(&self, cosines: &[f64]) -> f64 {
         let waves = self.sines.iter().zip(cosines).enumerate();
         waves
             .map(|(n, (a, cosine))| n as f64 * PI * a * cosine)
@@ -93,7 +93,7 @@ impl Approach {
 }
 
 /// `cos nπt` and `sin nπt` for n below `count`.
-fn turns(place: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
+fn waves_at(place: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
     let (sin, cos) = (PI * place).sin_cos();
     let (mut cosines, mut sines) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let [mut c, mut s] = [1.0, 0.0];
@@ -111,7 +111,7 @@ pub(super) fn integrals(intervals: &[Interval], count: usize) -> Vec<f64> {
     for interval in intervals {
         sums[0] += interval.length();
         for (place, sign) in [(interval.to, 1.0), (interval.from, -1.0)] {
-            let (_, sines) = turns(place, count);
+            let (_, sines) = waves_at(place, count);
             for (p, (sum, sine)) in sums.iter_mut().zip(&sines).enumerate().skip(1) {
                 *sum += sign * sine / (p as f64 * PI);
             }
@@ -127,7 +127,7 @@ impl GapProfile {
         let cells = (CELLS_PER_WAVE * waves).div_ceil(slices);
         let count = slices * cells;
         let borders = (0..=count)
-            .map(|index| Place::new(index as f64 / count as f64, waves))
+            .map(|index| FacePoint::new(index as f64 / count as f64, waves))
             .collect();
         let refined = |gap: Vec<f64>| -> Vec<f64> {
             let at = |index: usize| {
@@ -176,9 +176,9 @@ impl GapProfile {
                 add(from, to);
             } else if into || at_to > 0.0 {
                 let depth = |t: f64| {
-                    let (cosines, sines) = turns(t, self.waves);
+                    let (cosines, sines) = waves_at(t, self.waves);
                     let depth = press.value(&cosines) - self.gap(pair, cell, t);
-                    [depth, press.slope(&sines) - self.rise(pair, cell)]
+                    [depth, press.slope(&sines) - self.gap_slope(pair, cell)]
                 };
                 let border = root([from, to], at_from, &depth);
                 if into {
@@ -204,16 +204,16 @@ impl GapProfile {
         let (mut from, mut slope) = at(0);
         for cell in 0..self.borders.len() - 1 {
             let (to, next) = at(cell + 1);
-            let rise = self.rise(pair, cell);
+            let rise = self.gap_slope(pair, cell);
             if (slope > rise) == (next > rise) {
                 stretch(cell, [from, to]);
             } else {
                 let turning = |t: f64| {
-                    let (cosines, sines) = turns(t, self.waves);
-                    [press.slope(&sines) - rise, press.bend(&cosines)]
+                    let (cosines, sines) = waves_at(t, self.waves);
+                    [press.slope(&sines) - rise, press.wave_sum(&cosines)]
                 };
                 let place = root([from.0, to.0], slope - rise, &turning);
-                let (cosines, _) = turns(place, self.waves);
+                let (cosines, _) = waves_at(place, self.waves);
                 let turn = (place, press.value(&cosines) - self.gap(pair, cell, place));
                 stretch(cell, [from, turn]);
                 stretch(cell, [turn, to]);
@@ -229,7 +229,7 @@ impl GapProfile {
             self.on_slices(interval, |slice, from, to| {
                 let cell = slice * self.cells;
                 let [low, high] = [from, to].map(|place| self.gap(pair, cell, place.at));
-                let rise = self.rise(pair, cell);
+                let rise = self.gap_slope(pair, cell);
                 sums[0] += 0.5 * (low + high) * (to.at - from.at);
                 for (n, sum) in sums.iter_mut().enumerate().skip(1) {
                     let number = n as f64 * PI;
@@ -271,9 +271,9 @@ impl GapProfile {
     }
 
     /// Calls `part` for the parts of an interval on slices, with their ends.
-    fn on_slices(&self, interval: &Interval, mut part: impl FnMut(usize, &Place, &Place)) {
+    fn on_slices(&self, interval: &Interval, mut part: impl FnMut(usize, &FacePoint, &FacePoint)) {
         let slices = (self.borders.len() - 1) / self.cells;
-        let ends = [interval.from, interval.to].map(|end| Place::new(end, self.waves));
+        let ends = [interval.from, interval.to].map(|end| FacePoint::new(end, self.waves));
         let first = ((interval.from * slices as f64) as usize).saturating_sub(1);
         for slice in first..slices {
             let [start, end] = [slice, slice + 1].map(|border| &self.borders[border * self.cells]);
@@ -289,14 +289,14 @@ impl GapProfile {
     }
 
     /// Derivative of a gap on a cell \[m\].
-    fn rise(&self, pair: usize, cell: usize) -> f64 {
+    fn gap_slope(&self, pair: usize, cell: usize) -> f64 {
         let [low, high] = [cell, cell + 1].map(|border| self.gaps[pair][border]);
         (high - low) * (self.borders.len() - 1) as f64
     }
 
     /// The gap, extrapolated linearly from a cell.
     fn gap(&self, pair: usize, cell: usize, place: f64) -> f64 {
-        self.gaps[pair][cell] + self.rise(pair, cell) * (place - self.borders[cell].at)
+        self.gaps[pair][cell] + self.gap_slope(pair, cell) * (place - self.borders[cell].at)
     }
 }
 

@@ -1,7 +1,7 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
 use super::error::{MOST_PAIRS, SharingError};
-use super::pairs::{ContactPair, Face, Station};
+use super::pairs::{ContactPair, Face, FacePosition};
 use crate::numerics::linalg::invert;
 
 /// Gaps of two pairs are equal if they differ by less than this part of them.
@@ -136,7 +136,7 @@ pub(super) fn add_slice(
 /// an end: the border of the contact moves across it without a step.
 pub(super) fn add_span(
     ramps: &mut Vec<ContactRamp>,
-    stations: &[Station; 3],
+    stations: &[FacePosition; 3],
     slice: usize,
     unit: f64,
     misalignment: f64,

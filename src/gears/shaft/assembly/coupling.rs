@@ -101,7 +101,7 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes the inertia of the nodes for which `seen` holds in a frame that rotates about the axis, right-handed, at
+    /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis, right-handed, at
     /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity
     /// `Ω_f S u`. Therefore
     ///
@@ -111,8 +111,9 @@ impl Assembly {
     ///
     /// replaces `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All fixed parts
     /// must be isotropic.
-    pub fn in_turning_frame(&mut self, ratio: f64, seen: impl Fn(usize) -> bool) {
-        let turned = |column: usize| turned(column).filter(|_| seen(column / NODE_FREEDOMS));
+    pub fn in_turning_frame(&mut self, ratio: f64, is_transformed: impl Fn(usize) -> bool) {
+        let turned =
+            |column: usize| turned(column).filter(|_| is_transformed(column / NODE_FREEDOMS));
         let moments = self.coupling.gyroscopic.clone();
         for &(row, column, value) in &self.mass {
             if let Some((to, sign)) = turned(column) {

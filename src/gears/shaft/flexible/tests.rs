@@ -382,7 +382,7 @@ fn bearings_bear_the_forces_of_flanks_and_friction() {
         let span = drive.shafts[0].span;
         let mid = 0.4 * span + face_middle;
         // Loads on the bearings of pinion and wheel by a force on the pinion at the pitch point.
-        let borne = |[x, y, z]: [f64; 3]| {
+        let bearing_forces = |[x, y, z]: [f64; 3]| {
             let shaft = |sign: f64, arm: f64| {
                 let [x, y, z] = [sign * x, sign * y, sign * z];
                 let second = [(mid * x - arm * z) / span, mid * y / span];
@@ -397,15 +397,15 @@ fn bearings_bear_the_forces_of_flanks_and_friction() {
         };
         let coast = structure.coast.as_ref().unwrap();
         let drive_flank = [
-            (&structure.mesh, borne([sin, cos, -thrust])),
+            (&structure.mesh, bearing_forces([sin, cos, -thrust])),
             (&structure.mesh_tilt, turned([sin, cos])),
-            (&structure.friction, borne([cos, -sin, 0.0])),
+            (&structure.friction, bearing_forces([cos, -sin, 0.0])),
             (&structure.friction_lever, vec![0.0; 10]),
         ];
         let coast_flank = [
-            (&coast.mesh, borne([-sin, cos, -thrust])),
+            (&coast.mesh, bearing_forces([-sin, cos, -thrust])),
             (&coast.tilt, turned([-sin, cos])),
-            (&coast.friction, borne([-cos, -sin, 0.0])),
+            (&coast.friction, bearing_forces([-cos, -sin, 0.0])),
             (&coast.lever, vec![0.0; 10]),
         ];
         for (number, (column, expected)) in drive_flank.iter().chain(&coast_flank).enumerate() {

@@ -66,10 +66,12 @@ pub(super) fn lowest(
         if space.columns() >= all
             && let Some(found) = space.converged(all, shift)
         {
-            return all_there(mass, stiffness, &found.squared_frequency, wanted).then(|| Lowest {
-                squared_frequency: found.squared_frequency[..wanted].to_vec(),
-                shape: found.shape.subcols(0, wanted).to_owned(),
-            });
+            return modes_are_complete(mass, stiffness, &found.squared_frequency, wanted).then(
+                || Lowest {
+                    squared_frequency: found.squared_frequency[..wanted].to_vec(),
+                    shape: found.shape.subcols(0, wanted).to_owned(),
+                },
+            );
         }
         if space.columns() + BLOCKS_A_LOOK * width > most {
             return None;
@@ -106,7 +108,7 @@ fn near_first_elastic(
 }
 
 /// Whether the number of modes below a value between two found modes equals the number found.
-fn all_there(mass: &Banded, stiffness: &Banded, squared: &[f64], wanted: usize) -> bool {
+fn modes_are_complete(mass: &Banded, stiffness: &Banded, squared: &[f64], wanted: usize) -> bool {
     let gap = |count: &usize| (squared[*count] - squared[*count - 1]) / squared[*count].abs();
     let widest = (wanted..squared.len()).max_by(|a, b| gap(a).total_cmp(&gap(b)));
     let Some(count) = widest else { return false };
@@ -166,9 +168,9 @@ impl<'a> Space<'a> {
         let inertia = self.pencil.mass_product(block.as_ref());
         let mut image = inertia.clone();
         self.solver.solve(&mut image);
-        self.basis = beside(&self.basis, &block);
-        self.inertia = beside(&self.inertia, &inertia);
-        self.image = beside(&self.image, &image);
+        self.basis = side_by_side(&self.basis, &block);
+        self.inertia = side_by_side(&self.inertia, &inertia);
+        self.image = side_by_side(&self.image, &image);
         Some(())
     }
 
@@ -228,7 +230,7 @@ fn normalise(block: &mut Mat<f64>, mass: impl Fn(&Mat<f64>) -> Mat<f64>) -> Opti
 }
 
 /// Both matrices next to each other.
-fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+fn side_by_side(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     let before = left.ncols();
     Mat::from_fn(left.nrows(), before + right.ncols(), |i, j| {
         if j < before { left[(i, j)] } else { right[(i, j - before)] }
@@ -250,9 +252,14 @@ mod tests {
         let (mass, stiffness) = (diagonal(&|_| 1.0), diagonal(&|i| own[i]));
         // As found, with rounding.
         let found = [1.0, 2.0 - 1e-13, 2.0 + 1e-13, 5.0];
-        assert!(all_there(&mass, &stiffness, &found, 2));
-        assert!(all_there(&mass, &stiffness, &found, 1));
-        assert!(!all_there(&mass, &stiffness, &[1.0, 2.0, 5.0, 9.0], 2));
-        assert!(!all_there(&mass, &stiffness, &found, 4));
+        assert!(modes_are_complete(&mass, &stiffness, &found, 2));
+        assert!(modes_are_complete(&mass, &stiffness, &found, 1));
+        assert!(!modes_are_complete(
+            &mass,
+            &stiffness,
+            &[1.0, 2.0, 5.0, 9.0],
+            2
+        ));
+        assert!(!modes_are_complete(&mass, &stiffness, &found, 4));
     }
 }

@@ -21,7 +21,7 @@ pub(super) enum Shifted {
 }
 
 /// Products of K and M with a shape, and the sums of the moduli of their terms, row by row.
-pub(super) struct Terms {
+pub(super) struct ProductSums {
     pub elastic: Vec<f64>,
     pub inertial: Vec<f64>,
     pub elastic_sum_of_moduli: Vec<f64>,
@@ -69,12 +69,12 @@ impl Pencil<'_> {
     }
 
     /// Products of both matrices with a shape.
-    pub fn terms(&self, shape: &[f64]) -> Terms {
+    pub fn terms(&self, shape: &[f64]) -> ProductSums {
         match self {
             Self::Dense(mass, stiffness) => {
                 let [elastic, elastic_sum_of_moduli] = sums(stiffness, shape);
                 let [inertial, inertial_sum_of_moduli] = sums(mass, shape);
-                Terms {
+                ProductSums {
                     elastic,
                     inertial,
                     elastic_sum_of_moduli,
@@ -87,7 +87,7 @@ impl Pencil<'_> {
                     let image = matrix.product(column.as_ref());
                     (0..shape.len()).map(|i| image[(i, 0)]).collect()
                 };
-                Terms {
+                ProductSums {
                     elastic: image(stiffness),
                     inertial: image(mass),
                     elastic_sum_of_moduli: stiffness.sum_of_moduli(shape),

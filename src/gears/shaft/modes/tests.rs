@@ -469,10 +469,10 @@ fn static_shapes_are_the_modes_left_out() {
         let few = Modes::lowest(&mass, &stiffness, count, 1).unwrap();
         let shapes = few.with_static_shapes(&mass, &stiffness, &loads).unwrap();
         for (number, load) in loads.iter().enumerate() {
-            let felt = all.participation(load);
+            let participation = all.participation(load);
             let deflection = |row: usize, from: usize| -> f64 {
-                let modes =
-                    (from..size).map(|m| all.shape[(row, m)] * felt[m] / all.squared_frequency[m]);
+                let modes = (from..size)
+                    .map(|m| all.shape[(row, m)] * participation[m] / all.squared_frequency[m]);
                 modes.sum()
             };
             let whole = (0..size).fold(0.0_f64, |most, row| most.max(deflection(row, 1).abs()));

@@ -50,7 +50,7 @@ impl Axis {
     }
 
     /// The point at a position on the axis, displaced along x and y.
-    pub fn beside(&self, place: f64, [x, y]: [f64; 2]) -> Vector3<f64> {
+    pub fn offset_point(&self, place: f64, [x, y]: [f64; 2]) -> Vector3<f64> {
         self.at(place) + self.frame[0] * x + self.frame[1] * y
     }
 
@@ -106,12 +106,12 @@ pub(super) struct PitchPoint {
     /// Sign of the second gear's speed about its axis for a positive speed of the first one.
     pub sense: i64,
     /// Relative position of gears on parallel axes; `None` for bevel gears.
-    pub beside: Option<BesideEachOther>,
+    pub parallel: Option<ParallelPlacement>,
 }
 
 /// Relative position of two gears on parallel axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BesideEachOther {
+pub struct ParallelPlacement {
     /// Distance of the axes \[m\].
     pub centre_distance: f64,
     /// Width of the common face \[m\].
@@ -169,7 +169,7 @@ impl PitchPoint {
             across: if inside { -apart } else { apart },
             forward: along.cross(&(apart * reach.signum())),
             sense: if alike == inside { 1 } else { -1 },
-            beside: Some(BesideEachOther {
+            parallel: Some(ParallelPlacement {
                 centre_distance: distance,
                 width: upper - lower,
                 overhang: [(0.0, first.width), (axial, second.width)].map(|(middle, width)| {
@@ -227,7 +227,7 @@ impl PitchPoint {
             across,
             forward,
             sense: if forward.dot(&second) > 0.0 { 1 } else { -1 },
-            beside: None,
+            parallel: None,
         })
     }
 }
@@ -256,11 +256,11 @@ mod tests {
             gear([0.0; 3], [0.0, 0.0, 1.0], 20),
             gear([0.0, 0.05, 0.002], [0.0, 0.0, 2.0], 30),
         ];
-        let met = PitchPoint::of([&a, &b]).unwrap();
-        assert!((met.point - Vector3::new(0.0, 0.02, 0.001)).norm() < 1e-15);
-        assert!((met.across - Vector3::y()).norm() < 1e-15);
-        assert!((met.forward + Vector3::x()).norm() < 1e-15);
-        assert_eq!(met.sense, -1);
+        let pitch_point = PitchPoint::of([&a, &b]).unwrap();
+        assert!((pitch_point.point - Vector3::new(0.0, 0.02, 0.001)).norm() < 1e-15);
+        assert!((pitch_point.across - Vector3::y()).norm() < 1e-15);
+        assert!((pitch_point.forward + Vector3::x()).norm() < 1e-15);
+        assert_eq!(pitch_point.sense, -1);
         let turned = gear([0.0, 0.05, 0.002], [0.0, 0.0, -1.0], 30);
         assert_eq!(PitchPoint::of([&a, &turned]).unwrap().sense, 1);
     }
@@ -275,16 +275,16 @@ mod tests {
             internal: true,
             ..gear([0.0; 3], along, 60)
         };
-        let met = PitchPoint::of([&planet, &ring]).unwrap();
-        assert!((met.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
-        assert!((met.across - Vector3::x()).norm() < 1e-15);
-        assert!((met.forward - Vector3::y()).norm() < 1e-15);
-        assert_eq!(met.sense, 1);
+        let pitch_point = PitchPoint::of([&planet, &ring]).unwrap();
+        assert!((pitch_point.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
+        assert!((pitch_point.across - Vector3::x()).norm() < 1e-15);
+        assert!((pitch_point.forward - Vector3::y()).norm() < 1e-15);
+        assert_eq!(pitch_point.sense, 1);
         // If the ring drives, contact is at the same point, and it pushes the planet inwards.
-        let met = PitchPoint::of([&ring, &planet]).unwrap();
-        assert!((met.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
-        assert!((met.across + Vector3::x()).norm() < 1e-15);
-        assert!((met.forward - Vector3::y()).norm() < 1e-15);
+        let pitch_point = PitchPoint::of([&ring, &planet]).unwrap();
+        assert!((pitch_point.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
+        assert!((pitch_point.across + Vector3::x()).norm() < 1e-15);
+        assert!((pitch_point.forward - Vector3::y()).norm() < 1e-15);
         let small = PlacedGear {
             internal: true,
             ..gear([0.0; 3], along, 20)
@@ -300,15 +300,15 @@ mod tests {
         // Axes at right angles through the origin: pitch radii 20 and 30 mm.
         let a = gear([0.0, 0.0, -0.03], [0.0, 0.0, 1.0], 20);
         let b = gear([0.02, 0.0, 0.0], [1.0, 0.0, 0.0], 30);
-        let met = PitchPoint::of([&a, &b]).unwrap();
-        assert!((met.point - Vector3::new(0.02, 0.0, -0.03)).norm() < 1e-15);
-        assert!((met.pitch_line - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
-        assert!(met.across.dot(&met.pitch_line).abs() < 1e-15);
-        assert!(met.across.x > 0.0 && met.across.z > 0.0);
+        let pitch_point = PitchPoint::of([&a, &b]).unwrap();
+        assert!((pitch_point.point - Vector3::new(0.02, 0.0, -0.03)).norm() < 1e-15);
+        assert!((pitch_point.pitch_line - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
+        assert!(pitch_point.across.dot(&pitch_point.pitch_line).abs() < 1e-15);
+        assert!(pitch_point.across.x > 0.0 && pitch_point.across.z > 0.0);
         // At P the first gear moves along +y. So does the second one for positive ω about +x:
         // ω x × (−0.03 z) = 0.03 ω y.
-        assert!((met.forward - Vector3::y()).norm() < 1e-12);
-        assert_eq!(met.sense, 1);
+        assert!((pitch_point.forward - Vector3::y()).norm() < 1e-12);
+        assert_eq!(pitch_point.sense, 1);
     }
 
     #[test]

@@ -29,12 +29,12 @@ const MOST_HALVINGS: usize = 60;
 /// A one-sided support, and the sums of the free freedoms that move it.
 pub(super) struct OneSidedSupport {
     pub rows: Vec<Vec<f64>>,
-    pub law: Law,
+    pub law: SupportLaw,
     /// K₀, one per row.
     pub typical: Vec<f64>,
 }
 
-pub(super) enum Law {
+pub(super) enum SupportLaw {
     /// A bearing, by its index among the supports, and the displacement of its outer ring.
     Rolling(RollingLaw, usize, Ring),
     Stop {
@@ -46,7 +46,7 @@ pub(super) enum Law {
 impl OneSidedSupport {
     /// The load on a bearing; `None` for a stop.
     pub fn rolling(&self, moved: &[f64]) -> Option<(usize, Ring, RollingLoad)> {
-        let Law::Rolling(law, support, place) = &self.law else {
+        let SupportLaw::Rolling(law, support, place) = &self.law else {
             return None;
         };
         let moved = std::array::from_fn(|i| moved[i] - place[i]);
@@ -68,7 +68,7 @@ impl OneSidedSupport {
                     tangent[(at + i, at + j)] = found.stiffness[i][j];
                 }
             }
-        } else if let Law::Stop { gap, stiffness } = self.law
+        } else if let SupportLaw::Stop { gap, stiffness } = self.law
             && moved[0] > gap
         {
             force[at] = stiffness * (moved[0] - gap);
@@ -104,7 +104,7 @@ impl EquilibriumProblem<'_> {
     fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.free.len();
         let moved = self.moved(force);
-        let mut borne = DVector::zeros(size);
+        let mut displacement = DVector::zeros(size);
         let mut tangent = DMatrix::zeros(size, size);
         let mut at = 0;
         for own in self.all {
@@ -112,12 +112,15 @@ impl EquilibriumProblem<'_> {
             own.add_force(
                 at,
                 &moved.as_slice()[at..at + rows],
-                &mut borne,
+                &mut displacement,
                 &mut tangent,
             );
             at += rows;
         }
-        (force + borne - self.typical.component_mul(&moved), tangent)
+        (
+            force + displacement - self.typical.component_mul(&moved),
+            tangent,
+        )
     }
 
     /// The forces p in equilibrium; if there is no convergence, the last ones as an error.

@@ -10,7 +10,7 @@
 //! Springs K₀ in place of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` the number of unknowns p is
 //! that of the rows of all B ([`super::balance`]).
 
-use super::balance::{EquilibriumProblem, Law, OneSidedSupport};
+use super::balance::{EquilibriumProblem, OneSidedSupport, SupportLaw};
 use super::contacts::Terms;
 use super::loads::add;
 use super::nodes::Assembled;
@@ -121,8 +121,11 @@ impl TrainDrive {
             at += rows;
         }
         let farthest = found.iter().max_by(|(_, a), (_, b)| {
-            let far =
-                |own: &LoadedBearing| own.moved[..3].iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+            let far = |bearing: &LoadedBearing| {
+                bearing.moved[..3]
+                    .iter()
+                    .fold(0.0_f64, |m, d| m.max(d.abs()))
+            };
             far(a).total_cmp(&far(b))
         });
         if let Some((_, own)) = farthest.filter(|_| lost) {
@@ -178,7 +181,7 @@ impl TrainDrive {
                 all.push(OneSidedSupport {
                     rows,
                     typical: law.typical().to_vec(),
-                    law: Law::Rolling(law, number, place),
+                    law: SupportLaw::Rolling(law, number, place),
                 });
             }
         }
@@ -187,7 +190,7 @@ impl TrainDrive {
             all.push(OneSidedSupport {
                 rows: vec![matrices.functional(&self.approach(number, assembled))],
                 typical: vec![stiffness],
-                law: Law::Stop {
+                law: SupportLaw::Stop {
                     gap: stop.law.gap,
                     stiffness,
                 },
@@ -204,16 +207,16 @@ impl TrainDrive {
         layout: &Layout,
         assembled: &Assembled,
     ) -> Result<EquilibriumProblem<'a>, ShaftError> {
-        let felt = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
+        let functional = |terms: &[(usize, Freedom, f64)]| matrices.functional(terms);
         let node = assembled.at(self.driver, self.shafts[self.driver].torque_at);
-        let driving = felt(&[(node, Freedom::RotationZ, sense(layout.speeds[self.driver]))]);
+        let driving = functional(&[(node, Freedom::RotationZ, sense(layout.speeds[self.driver]))]);
         let mut force = vec![0.0; driving.len()];
-        let power = self.power(layout, assembled, &driving, felt);
+        let power = self.power(layout, assembled, &driving, functional);
         add(&mut force, load * self.pair.rated_force(), &power);
-        let [constant, _] = self.brakes(layout, assembled, &driving, felt);
+        let [constant, _] = self.brakes(layout, assembled, &driving, functional);
         add(&mut force, 1.0, &constant);
         for term in self.pin_forces(layout, assembled) {
-            add(&mut force, 1.0, &felt(&[term]));
+            add(&mut force, 1.0, &functional(&[term]));
         }
 
         let mut stiffness = self.linear_part(meshes, matrices, layout, assembled);
@@ -233,15 +236,15 @@ impl TrainDrive {
         let size = typical.len();
         let picked: Vec<&Vec<f64>> = rows().chain(meshes.iter().map(|mesh| &mesh.row)).collect();
         let picks = Mat::from_fn(picked.len(), force.len(), |i, j| picked[i][j]);
-        let seen = product(picks.as_ref(), shapes.as_ref());
+        let displacements = product(picks.as_ref(), shapes.as_ref());
         Ok(EquilibriumProblem {
             all,
-            free: DVector::from_fn(size, |i, _| seen[(i, size)]),
-            compliance: DMatrix::from_fn(size, size, |i, j| seen[(i, j)]),
+            free: DVector::from_fn(size, |i, _| displacements[(i, size)]),
+            compliance: DMatrix::from_fn(size, size, |i, j| displacements[(i, j)]),
             typical: DVector::from_vec(typical),
             meshes: (
-                DVector::from_fn(meshes.len(), |i, _| seen[(size + i, size)]),
-                DMatrix::from_fn(meshes.len(), size, |i, j| seen[(size + i, j)]),
+                DVector::from_fn(meshes.len(), |i, _| displacements[(size + i, size)]),
+                DMatrix::from_fn(meshes.len(), size, |i, j| displacements[(size + i, j)]),
             ),
         })
     }
@@ -253,15 +256,15 @@ impl TrainDrive {
         springs: impl Iterator<Item = (&'r Vec<f64>, f64)>,
         assembled: &Assembled,
     ) -> ShaftError {
-        let mut held = matrices.clone();
+        let mut with_springs = matrices.clone();
         for (row, own) in springs {
-            add_spring(&mut held.stiffness, row, own);
+            add_spring(&mut with_springs.stiffness, row, own);
         }
         let rigid = self.rotations();
-        match Modes::lowest(&held.mass, &held.stiffness, rigid, rigid) {
-            Err(error) => self.not_held(error, &held, assembled),
+        match Modes::lowest(&with_springs.mass, &with_springs.stiffness, rigid, rigid) {
+            Err(error) => self.not_held(error, &with_springs, assembled),
             Ok(_) => ShaftError::NoConvergence {
-                size: held.mass.nrows(),
+                size: with_springs.mass.nrows(),
             },
         }
     }
@@ -289,8 +292,8 @@ impl TrainDrive {
         let meshes = std::iter::once((self.gears, angle, of_first)).chain(further);
         let meshes = meshes.zip(layout.meshes.iter().zip(coasting));
         Ok(meshes
-            .map(|((gears, angle, own), (met, coasts))| {
-                let flanks = self.flanks(gears, (met, angle), layout, assembled);
+            .map(|((gears, angle, own), (pitch_point, coasts))| {
+                let flanks = self.flanks(gears, (pitch_point, angle), layout, assembled);
                 MeshSpring {
                     row: matrices.functional(&flanks[usize::from(*coasts)].mesh),
                     stiffness: own,

@@ -75,7 +75,7 @@ impl TrainDrive {
     pub(super) fn flanks(
         &self,
         gears: [GearPlace; 2],
-        (met, pressure_angle): (&PitchPoint, f64),
+        (pitch_point, pressure_angle): (&PitchPoint, f64),
         layout: &Layout,
         assembled: &Assembled,
     ) -> [FlankTerms; 2] {
@@ -94,18 +94,18 @@ impl TrainDrive {
             speed if speed < 0.0 => -1.0,
             _ => 1.0,
         };
-        let forward = met.forward * sense;
+        let forward = pitch_point.forward * sense;
         let (sin, cos) = pressure_angle.sin_cos();
         // Measured in the transverse section, in which the flanks' normal is a unit vector.
         let helix = self.gear(gears[0]).base_helix_angle().tan();
         let thrust = sides[0].axis.along() * (-sense * helix);
         [1.0, -1.0].map(|lean| {
-            let normal = forward * cos + met.across * (lean * sin);
-            let tangent = met.across * (lean * cos) - forward * sin;
+            let normal = forward * cos + pitch_point.across * (lean * sin);
+            let tangent = pitch_point.across * (lean * cos) - forward * sin;
             FlankTerms {
-                mesh: along(&sides, met.point, normal + thrust),
-                tilt: moved(&sides, met.pitch_line, normal),
-                friction: along(&sides, met.point, tangent),
+                mesh: along(&sides, pitch_point.point, normal + thrust),
+                tilt: moved(&sides, pitch_point.pitch_line, normal),
+                friction: along(&sides, pitch_point.point, tangent),
                 lever: moved(&sides, normal, tangent),
             }
         })

@@ -7,7 +7,7 @@ use super::ratio::Ratio;
 
 /// An unknown with a ratio whose integers are too large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct TooLong(pub usize);
+pub(super) struct RatioTooLarge(pub usize);
 
 /// Reduced equations.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl Equations {
     pub fn add(
         &mut self,
         terms: impl IntoIterator<Item = (usize, Ratio)>,
-    ) -> Result<bool, TooLong> {
+    ) -> Result<bool, RatioTooLarge> {
         let mut own = vec![Ratio::ZERO; self.unknowns];
         for (unknown, part) in terms {
             own[unknown] = own[unknown] + part;
@@ -69,7 +69,7 @@ impl Equations {
 }
 
 /// Eliminates an unknown from an equation by the one that determines it.
-fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), TooLong> {
+fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), RatioTooLarge> {
     let times = row[given];
     if times == Ratio::ZERO {
         return Ok(());
@@ -82,9 +82,9 @@ fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), TooLon
     is_short(row)
 }
 
-fn is_short(row: &[Ratio]) -> Result<(), TooLong> {
+fn is_short(row: &[Ratio]) -> Result<(), RatioTooLarge> {
     let long = row.iter().position(|part| *part == Ratio::TOO_LARGE);
-    long.map_or(Ok(()), |unknown| Err(TooLong(unknown)))
+    long.map_or(Ok(()), |unknown| Err(RatioTooLarge(unknown)))
 }
 
 #[cfg(test)]
@@ -119,6 +119,9 @@ mod tests {
         let mut chain = Equations::new(3, 0);
         let large = ratio(i128::MAX, 1);
         assert_eq!(chain.add([(1, Ratio::ONE), (0, large)]), Ok(true));
-        assert_eq!(chain.add([(2, Ratio::ONE), (1, large)]), Err(TooLong(0)));
+        assert_eq!(
+            chain.add([(2, Ratio::ONE), (1, large)]),
+            Err(RatioTooLarge(0))
+        );
     }
 }

@@ -13,14 +13,14 @@ use crate::shaft::drive::Motion;
 const CENTRAL: f64 = 1e-9;
 
 /// A connection of two shafts across their axis.
-struct Across {
+struct CrossConnection {
     shafts: [usize; 2],
     coupling: bool,
 }
 
 impl TrainDrive {
     /// All connections across the axis. A shaft without motions is the same in every frame.
-    fn across(&self) -> Vec<Across> {
+    fn across(&self) -> Vec<CrossConnection> {
         let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
         let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
             .filter(|shafts| shafts.iter().any(|&shaft| self.is_planet(shaft)));
@@ -29,7 +29,8 @@ impl TrainDrive {
             .filter(|coupling| coupling.stiffness[0] > 0.0 || coupling.stiffness[2] > 0.0)
             .map(|coupling| coupling.shafts)
             .filter(|shafts| shafts.iter().all(moves));
-        let joined = |coupling: bool| move |shafts: [usize; 2]| Across { shafts, coupling };
+        let joined =
+            |coupling: bool| move |shafts: [usize; 2]| CrossConnection { shafts, coupling };
         (pins.chain(meshing).map(joined(false)))
             .chain(coupled.map(joined(true)))
             .collect()
@@ -66,11 +67,11 @@ impl TrainDrive {
         let name = |shaft: usize| self.shafts[shaft].name.clone();
         let culprit = (0..all.len()).find(joins).map(|last| &all[last]);
         let what = culprit.map_or_else(String::new, |own| match own {
-            Across {
+            CrossConnection {
                 shafts: [one, two],
                 coupling: true,
             } => format!("the coupling of `{}` and `{}`", name(*one), name(*two)),
-            Across { shafts, .. } => {
+            CrossConnection { shafts, .. } => {
                 let central = shafts.iter().find(|shaft| !self.is_planet(**shaft));
                 format!("shaft `{}`", name(*central.unwrap_or(&shafts[0])))
             }
@@ -107,10 +108,10 @@ impl TrainDrive {
 
     /// Checks that meshes without a planet are on shafts in the fixed frame.
     pub(super) fn meshes_are_of_planets(&self, turning: &[bool]) -> Result<(), TrainError> {
-        let beside = self
+        let parallel = self
             .pairs()
             .filter(|gears| !gears.iter().any(|gear| self.is_planet(gear.shaft)));
-        let mut gears = beside.flatten();
+        let mut gears = parallel.flatten();
         match gears.find(|gear| turning[gear.shaft]) {
             Some(gear) => Err(TrainError::GearBesidePlanets {
                 gear: self.gear(gear).name.clone(),

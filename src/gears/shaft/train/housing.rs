@@ -168,8 +168,8 @@ impl Housing {
             let scaled = scaled(entries, size);
             for row in 0..size {
                 for column in 0..row {
-                    let apart = scaled[(row, column)] - scaled[(column, row)];
-                    if apart.abs() > ROUND_OFF {
+                    let difference = scaled[(row, column)] - scaled[(column, row)];
+                    if difference.abs() > ROUND_OFF {
                         return Err(HousingError::Asymmetric {
                             matrix,
                             place: [row, column],

@@ -1,19 +1,19 @@
 //! What are the exact speeds of the bodies of a train? They follow from joints and held shafts.
 
 use super::axes::PitchPoint;
-use super::equations::{Equations, TooLong};
+use super::equations::{Equations, RatioTooLarge};
 use super::ratio::Ratio;
 use super::{GearPlace, TrainDrive, TrainError};
 
 /// The relation between the speeds of two bodies.
-struct Joint {
+struct SpeedRelation {
     bodies: [usize; 2],
     ratio: Ratio,
     /// Body that both speeds are relative to.
     carrier: Option<usize>,
 }
 
-impl Joint {
+impl SpeedRelation {
     /// `(ω₁ − ω_c) r − (ω₂ − ω_c) = 0`.
     fn equation(&self) -> impl Iterator<Item = (usize, Ratio)> {
         let [one, two] = self.bodies;
@@ -23,7 +23,7 @@ impl Joint {
     }
 
     /// The speed that it requires for its second body.
-    fn asks(&self, known: &Equations) -> Option<Ratio> {
+    fn speed_of_second(&self, known: &Equations) -> Option<Ratio> {
         let frame = match self.carrier {
             Some(carrier) => known.value(carrier)?,
             None => Ratio::ZERO,
@@ -41,20 +41,20 @@ pub(super) struct Speeds {
 
 impl TrainDrive {
     /// The relations between the speeds of bodies.
-    fn joints(&self, meshes: &[PitchPoint]) -> Vec<Joint> {
-        let mut joints: Vec<Joint> = (self.pairs().zip(meshes))
-            .map(|(gears, met)| {
+    fn joints(&self, meshes: &[PitchPoint]) -> Vec<SpeedRelation> {
+        let mut joints: Vec<SpeedRelation> = (self.pairs().zip(meshes))
+            .map(|(gears, pitch_point)| {
                 let [z1, z2] = gears.map(|place| i128::from(self.gear(place).teeth));
-                Joint {
+                SpeedRelation {
                     bodies: gears.map(|place| self.body_of(place)),
-                    ratio: Ratio::new(z1 * i128::from(met.sense), z2),
+                    ratio: Ratio::new(z1 * i128::from(pitch_point.sense), z2),
                     carrier: self
                         .set_of_mesh(gears)
                         .map(|set| self.planetary[set].carrier),
                 }
             })
             .collect();
-        joints.extend(self.couplings.iter().map(|coupling| Joint {
+        joints.extend(self.couplings.iter().map(|coupling| SpeedRelation {
             bodies: coupling.shafts,
             ratio: Ratio::ONE,
             carrier: None,
@@ -63,12 +63,12 @@ impl TrainDrive {
     }
 
     /// The equations of all joints connected with the driver, and the bodies that they reach.
-    fn equations(&self, joints: &[Joint]) -> Result<(Equations, Vec<bool>), TrainError> {
+    fn equations(&self, joints: &[SpeedRelation]) -> Result<(Equations, Vec<bool>), TrainError> {
         let bodies = self.shafts.len() + self.loose_gears().count();
         let mut equations = Equations::new(bodies, self.driver);
         let mut reached = vec![false; bodies];
         reached[self.driver] = true;
-        let mut left: Vec<&Joint> = joints.iter().collect();
+        let mut left: Vec<&SpeedRelation> = joints.iter().collect();
         // From the driver outwards: each speed follows from earlier ones at once, by the shortest ratio.
         while let Some(next) = (left.iter()).position(|own| {
             own.bodies
@@ -81,7 +81,7 @@ impl TrainDrive {
                 reached[body] = true;
             }
             let [one, two] = joint.bodies;
-            let speeds = (equations.value(two), joint.asks(&equations));
+            let speeds = (equations.value(two), joint.speed_of_second(&equations));
             let stand = |known: &Equations| {
                 let stands = |body: &usize| known.value(*body) == Some(Ratio::ZERO);
                 [one, two].iter().filter(|body| stands(body)).count()
@@ -107,7 +107,11 @@ impl TrainDrive {
     }
 
     /// Adds the condition that held shafts do not rotate.
-    fn hold(&self, joined: &Equations, reached: &[bool]) -> Result<Equations, TrainError> {
+    fn add_held_shafts(
+        &self,
+        joined: &Equations,
+        reached: &[bool],
+    ) -> Result<Equations, TrainError> {
         let shafts = self.shafts.iter().enumerate();
         let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.may_rotate());
         let held: Vec<usize> = held.map(|(body, _)| body).collect();
@@ -144,7 +148,7 @@ impl TrainDrive {
         })
     }
 
-    fn long_ratio(&self, TooLong(body): TooLong) -> TrainError {
+    fn long_ratio(&self, RatioTooLarge(body): RatioTooLarge) -> TrainError {
         TrainError::LongRatio {
             body: self.body_name(body),
         }
@@ -153,14 +157,14 @@ impl TrainDrive {
     /// Checks that a speed, of a body or from its joints, is a ratio of integers that are not too large.
     pub(super) fn is_exact(&self, speed: Ratio, body: usize) -> Result<(), TrainError> {
         if speed == Ratio::TOO_LARGE {
-            Err(self.long_ratio(TooLong(body)))
+            Err(self.long_ratio(RatioTooLarge(body)))
         } else {
             Ok(())
         }
     }
 
     /// Why gears in mesh do not roll on each other.
-    pub(super) fn stands(&self, gears: [GearPlace; 2]) -> TrainError {
+    pub(super) fn standstill_error(&self, gears: [GearPlace; 2]) -> TrainError {
         let bodies = gears.map(|gear| self.body_of(gear));
         let held = |body: &usize| {
             let shaft = self.shafts.get(*body);
@@ -183,7 +187,7 @@ impl TrainDrive {
         frames: &[Option<usize>],
     ) -> Result<Speeds, TrainError> {
         let (joined, reached) = self.equations(&self.joints(meshes))?;
-        let equations = self.hold(&joined, &reached)?;
+        let equations = self.add_held_shafts(&joined, &reached)?;
         let name = |body: usize| self.body_name(body);
         let first = self.body_of(self.gears[0]);
         // Without planets the speed of an operating point is that of the first gear.
@@ -208,13 +212,13 @@ impl TrainDrive {
         self.frames_are_one(frames, speed)?;
         let rolls = |body: usize| {
             let frame = frames[self.shaft_of(body)].map(|set| self.planetary[set].carrier);
-            let beside = frame.map_or(Some(Ratio::ZERO), speed);
-            Some(speed(body)? - beside?)
+            let frame_speed = frame.map_or(Some(Ratio::ZERO), speed);
+            Some(speed(body)? - frame_speed?)
         };
         let first_gear_speed = rolls(first).unwrap_or(Ratio::ZERO);
         self.is_exact(first_gear_speed, first)?;
         if first_gear_speed == Ratio::ZERO {
-            return Err(self.stands(self.gears));
+            return Err(self.standstill_error(self.gears));
         }
         // The first gear rolls forwards.
         let sense = first_gear_speed / first_gear_speed.modulus();

@@ -22,14 +22,14 @@ impl TrainDrive {
         let others = structure.contacts[2 * meshes..].iter();
         // Dry sliders start without a force.
         let others = flanks.chain(others.filter(|contact| contact.law.slider.is_none()));
-        let felt: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
+        let participations: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
             .chain(others.map(|contact| contact.participation.as_slice()))
             .collect();
         let rigid: Vec<usize> = (0..structure.modes())
             .filter(|&mode| structure.frequency[mode] == 0.0)
             .collect();
-        let balance = DMatrix::from_fn(rigid.len(), felt.len(), |row, contact| {
-            felt[contact][rigid[row]]
+        let balance = DMatrix::from_fn(rigid.len(), participations.len(), |row, contact| {
+            participations[contact][rigid[row]]
         });
         let at = |column: &[f64], mode: usize| column.get(mode).copied().unwrap_or(0.0);
         let loads = DVector::from_fn(rigid.len(), |row, _| {
@@ -41,7 +41,7 @@ impl TrainDrive {
         let least = 1e-9 * balance.amax();
         let found = balance.svd(true, true).solve(&loads, least);
         // Both factors were requested, so there is a solution.
-        let found = found.unwrap_or_else(|_| DVector::zeros(felt.len()));
+        let found = found.unwrap_or_else(|_| DVector::zeros(participations.len()));
         found.iter().take(1 + meshes).copied().collect()
     }
 
@@ -70,8 +70,8 @@ impl TrainDrive {
         assembled: &Assembled,
         driving: &[f64],
     ) -> [Vec<f64>; 2] {
-        let felt = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
-        let mut loads = self.brakes(layout, assembled, driving, felt);
+        let participations = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
+        let mut loads = self.brakes(layout, assembled, driving, participations);
         for (node, freedom, force) in self.pin_forces(layout, assembled) {
             add(
                 &mut loads[0],
@@ -88,18 +88,18 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed. `felt` converts a
+    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed. `participations` converts a
     /// sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
     pub(super) fn brakes(
         &self,
         layout: &Layout,
         assembled: &Assembled,
         driving: &[f64],
-        felt: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
+        participations: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
     ) -> [Vec<f64>; 2] {
         let size = driving.len();
         let mut loads = [vec![0.0; size], vec![0.0; size]];
-        let turning = |node: usize| felt(&[(node, Freedom::RotationZ, 1.0)]);
+        let turning = |node: usize| participations(&[(node, Freedom::RotationZ, 1.0)]);
         let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
             let node = assembled.at(index, shaft.torque_at);
             (turning(node), layout.speeds[index], shaft.drag)
@@ -116,24 +116,24 @@ impl TrainDrive {
             ];
             Some((relative.collect(), speeds[0] - speeds[1], drag))
         });
-        for (felt, speed, drag) in shafts.chain(loose) {
+        for (participations, speed, drag) in shafts.chain(loose) {
             let torques = [drag.constant * sign(speed), drag.viscous * speed];
             for (load, torque) in loads.iter_mut().zip(torques) {
-                add(load, -torque, &felt);
+                add(load, -torque, &participations);
                 add(load, torque * speed, driving);
             }
         }
         loads
     }
 
-    /// Forces of the driven machines and of the motor against them, per newton of rated force; `felt` as in
+    /// Forces of the driven machines and of the motor against them, per newton of rated force; `participations` as in
     /// [`Self::brakes`].
     pub(super) fn power(
         &self,
         layout: &Layout,
         assembled: &Assembled,
         driving: &[f64],
-        felt: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
+        participations: impl Fn(&[(usize, Freedom, f64)]) -> Vec<f64>,
     ) -> Vec<f64> {
         let base = self.pair.base_radii()[0];
         let mut load = vec![0.0; driving.len()];
@@ -144,7 +144,7 @@ impl TrainDrive {
                 add(
                     &mut load,
                     -leaving,
-                    &felt(&[(node, Freedom::RotationZ, 1.0)]),
+                    &participations(&[(node, Freedom::RotationZ, 1.0)]),
                 );
                 add(&mut load, shaft.output * base, driving);
             }

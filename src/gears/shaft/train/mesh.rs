@@ -48,7 +48,7 @@ pub struct DrawnLaw {
 
 impl MeshLaw {
     /// The same with a phase lead in cycles.
-    pub fn ahead(&self, cycles: f64) -> Self {
+    pub fn with_phase_lead(&self, cycles: f64) -> Self {
         let later = |law: &ContactLaw| ContactLaw {
             phase: law.phase + cycles,
             ..law.clone()

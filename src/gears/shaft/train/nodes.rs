@@ -244,7 +244,7 @@ impl TrainDrive {
         } else {
             (nodes.at(set.at), 0.0)
         };
-        let pin = assembly.add_node_beside(body, [x, y, along])?;
+        let pin = assembly.add_offset_node(body, [x, y, along])?;
         let node = shafts[planet.shaft].at(0.0);
         let support = Support::add(assembly, node, Some(pin), set.bearing)?;
         Ok((pin, support))
@@ -345,7 +345,7 @@ impl ShaftNodes {
                 assembly.fix(node, *freedom)?;
             }
         }
-        let held = match shaft.motion {
+        let fixed = match shaft.motion {
             Motion::All | Motion::Translation | Motion::Rotation => return Ok(()),
             Motion::None => self.own.clone(),
             Motion::Lateral if self.own.len() > 1 => {
@@ -354,7 +354,7 @@ impl ShaftNodes {
             }
             Motion::Lateral => self.own.clone(),
         };
-        for node in held {
+        for node in fixed {
             assembly.fix(node, Freedom::RotationZ)?;
         }
         Ok(())
@@ -391,7 +391,7 @@ impl Assembled {
     }
 
     /// The nodes of a shaft with independent freedoms.
-    pub fn own(&self, shaft: usize) -> std::ops::Range<usize> {
+    pub fn independent_nodes(&self, shaft: usize) -> std::ops::Range<usize> {
         self.shafts[shaft].own.clone()
     }
 }

@@ -4,7 +4,7 @@ use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::drive::Support;
 use crate::shaft::error::ShaftError;
 use crate::shaft::modes::Modes;
-use crate::structure::{BearingGain, MotionKind, PlaceMotion, StaticShare};
+use crate::structure::{BearingGain, MotionKind, OmittedModeForces, PlaceMotion};
 
 /// A force on a bearing as a sum of freedoms.
 #[derive(Debug)]
@@ -91,7 +91,7 @@ impl BearingTerms {
                     name: own.name.clone(),
                     gain,
                     rate_gain: if acts(&own.dampers) { column(&own.dampers) } else { Vec::new() },
-                    left_out: StaticShare::default(),
+                    left_out: OmittedModeForces::default(),
                 }
             })
             .collect()

@@ -64,10 +64,11 @@ impl PlanetarySet {
 
 impl TrainShaft {
     /// The point at a position `at` \[m\] on its axis, displaced by a distance \[m\] at an angle \[rad\] in its frame.
-    pub fn beside(&self, at: f64, distance: f64, angle: f64) -> [f64; 3] {
+    pub fn point_at_distance(&self, at: f64, distance: f64, angle: f64) -> [f64; 3] {
         let (sin, cos) = angle.sin_cos();
         let axis = Axis::new(self.origin, self.direction);
-        axis.beside(at, [distance * cos, distance * sin]).into()
+        axis.offset_point(at, [distance * cos, distance * sin])
+            .into()
     }
 }
 
@@ -107,7 +108,7 @@ impl TrainDrive {
 
     /// Checks that no carrier is a planet, and no mesh joins planets of two sets: their relative position would be
     /// undefined.
-    pub(super) fn sets_are_apart(&self) -> Result<(), TrainError> {
+    pub(super) fn check_set_separation(&self) -> Result<(), TrainError> {
         let mut carriers = self.planetary.iter().map(|set| set.carrier);
         if let Some(carrier) = carriers.find(|&shaft| self.is_planet(shaft)) {
             return Err(TrainError::CarrierIsPlanet {

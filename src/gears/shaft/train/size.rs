@@ -22,7 +22,7 @@ const NODE_FREEDOMS: f64 = 6.0;
 
 /// A part of a flexible shaft between neighbouring positions and ends of sections, in equal elements.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stretch {
+pub(super) struct ElementRun {
     /// Section of the shaft.
     pub section: usize,
     /// Start \[m\].
@@ -38,12 +38,12 @@ pub(super) struct Stretch {
 impl TrainShaft {
     /// Longest beam element of a section \[m\] at this outer diameter \[m\].
     fn longest_element(&self, section: usize, outer: f64) -> f64 {
-        let own = &self.sections[section];
-        own.element.or(self.element).unwrap_or(outer)
+        let section = &self.sections[section];
+        section.element.or(self.element).unwrap_or(outer)
     }
 
     /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending, and at the ends of hubs.
-    pub(super) fn stretches(&self, places: &[f64]) -> Vec<Stretch> {
+    pub(super) fn stretches(&self, places: &[f64]) -> Vec<ElementRun> {
         let near = 1e-9 * self.length();
         let mut stretches = Vec::new();
         let mut end = 0.0;
@@ -72,7 +72,7 @@ impl TrainShaft {
             for to in stations {
                 let outer = self.outer_at(own, 0.5 * (from + to));
                 let elements = (to - from) / self.longest_element(section, outer);
-                stretches.push(Stretch {
+                stretches.push(ElementRun {
                     section,
                     from,
                     to,

@@ -1,7 +1,7 @@
 //! How fast does every body of a train rotate if all contacts carry load, and how many cycles does each
 //! mesh have?
 
-use super::axes::{Axis, BesideEachOther, PitchPoint, PlacedGear};
+use super::axes::{Axis, ParallelPlacement, PitchPoint, PlacedGear};
 use super::kinematics::Speeds;
 use super::ratio::Ratio;
 use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
@@ -94,7 +94,7 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError::SkewAxes`], [`TrainError::OneAxis`], [`TrainError::PitchCircles`],
     /// [`TrainError::FacesApart`].
-    fn met(&self, gears: [GearPlace; 2], axes: &[Axis]) -> Result<PitchPoint, TrainError> {
+    fn pitch_point(&self, gears: [GearPlace; 2], axes: &[Axis]) -> Result<PitchPoint, TrainError> {
         let [one, two] = gears.map(|place| {
             let gear = self.gear(place);
             PlacedGear {
@@ -115,8 +115,11 @@ impl TrainDrive {
     ///
     /// # Errors
     /// [`TrainError`] if the gears cannot mesh there.
-    pub fn beside(&self, gears: [GearPlace; 2]) -> Result<Option<BesideEachOther>, TrainError> {
-        Ok(self.met(gears, &self.axes())?.beside)
+    pub fn parallel_placement(
+        &self,
+        gears: [GearPlace; 2],
+    ) -> Result<Option<ParallelPlacement>, TrainError> {
+        Ok(self.pitch_point(gears, &self.axes())?.parallel)
     }
 
     /// Mesh cycles after which the stiffness of all further meshes repeats.
@@ -139,10 +142,10 @@ impl TrainDrive {
     /// # Errors
     /// [`TrainError`].
     pub fn body_speeds(&self) -> Result<Vec<(String, f64)>, TrainError> {
-        let alike = (self.planetary.iter()).flat_map(|set| set.planets.iter().skip(1));
-        let alike: Vec<usize> = alike.map(|planet| planet.shaft).collect();
+        let repeated = (self.planetary.iter()).flat_map(|set| set.planets.iter().skip(1));
+        let repeated: Vec<usize> = repeated.map(|planet| planet.shaft).collect();
         let speeds = self.layout()?.speeds.into_iter().enumerate();
-        let others = speeds.filter(|(body, _)| !alike.contains(body));
+        let others = speeds.filter(|(body, _)| !repeated.contains(body));
         Ok(others
             .map(|(body, speed)| (self.body_name(body), speed))
             .collect())
@@ -155,9 +158,9 @@ impl TrainDrive {
             self.is_in_line(coupling, &axes)?;
         }
         let meshes = (self.pairs())
-            .map(|gears| self.met(gears, &axes))
+            .map(|gears| self.pitch_point(gears, &axes))
             .collect::<Result<Vec<_>, _>>()?;
-        self.sets_are_apart()?;
+        self.check_set_separation()?;
         self.check_first()?;
         let frames = self.frames();
         let Speeds {
@@ -202,7 +205,7 @@ impl TrainDrive {
                 body: self.body_name(body),
             })?;
             if speed == Ratio::ZERO {
-                return Err(self.stands(mesh.gears));
+                return Err(self.standstill_error(mesh.gears));
             }
             let ratio = speed * Ratio::new(i128::from(gear.teeth), i128::from(first));
             self.is_exact(ratio, body)?;
@@ -266,9 +269,9 @@ impl TrainDrive {
         if (one.along() - two.along()).norm() > ALIKE {
             return Err(TrainError::CouplingAxes { shafts: shafts() });
         }
-        let apart = two.at(coupling.at[1]) - one.at(coupling.at[0]);
-        let gap = apart.dot(&one.along());
-        let distance = (apart - one.along() * gap).norm();
+        let offset = two.at(coupling.at[1]) - one.at(coupling.at[0]);
+        let gap = offset.dot(&one.along());
+        let distance = (offset - one.along() * gap).norm();
         if distance > ONE_PLACE {
             return Err(TrainError::CouplingOffAxis {
                 shafts: shafts(),

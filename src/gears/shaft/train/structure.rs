@@ -79,7 +79,7 @@ impl TrainDrive {
         let drive = solved.participation(&flanks[0].mesh);
         let turning = drive[1..rigid]
             .iter()
-            .map(|felt| if *felt < 0.0 { -1.0 } else { 1.0 });
+            .map(|gain| if *gain < 0.0 { -1.0 } else { 1.0 });
         let elastic = orientation(&drive[..modes], rigid, &solution);
         solved.signs = turning.chain(elastic).collect();
         let gains = BearingTerms::gains(
@@ -146,7 +146,7 @@ impl TrainDrive {
         };
         let shafts = self.shafts.iter().enumerate();
         let shafts = shafts.flat_map(|(index, shaft)| {
-            let nodes = assembled.own(index);
+            let nodes = assembled.independent_nodes(index);
             nodes.map(move |node| (&shaft.name, node, None))
         });
         let loose = self
@@ -210,7 +210,9 @@ impl TrainDrive {
     ) -> Vec<f64> {
         let shafts = (0..self.shafts.len()).flat_map(|shaft| {
             let speed = layout.speeds[shaft];
-            assembled.own(shaft).map(move |node| (node, speed))
+            assembled
+                .independent_nodes(shaft)
+                .map(move |node| (node, speed))
         });
         let loose = assembled.loose.iter().copied();
         let turning = shafts
@@ -250,8 +252,8 @@ impl TrainDrive {
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force; their neutral parts cancel up to round-off.
-        let felt = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
-        let mut torque = self.power(layout, assembled, &driving, felt);
+        let participations = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
+        let mut torque = self.power(layout, assembled, &driving, participations);
         torque[0] = 0.0;
         let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
 
@@ -389,9 +391,14 @@ impl TrainDrive {
         let mut contacts = Vec::new();
         let mut names = self.contact_names().into_iter().skip(2);
         let mut name = || names.next().unwrap_or_default();
-        let met = layout.meshes[1..].iter().zip(&layout.cycles[1..]);
-        for (mesh, (met, &cycles)) in self.meshes.iter().zip(met) {
-            let terms = self.flanks(mesh.gears, (met, mesh.pressure_angle), layout, assembled);
+        let pitch_points = layout.meshes[1..].iter().zip(&layout.cycles[1..]);
+        for (mesh, (pitch_point, &cycles)) in self.meshes.iter().zip(pitch_points) {
+            let terms = self.flanks(
+                mesh.gears,
+                (pitch_point, mesh.pressure_angle),
+                layout,
+                assembled,
+            );
             let rubs = match &mesh.law {
                 MeshLaw::OfFirst { .. } => true,
                 MeshLaw::Own(flanks) => flanks.iter().any(|law| !law.friction.is_empty()),
@@ -429,8 +436,12 @@ impl TrainDrive {
             let twist = solved.contact(&self.twist(number, layout, assembled));
             for stage in &coupling.stages {
                 for (side, _) in stage.side.ways() {
-                    let felt = twist.iter().map(|w| side * w).collect();
-                    contacts.push(StructureContact::plain(name(), felt, stage.law.clone()));
+                    let participations = twist.iter().map(|w| side * w).collect();
+                    contacts.push(StructureContact::plain(
+                        name(),
+                        participations,
+                        stage.law.clone(),
+                    ));
                 }
             }
         }
@@ -445,9 +456,13 @@ impl TrainDrive {
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
-            let mut felt = solved.contact(&self.approach(number, assembled));
-            felt[..solved.neutral.len()].fill(0.0);
-            contacts.push(StructureContact::plain(name(), felt, stop.law.clone()));
+            let mut participations = solved.contact(&self.approach(number, assembled));
+            participations[..solved.neutral.len()].fill(0.0);
+            contacts.push(StructureContact::plain(
+                name(),
+                participations,
+                stop.law.clone(),
+            ));
         }
         contacts
     }

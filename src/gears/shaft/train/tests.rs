@@ -77,7 +77,7 @@ fn a_train_may_lie_anywhere() {
     assert_close("frequency", &askew.frequency, &upright.frequency);
     assert!((expected.frequency[2] / upright.frequency[2] - 1.0).abs() > 1e-4);
     // Modes come in pairs now; the sum of the participations over a pair does not depend on its basis.
-    let felt = |s: &ModalStructure, a: &[f64], b: &[f64]| -> f64 {
+    let projection = |s: &ModalStructure, a: &[f64], b: &[f64]| -> f64 {
         let parts = a.iter().zip(b).zip(&s.frequency);
         parts
             .filter(|(_, f)| **f > 0.0)
@@ -87,16 +87,16 @@ fn a_train_may_lie_anywhere() {
     let coast = |s: &ModalStructure| s.coast.clone().unwrap().mesh;
     for (a, b) in [
         (
-            felt(&askew, &askew.mesh, &askew.mesh),
-            felt(&upright, &upright.mesh, &upright.mesh),
+            projection(&askew, &askew.mesh, &askew.mesh),
+            projection(&upright, &upright.mesh, &upright.mesh),
         ),
         (
-            felt(&askew, &askew.mesh, &coast(&askew)),
-            felt(&upright, &upright.mesh, &coast(&upright)),
+            projection(&askew, &askew.mesh, &coast(&askew)),
+            projection(&upright, &upright.mesh, &coast(&upright)),
         ),
         (
-            felt(&askew, &askew.mesh, &askew.friction),
-            felt(&upright, &upright.mesh, &upright.friction),
+            projection(&askew, &askew.mesh, &askew.friction),
+            projection(&upright, &upright.mesh, &upright.friction),
         ),
     ] {
         assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
@@ -278,9 +278,9 @@ fn trains_that_cannot_run_are_told() {
     assert!(failure(coupled([0.0; 2], 0.0)).contains("the train locks"));
     assert!(failure(coupled([0.1, 0.0], 0.0)).contains("the train locks"));
     assert!(failure(coupled([0.1, 0.0], 1e7)).contains("across a gap of 1.000e-1 m"));
-    let mut beside = coupled([0.0; 2], 0.0);
-    beside.shafts[2].origin = row([20, 30, 18, 32]).shafts[2].origin;
-    assert!(failure(beside).contains("on one axis"));
+    let mut parallel = coupled([0.0; 2], 0.0);
+    parallel.shafts[2].origin = row([20, 30, 18, 32]).shafts[2].origin;
+    assert!(failure(parallel).contains("on one axis"));
     let mut loose = train(&flexible());
     loose.shafts[1].bearings.pop();
     loose.shafts[1].bearings[0].1.tilt = 0.0;
@@ -354,7 +354,10 @@ fn a_stop_is_approached_as_its_place_moves() {
     let structure = train.modes(MODES, MODES, false).unwrap();
     let moved = |axis: &str, stiffness: f64| -> Vec<f64> {
         let name = format!("wheel 1 {axis}");
-        let own = structure.bearings.iter().find(|own| own.name == name);
+        let own = structure
+            .bearings
+            .iter()
+            .find(|bearing| bearing.name == name);
         own.unwrap()
             .gain
             .iter()

@@ -70,13 +70,13 @@ pub fn advice(job: &Job) -> Vec<Advice> {
         axis.map_or((0.0, 0.0), |axis| axis.values.ends())
     };
     let largest = |(low, high): (f64, f64)| low.abs().max(high.abs());
-    let operating = suspect::Operating {
+    let operating = suspect::LargestOperation {
         load: largest(ends(&AxisKey::Load)),
         speed: largest(ends(&AxisKey::Speed)),
     };
     let torque = largest(ends(&AxisKey::Torque));
     for variant in job.points.variants().iter() {
-        let operating = suspect::Operating {
+        let operating = suspect::LargestOperation {
             load: operating.load.max(variant.model.load_of_torque(torque)),
             ..operating
         };

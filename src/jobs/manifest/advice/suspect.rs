@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 /// Largest load and speed of a grid.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Operating {
+pub(super) struct LargestOperation {
     /// Load, divided by the rated mesh force.
     pub load: f64,
     /// Speed of the pinion \[rad/s\].
@@ -63,7 +63,7 @@ const DENSITY: [f64; 2] = [300.0, 2e4];
 const YOUNG: [f64; 2] = [1e8, 8e11];
 
 /// Keys with messages about them.
-pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, String)> {
+pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(String, String)> {
     let mut found = Words(Vec::new());
     let gears = variant.model.source.gears();
     let oscillator = variant.mesh.length.is_some();
@@ -225,7 +225,7 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
     }
 }
 
-fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
+fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
     let (module, width) = (gears.module, gears.face_width);
     found.add(
         !(MODULE[0]..=MODULE[1]).contains(&module),

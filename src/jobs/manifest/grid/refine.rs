@@ -93,9 +93,9 @@ fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     }
     let analyses = root.entry("analyses").map(|analyses| &analyses.node);
     let computed = |name: &str| analyses.is_some_and(|tables| tables.entry(name).is_some());
-    let lacking = (by.iter().copied())
+    let missing_analysis = (by.iter().copied())
         .find_map(|criterion| Some((criterion, criterion.analysis().filter(|a| !computed(a))?)));
-    if let Some((criterion, analysis)) = lacking {
+    if let Some((criterion, analysis)) = missing_analysis {
         let name = criterion.name();
         let message = format!("`{name}` is not computed without analyses.{analysis}");
         let remedy = format!("add {analysis} = {{}} to [analyses], or remove {name}");

@@ -385,7 +385,10 @@ impl DistributionReader<'_> {
             Value::Array(items) if !items.is_empty() => items,
             Value::Text(_) => {
                 let columns = columns::read(self.axis.issues, entry, &VALUES, self.base_dir)?;
-                let names: Vec<&str> = columns.iter().map(|own| own.name.key.as_str()).collect();
+                let names: Vec<&str> = columns
+                    .iter()
+                    .map(|column| column.name.key.as_str())
+                    .collect();
                 let Some(place) = names.iter().position(|name| *name == self.name) else {
                     let message = format!("the file has no column `{}`", self.name);
                     let remedy = format!(

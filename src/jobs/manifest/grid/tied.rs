@@ -9,13 +9,13 @@ use crate::manifest::tree::{Node, Value};
 
 /// A group of axes as the text names them.
 #[derive(Debug)]
-pub(super) struct Tie {
+pub(super) struct TiedGroup {
     pub names: Vec<String>,
     span: Span,
 }
 
 /// The groups of `grid.tied`; faulty ones are omitted and reported.
-pub(super) fn read(section: &Section) -> Vec<Tie> {
+pub(super) fn read(section: &Section) -> Vec<TiedGroup> {
     let Some(entry) = section.entry("tied") else {
         return Vec::new();
     };
@@ -24,7 +24,7 @@ pub(super) fn read(section: &Section) -> Vec<Tie> {
             .wrong_type()
             .unwrap_or_default();
     };
-    let read: Vec<Tie> = (groups.iter())
+    let read: Vec<TiedGroup> = (groups.iter())
         .filter_map(|group| names(section, group))
         .collect();
     let mut seen: Vec<&str> = Vec::new();
@@ -54,7 +54,7 @@ fn given<'a>(section: &'a Section, key: &str, node: &'a Node) -> Given<'a> {
     }
 }
 
-fn names(section: &Section, group: &Node) -> Option<Tie> {
+fn names(section: &Section, group: &Node) -> Option<TiedGroup> {
     let Value::Array(items) = &group.value else {
         return given(section, "grid.tied", group).wrong_type();
     };
@@ -83,7 +83,7 @@ fn names(section: &Section, group: &Node) -> Option<Tie> {
         .remedy("name the axes that advance together, [[\"load\", \"speed\"]], or remove tied")
         .fail(section.issues);
     }
-    Some(Tie {
+    Some(TiedGroup {
         names,
         span: group.span,
     })
@@ -93,7 +93,7 @@ fn names(section: &Section, group: &Node) -> Option<Tie> {
 /// and reported. `columns` are those of a list of points, which already advance in step. Faults of axes in `faulty`
 /// have been reported.
 pub(super) fn places(
-    ties: &[Tie],
+    ties: &[TiedGroup],
     axes: &[GridAxis],
     columns: &[String],
     faulty: &[String],

@@ -27,8 +27,8 @@ pub(super) fn read(root: &Section, frequency: Option<&[f64]>) -> Option<Option<C
         stiffness: stiffness?,
     };
     let all = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness];
-    let felt = all.into_iter().flatten().any(|&entry| entry != 0.0);
-    Some(felt.then_some(coupling))
+    let is_nonzero = all.into_iter().flatten().any(|&entry| entry != 0.0);
+    Some(is_nonzero.then_some(coupling))
 }
 
 /// A square matrix with one row per mode, row by row; zeros if it is absent.

@@ -21,8 +21,8 @@ pub(super) fn read(
             name: name?.to_owned(),
             force: force?.iter().map(|force| force * amplitude).collect(),
             turns_per_cycle: match turns? {
-                Turns::Cycles([p, q]) => p as f64 / q as f64,
-                Turns::Order(order) => order / f64::from(teeth?),
+                LoadFrequency::Cycles([p, q]) => p as f64 / q as f64,
+                LoadFrequency::Order(order) => order / f64::from(teeth?),
             },
             phase: phase?,
         })
@@ -30,17 +30,17 @@ pub(super) fn read(
 }
 
 /// Frequency of a load.
-enum Turns {
+enum LoadFrequency {
     /// p turns in q mesh cycles.
     Cycles([u64; 2]),
     /// A multiple of the pinion's speed.
     Order(f64),
 }
 
-fn turns(table: &Section) -> Option<Turns> {
+fn turns(table: &Section) -> Option<LoadFrequency> {
     if table.has("cycles") {
         table.given_twice(&["order"], "cycles", "give the frequency");
-        return table.integers::<2>("cycles").map(Turns::Cycles);
+        return table.integers::<2>("cycles").map(LoadFrequency::Cycles);
     }
-    table.quantity("order").map(Turns::Order)
+    table.quantity("order").map(LoadFrequency::Order)
 }

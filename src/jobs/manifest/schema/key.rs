@@ -22,12 +22,12 @@ pub(in crate::manifest) struct Key {
     /// Number of entries of a list, if it is fixed.
     pub length: Option<usize>,
     /// Other tables that may have the key.
-    pub elsewhere: Elsewhere,
+    pub elsewhere: OtherTables,
 }
 
 /// Other tables that may have a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::manifest) enum Elsewhere {
+pub(in crate::manifest) enum OtherTables {
     Nowhere,
     /// A key of `[shafts]` in the table of either shaft.
     EitherShaft,
@@ -38,11 +38,11 @@ pub(in crate::manifest) enum Elsewhere {
 }
 
 /// Tables that may have keys of another table, that table, and which of its keys.
-pub(in crate::manifest) const SHARED: [(&str, &str, Elsewhere); 4] = [
-    ("shafts.<shaft>", "shafts", Elsewhere::EitherShaft),
-    ("train.shaft.*.gears.*", "gear", Elsewhere::OneGear),
-    ("train.planetary.*", "gear", Elsewhere::OneGear),
-    ("train.mesh.*", "mesh", Elsewhere::FurtherMesh),
+pub(in crate::manifest) const SHARED: [(&str, &str, OtherTables); 4] = [
+    ("shafts.<shaft>", "shafts", OtherTables::EitherShaft),
+    ("train.shaft.*.gears.*", "gear", OtherTables::OneGear),
+    ("train.planetary.*", "gear", OtherTables::OneGear),
+    ("train.mesh.*", "mesh", OtherTables::FurtherMesh),
 ];
 
 /// Whether the table at this path draws one gear of a train. `[gear]` draws the two gears of a pair.
@@ -159,7 +159,7 @@ pub(super) const fn key(
         why: "",
         pair: None,
         length: None,
-        elsewhere: Elsewhere::Nowhere,
+        elsewhere: OtherTables::Nowhere,
     }
 }
 
@@ -238,20 +238,20 @@ impl Key {
 
     /// The key of `[shafts]`, also in the table of either shaft.
     pub const fn on_either_shaft(self) -> Self {
-        self.also(Elsewhere::EitherShaft)
+        self.also(OtherTables::EitherShaft)
     }
 
     /// The key of `[gear]`, also in the table of one gear.
     pub const fn on_one_gear(self) -> Self {
-        self.also(Elsewhere::OneGear)
+        self.also(OtherTables::OneGear)
     }
 
     /// The key of `[mesh]`, also in the table of a further mesh.
     pub const fn on_further_meshes(self) -> Self {
-        self.also(Elsewhere::FurtherMesh)
+        self.also(OtherTables::FurtherMesh)
     }
 
-    const fn also(self, elsewhere: Elsewhere) -> Self {
+    const fn also(self, elsewhere: OtherTables) -> Self {
         Self { elsewhere, ..self }
     }
 }
@@ -365,7 +365,7 @@ impl Key {
 impl Key {
     /// Whether it has only one value in the table at this path, although `[gear]` may have one per gear.
     pub fn is_of_one_gear(&self, path: &str) -> bool {
-        self.elsewhere == Elsewhere::OneGear && draws_one_gear(path)
+        self.elsewhere == OtherTables::OneGear && draws_one_gear(path)
     }
 
     /// The range of its numbers for a table, empty if any finite value is accepted.

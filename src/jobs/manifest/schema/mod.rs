@@ -9,7 +9,7 @@ mod keys;
 mod tests;
 
 pub(in crate::manifest) use key::{
-    ANY, Bounds, DefaultValue, Elsewhere, Key, Kind, POSITIVE, SEED, SHARED, VARIABLE_TABLES,
+    ANY, Bounds, DefaultValue, Key, Kind, OtherTables, POSITIVE, SEED, SHARED, VARIABLE_TABLES,
     choice, draws_one_gear, integer, quantity,
 };
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, HOUSING_FILE, MANIFEST, MODAL_FILE, OF_MESH};
@@ -52,7 +52,7 @@ fn pattern(path: &str) -> String {
 
 /// The name of a shared key in its original table, and the group that it belongs to: `shafts.rest` for
 /// `shafts.<shaft>.rest`.
-fn shared_form(pattern: &str) -> Option<(String, Elsewhere)> {
+fn shared_form(pattern: &str) -> Option<(String, OtherTables)> {
     SHARED.iter().find_map(|&(table, of, which)| {
         let rest = pattern.strip_prefix(table)?;
         let whole = rest.is_empty() || rest.starts_with('.');
@@ -145,7 +145,7 @@ pub(in crate::manifest) fn quoted(words: &[&str]) -> String {
 }
 
 /// Other tables with a key of exactly this name.
-pub(in crate::manifest) fn homes(schema: Schema, name: &str) -> Vec<&'static str> {
+pub(in crate::manifest) fn tables_with_key(schema: Schema, name: &str) -> Vec<&'static str> {
     all(schema)
         .filter_map(|key| key.path.rsplit_once('.'))
         .filter(|&(home, last)| last == name && !home.contains(['*', '<']))

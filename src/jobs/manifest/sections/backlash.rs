@@ -20,7 +20,7 @@ const OF_DEFLECTION: f64 = 1e5;
 
 /// Other parts of the drive that the reader of a mesh needs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Surroundings<'a> {
+pub(super) struct MeshContext<'a> {
     /// The drawing, with known bores.
     pub gears: Option<&'a GearPair>,
     /// The drawing has faults, which have been reported.
@@ -30,7 +30,7 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// The half gap \[m\] from the only key for it, or from the drawing.
-pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<f64> {
+pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<f64> {
     let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
     let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();
     let Some((&key, others)) = given.split_first() else {
@@ -69,7 +69,7 @@ fn normal(gears: Option<&GearPair>) -> f64 {
 }
 
 /// Ratio of the backlash along the line of action to the circumferential one, `cos α_w`.
-fn along_line_of_action(section: &Section, key: &str, drive: Surroundings<'_>) -> Option<f64> {
+fn along_line_of_action(section: &Section, key: &str, drive: MeshContext<'_>) -> Option<f64> {
     if let Some(gears) = drive.gears {
         return gears.operating_pressure_angle().ok().map(f64::cos);
     }
@@ -107,7 +107,7 @@ fn contradiction(section: &Section, key: &str, half_gap: f64, [drawn, normal]: [
 /// Checks that teeth can have the half gap; usually a wrong one is in metres instead of microns.
 pub(super) fn check_scale(
     section: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     half_gap: f64,
     stiffness: &StiffnessSpec,
 ) -> Option<()> {

@@ -1,6 +1,6 @@
 //! The coast flanks of `[mesh]`: their line of action, and the phase about which they mirror the drive flanks.
 
-use super::backlash::Surroundings;
+use super::backlash::MeshContext;
 use crate::gear::standard_symmetry;
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
@@ -10,7 +10,7 @@ use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSou
 /// reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
     let given = if section.has("coast_flank") {
@@ -46,7 +46,7 @@ pub(super) fn read(
 /// The mesh phase of symmetry, in cycles; 0 if nothing depends on it.
 fn symmetry(
     section: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<f64> {
     let (stiffness, friction) = laws?;

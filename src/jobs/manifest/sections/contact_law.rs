@@ -21,12 +21,9 @@ pub(super) fn constant(table: &Section) -> Option<ContactLaw> {
 /// A contact with a separate cycle.
 pub(in crate::manifest) fn cyclic(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
     let divisions = stiffness(table);
-    let beside = beside_stiffness(table, gap);
+    let law = properties_except_stiffness(table, gap);
     let stiffness = Division::law(&divisions?, 0.0).stiffness;
-    Some(ContactLaw {
-        stiffness,
-        ..beside?
-    })
+    Some(ContactLaw { stiffness, ..law? })
 }
 
 /// A rigid stop with a separate cycle: its law without a stiffness, and its coefficient of restitution.
@@ -34,13 +31,13 @@ pub(in crate::manifest) fn rigid(table: &Section, gap: Option<f64>) -> Option<(C
     let others = ["stiffness", "levels", "stiffness_harmonics", "damping"];
     let what = "say how the contact returns a motion";
     table.given_twice(&others, "restitution", what);
-    let beside = beside_stiffness(table, gap);
+    let law = properties_except_stiffness(table, gap);
     let restitution = table.quantity("restitution");
-    Some((beside?, restitution?))
+    Some((law?, restitution?))
 }
 
 /// The other properties of a contact with a separate cycle, except stiffness and gap.
-pub(super) fn beside_stiffness(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
+pub(super) fn properties_except_stiffness(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
     let damping = table.quantity_or_default("damping");
     let phase = if table.has("phase") { table.quantity("phase") } else { Some(0.0) };
     let error = harmonics(table, "transmission_error");

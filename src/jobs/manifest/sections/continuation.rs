@@ -102,9 +102,13 @@ fn axis(
     let derived = |place: usize| (expressions.iter()).any(|(name, _)| axes[place].name() == name);
     // Expressions are evaluated again along a branch.
     let is_tied = |place: usize| {
-        let own = &dimensions[GridDimension::of(dimensions, place)];
-        let given = own.axes.iter().filter(|axis| !derived(**axis)).count();
-        own.sampled || derived(place) || given > 1
+        let dimension = &dimensions[GridDimension::of(dimensions, place)];
+        let given = dimension
+            .axes
+            .iter()
+            .filter(|axis| !derived(**axis))
+            .count();
+        dimension.sampled || derived(place) || given > 1
     };
     let name = match section.has(key) {
         true => section.text(key)?,

@@ -47,7 +47,7 @@ pub(super) fn has_exponents(
         return Some(());
     };
     let (retained, most) = (model.retained, model.exponents());
-    let (of, beside) = match model.neutral_exponents() {
+    let (of, note) = match model.neutral_exponents() {
         0 => ("none".to_owned(), String::new()),
         own => (
             format!("{own}, under drag"),
@@ -65,7 +65,7 @@ pub(super) fn has_exponents(
         .inconsistent(key, message)
         .label(format!("at most {most}"))
         .accepted(format!(
-            "a whole number from 1 to {most}, twice the retained modes{}{beside}",
+            "a whole number from 1 to {most}, twice the retained modes{}{note}",
             if neutral.is_empty() { "" } else { " that are not neutral" }
         ))
         .fail(table.issues)

@@ -1,7 +1,7 @@
 //! Meshes computed from the drawing of their gears: the keys of mesh tables, in `[mesh]` and in further meshes of a
 //! train.
 
-use super::backlash::Surroundings;
+use super::backlash::MeshContext;
 use crate::gear::{Contact, CycleDivision, FaceLaw, Flanks, GearPair, MeshTableSpec, StiffnessLaw};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// Stiffness from the drawing of the gears, which must mesh.
 pub(super) fn read(
     section: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
     let gears = drive.gears;
@@ -176,8 +176,8 @@ fn pairs(
     }
     let slices = slices?;
     let across = gears.is_some_and(|pair| pair.form.has_modified_lead());
-    let askew = misalignment.is_some_and(|angle| angle != 0.0);
-    if slices == 1 && (across || askew) {
+    let is_misaligned = misalignment.is_some_and(|angle| angle != 0.0);
+    if slices == 1 && (across || is_misaligned) {
         let key = if across { "resolution" } else { "misalignment" };
         let message = "one slice of the face cannot represent misalignment or a modified lead";
         return section

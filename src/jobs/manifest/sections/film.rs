@@ -1,6 +1,6 @@
 //! `[mesh.film]`: the film of oil between the flanks.
 
-use super::backlash::Surroundings;
+use super::backlash::MeshContext;
 use super::sliders::{Excluded, exclude, excluded_kernel};
 use crate::gear::OilFilm;
 use crate::manifest::reader::{Child, Section};
@@ -35,7 +35,7 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// The film; an inner `None` without a film, an outer one if there are faults, which have been reported.
-pub(super) fn read(mesh: &Section, drive: Surroundings<'_>) -> Option<Option<Film>> {
+pub(super) fn read(mesh: &Section, drive: MeshContext<'_>) -> Option<Option<Film>> {
     let section = match mesh.child("film") {
         Child::Absent => return Some(None),
         Child::Invalid => return None,
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn films_with_faults_are_refused() {
-        for (lines, said) in [
+        for (lines, expected) in [
             ("layers = 5", "mesh.film.viscosity"),
             ("viscosity = 0.02\nlayers = 0", "mesh.film.layers"),
             ("viscosity = \"20 mm\"", "viscosity"),
@@ -144,7 +144,7 @@ mod tests {
             ),
         ] {
             let found = film(QUICKSTART, lines).unwrap_err();
-            assert!(found.contains(said), "{lines}: {found}");
+            assert!(found.contains(expected), "{lines}: {found}");
         }
         let closed_modes = QUICKSTART.replacen("[run] ", "[run]\nkernel = \"closed_modes\" #", 1);
         let found = film(&closed_modes, "viscosity = 0.02").unwrap_err();

@@ -1,6 +1,6 @@
 //! The friction of `[mesh]`: one coefficient, or a law of load, speed, oil and roughness.
 
-use super::backlash::Surroundings;
+use super::backlash::MeshContext;
 use crate::gear::{EvenSharing, MeanFriction};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{FrictionSpec, StiffnessSpec, StructureSource};
@@ -20,7 +20,7 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 /// an outer one if the drawing has faults or does not determine it, which has been reported.
 pub(super) fn sliding(
     section: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     friction: &FrictionSpec,
     stiffness: &StiffnessSpec,
 ) -> Option<Option<EvenSharing>> {
@@ -86,7 +86,7 @@ fn unknown(section: &Section, message: String, remedy: &'static str) {
 }
 
 /// The friction; `None` if it or the drawing has faults, which have been reported.
-pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<FrictionSpec> {
+pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<FrictionSpec> {
     if section.choice_or_default("friction_law")? == "constant" {
         section.without_effect(
             &OF_LAW,

@@ -1,6 +1,6 @@
 //! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
 
-use super::backlash::{self, Surroundings};
+use super::backlash::{self, MeshContext};
 use super::coast;
 use super::contact_law;
 use super::drawn_mesh;
@@ -43,7 +43,7 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// Reads the table.
-pub(super) fn read(section: &Section, drive: Surroundings<'_>) -> Option<MeshSpec> {
+pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec> {
     let half_gap = backlash::read(section, drive);
     let choice = section.choice("stiffness");
     if choice.is_some_and(|choice| choice != "fourier") {

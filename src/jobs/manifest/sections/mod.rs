@@ -42,7 +42,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use backlash::Surroundings;
+use backlash::MeshContext;
 pub(super) use continuation::read as read_continuation;
 use drive_kind::DriveKind;
 pub(super) use job::read as read_job;
@@ -150,8 +150,8 @@ fn flanks(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
     let drawn = model.and_then(|model| model.source.gears());
     root.required_child("mesh").and_then(|section| {
         // A modal file has no drawing; `[gear]` is read if a part of the mesh needs it.
-        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section));
-        let drive = Surroundings {
+        let gears = drawn.or_else(|| model::gears_for_modal_file(root, &section));
+        let drive = MeshContext {
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.map(|model| &model.source),

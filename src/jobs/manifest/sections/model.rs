@@ -203,20 +203,20 @@ fn modal(
 /// Whether `[mesh]` takes its stiffness, friction or film of oil from the drawing of the gears.
 fn mesh_wants_gears(root: &Section) -> bool {
     match root.child("mesh") {
-        Child::Present(section) => mesh::wants_gears(&section) || beside_mesh(&section),
+        Child::Present(section) => mesh::wants_gears(&section) || needs_drawing(&section),
         _ => false,
     }
 }
 
 /// Whether friction, a film of oil or a tooth fault needs the drawing.
-fn beside_mesh(mesh: &Section) -> bool {
+fn needs_drawing(mesh: &Section) -> bool {
     friction::wants_gears(mesh) || film::wants_gears(mesh) || tooth_fault::wants_gears(mesh)
 }
 
 /// The drawing for a mesh table, the law of friction or a film of oil if the structure comes from a modal file.
-pub(super) fn gears_beside_modes(root: &Section, mesh: &Section) -> Option<GearPair> {
+pub(super) fn gears_for_modal_file(root: &Section, mesh: &Section) -> Option<GearPair> {
     // The readers of friction and film report a missing drawing.
-    let needed = mesh::wants_gears(mesh) || beside_mesh(mesh) && root.has("gear");
+    let needed = mesh::wants_gears(mesh) || needs_drawing(mesh) && root.has("gear");
     if !(is_kind(root, "modal") && needed) {
         return None;
     }
@@ -231,7 +231,7 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     if is_kind(root, "train") {
         return in_train;
     }
-    let looked_at = !is_kind(root, "modal") || mesh::wants_gears(mesh) || beside_mesh(mesh);
+    let looked_at = !is_kind(root, "modal") || mesh::wants_gears(mesh) || needs_drawing(mesh);
     root.has("gear") && looked_at || in_train
 }
 

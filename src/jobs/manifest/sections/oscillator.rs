@@ -20,14 +20,14 @@ pub(super) fn is_one(root: &Section, context: &Context) -> bool {
     let Some(Value::Text(file)) = model.map(|file| &file.node.value) else {
         return false;
     };
-    let lacks = |tree: &Node| tree.entry("mesh").is_none();
+    let has_no_mesh = |tree: &Node| tree.entry("mesh").is_none();
     let known = context.modal_files.get(&context.base_dir.join(file));
     let own = known.and_then(Option::as_ref).map(|file| &file.tree);
     is_kind(root, "modal")
         && modal_keys::tree(root.entries())
             .flatten()
             .or(own)
-            .is_some_and(lacks)
+            .is_some_and(has_no_mesh)
 }
 
 /// The substitute for an oscillator's mesh; `None` if `[mesh]` is given or nothing determines a length, which is
@@ -50,7 +50,7 @@ pub(super) fn mesh(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec
     };
     let length = match root.child("model") {
         Child::Present(section) if section.has("length") => section.quantity("length")?,
-        _ => own_length(structure),
+        _ => typical_length(structure),
     };
     if length == 0.0 {
         let message = "nothing tells how large the motion is: no contact has a gap, and no [[harmonic_load]] acts";
@@ -82,7 +82,7 @@ pub(super) fn mesh(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec
 }
 
 /// The largest gap of a contact, or static deflection by a harmonic load \[m\].
-fn own_length(structure: &ModalStructure) -> f64 {
+fn typical_length(structure: &ModalStructure) -> f64 {
     let gaps = structure
         .contacts
         .iter()
@@ -106,7 +106,8 @@ fn own_length(structure: &ModalStructure) -> f64 {
 fn stiffness(structure: &ModalStructure) -> f64 {
     let square: f64 = structure.mesh.iter().map(|w| w * w).sum();
     let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);
-    let mut springs = (structure.contacts.iter()).filter(|own| own.law.dry_friction.is_none());
+    let mut springs =
+        (structure.contacts.iter()).filter(|contact| contact.law.dry_friction.is_none());
     let contact = springs.find_map(|own| own.law.stiffness.first());
     match (lowest, contact) {
         (Some(omega), _) => omega * omega / square,

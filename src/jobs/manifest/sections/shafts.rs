@@ -161,21 +161,21 @@ fn shaft(
 }
 
 /// A table that both shafts share, and a table of one shaft that overrides it key by key.
-struct Layers<'t> {
+struct LayeredTable<'t> {
     common: Section<'t>,
     special: Option<Section<'t>>,
 }
 
-impl<'t> Layers<'t> {
+impl<'t> LayeredTable<'t> {
     /// The layers of one name. The outer `None` is a fault; the inner one is an optional table that is in neither.
     fn read(
         shared: &Section<'t>,
-        own: &Section<'t>,
+        section: &Section<'t>,
         name: &str,
         required: bool,
     ) -> Option<Option<Self>> {
         let common = shared.child(name);
-        let special = own.child(name);
+        let special = section.child(name);
         let (common, special) = match (common, special) {
             (Child::Invalid, _) | (_, Child::Invalid) => return None,
             (Child::Absent, Child::Absent) if required => {
@@ -216,7 +216,7 @@ impl<'t> Layers<'t> {
 
 fn bearings(shared: &Section, own: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
     let needed = |key: &str| has_effect(kind, &format!("bearings.{key}"));
-    let Some(layers) = Layers::read(shared, own, "bearings", needed("y"))? else {
+    let Some(layers) = LayeredTable::read(shared, own, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
@@ -273,7 +273,7 @@ fn pedestals(shared: &Section, own: &Section, kind: DriveKind) -> Option<Option<
         return Some(None);
     }
     let required = kind == DriveKind::Rigid(Tier::Pedestal);
-    let Some(layers) = Layers::read(shared, own, "pedestals", required)? else {
+    let Some(layers) = LayeredTable::read(shared, own, "pedestals", required)? else {
         return Some(None);
     };
     let x = layers.both("x");

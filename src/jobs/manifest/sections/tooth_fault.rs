@@ -1,6 +1,6 @@
 //! `[[mesh.tooth_fault]]`: single teeth that differ from the others.
 
-use super::backlash::Surroundings;
+use super::backlash::MeshContext;
 use super::friction::shared_as_long;
 use crate::gear::{EvenSharing, FaultyTeeth, GearError, GearPair, RootCrack, ToothFault};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
@@ -29,7 +29,7 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
 /// on the stiffness and on the line of contact of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
-    drive: Surroundings<'_>,
+    drive: MeshContext<'_>,
     (stiffness, coast): (&StiffnessSpec, &CoastSpec),
 ) -> Option<Option<Arc<FaultyTeeth>>> {
     let tables = mesh.tables(KEY)?;

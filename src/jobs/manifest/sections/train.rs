@@ -53,7 +53,7 @@ pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDriv
         meshes: Vec::new(),
         couplings: couplings?,
         stops: stops?,
-        planetary: planets.iter().map(|own| own.set.clone()).collect(),
+        planetary: planets.iter().map(|planet| planet.set.clone()).collect(),
         housing,
         driver: driver?,
         young_modulus: young_modulus?,

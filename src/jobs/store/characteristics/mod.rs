@@ -160,7 +160,7 @@ impl TableFolder<'_> {
         rows: &[R],
     ) -> Result<(), StoreError> {
         let name = format!("{name}.parquet");
-        let mut file = TableFile::create_alone(self.folder, &name, table, &self.metadata)?;
+        let mut file = TableFile::create_standalone(self.folder, &name, table, &self.metadata)?;
         rows.iter().try_for_each(|row| file.push(row.clone()))?;
         file.finish()?;
         Ok(())

@@ -20,10 +20,10 @@ use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    AxisColumn, ChainPart, Level, Listed, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
-    TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, contact_changes_table,
-    curves_table, events_table, levels_table, order_tracks_table, signals_table, spectrogram_table,
-    trace_table,
+    AxisColumn, ChainPart, Level, ListElement, MeshUnderLoad, Placement, RefinedColumns,
+    ResultTable, TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table,
+    contact_changes_table, curves_table, events_table, levels_table, order_tracks_table,
+    signals_table, spectrogram_table, trace_table,
 };
 use strum::VariantArray;
 
@@ -53,7 +53,7 @@ fn layout() -> ResultLayout {
         refined: None,
         samples: None,
         elements: vec![(
-            Listed::Output(Quantity::BearingForce),
+            ListElement::Output(Quantity::BearingForce),
             ["pinion 1 x", "pinion 1 y"].map(str::to_owned).to_vec(),
         )],
         shard: None,

@@ -29,7 +29,7 @@ fn queue<'a>(job: &'a Job, look: usize, ahead: u64) -> Queue<'a> {
 
 fn taken(queue: &Queue<'_>, written: u64) -> usize {
     match queue.next(written, None) {
-        Next::Chain { turn, .. } => turn.place,
+        NextAction::Chain { turn, .. } => turn.place,
         other => panic!("{other:?}"),
     }
 }
@@ -51,7 +51,7 @@ fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
     // The mean is 5; neighbours of 1 are 2 and 5 (9), and 4 is a neighbour of 0 (1).
     let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
     assert_eq!(order, [2, 5, 3, 6, 7, 8, 9, 10, 11, 4]);
-    assert!(matches!(queue.next(0, None), Next::End));
+    assert!(matches!(queue.next(0, None), NextAction::End));
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn what_waits_in_memory_is_bounded() {
         [1, 2, 3]
     );
     assert!(
-        matches!(queue.next(0, None), Next::Wait),
+        matches!(queue.next(0, None), NextAction::Wait),
         "point 0 is not written yet"
     );
     assert_eq!(taken(&queue, 1), 4);
@@ -128,7 +128,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         };
         let worker = (1..workers).fold(0, earliest);
         let node = worker * nodes / workers;
-        let Next::Chain { turn, .. } = queue.next(1_000_000, near.then_some(node)) else {
+        let NextAction::Chain { turn, .. } = queue.next(1_000_000, near.then_some(node)) else {
             break;
         };
         let table = table_number(&job.points.at(turn.first));

@@ -45,7 +45,7 @@ fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow
         point_id: id,
         ..motion(NESTED.at(id as usize))
     };
-    known.iter().for_each(|&id| plane.learn(&point(id)));
+    known.iter().for_each(|&id| plane.record_point(&point(id)));
     loop {
         let round = plane.next_round();
         assert!(round.is_sorted());
@@ -53,7 +53,9 @@ fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow
             return plane;
         }
         assert!(round.iter().all(|&id| !known.contains(&(id as u64))));
-        round.iter().for_each(|&id| plane.learn(&point(id as u64)));
+        round
+            .iter()
+            .for_each(|&id| plane.record_point(&point(id as u64)));
     }
 }
 

@@ -99,8 +99,8 @@ impl Ask<'_> {
             point_id: self.point.point_id,
         };
         let start = self.model.start(&self.point.run.initial);
-        let asked = point_config(&self.point, seed);
-        investigate(self.model, kernel, start, &asked, &AtomicBool::new(false)).unwrap()
+        let config = point_config(&self.point, seed);
+        investigate(self.model, kernel, start, &config, &AtomicBool::new(false)).unwrap()
     }
 }
 

@@ -42,14 +42,14 @@ fn a_kept_table_gives_the_bits_of_a_new_one() {
                 "spectral",
                 bits(&Spectral::new(&used, CELLS, 99, None).unwrap(), &start),
                 bits(
-                    &Spectral::of_kept(&used, CELLS, 99, None, &bases).unwrap(),
+                    &Spectral::from_kept(&used, CELLS, 99, None, &bases).unwrap(),
                     &start,
                 ),
             ),
             (
                 "fused",
                 bits(&Fused::new(&used, CELLS, 99).unwrap(), &start),
-                bits(&Fused::of_kept(&used, CELLS, 99, both).unwrap(), &start),
+                bits(&Fused::from_kept(&used, CELLS, 99, both).unwrap(), &start),
             ),
         ] {
             assert!(new.1 > 10, "{} events", new.1);
@@ -68,7 +68,7 @@ fn bases_serve_every_speed_and_excitation() {
         for other in common::other_speeds(&case) {
             let model = common::model(&other);
             assert_eq!(Spectral::arrays(&model).unwrap(), arrays, "{name}");
-            let kernel = Spectral::of_kept(&model, CELLS, 1000, None, &arrays).unwrap();
+            let kernel = Spectral::from_kept(&model, CELLS, 1000, None, &arrays).unwrap();
             let name = format!("{name} {}", other.2.speed);
             follows_volterra(&name, &model, &kernel);
         }
@@ -84,12 +84,12 @@ fn tables_of_another_model_are_refused() {
     );
     let mut arrays = Spectral::arrays(&two).unwrap();
     arrays.extend(Fused::arrays(&two, CELLS).unwrap());
-    let of_kept = |model, arrays: &Vec<TableArray>| {
+    let from_kept = |model, arrays: &Vec<TableArray>| {
         let both: [&dyn KeptTables; 2] = [arrays, arrays];
-        Fused::of_kept(model, CELLS, 9, both).map(|_| ())
+        Fused::from_kept(model, CELLS, 9, both).map(|_| ())
     };
-    assert_eq!(of_kept(&two, &arrays), Ok(()));
-    let refused = of_kept(&six, &arrays);
+    assert_eq!(from_kept(&two, &arrays), Ok(()));
+    let refused = from_kept(&six, &arrays);
     assert!(
         matches!(refused, Err(DenseError::Table(TableError::Kept { .. }))),
         "{refused:?}"
@@ -104,7 +104,7 @@ fn tables_of_another_model_are_refused() {
             let mut values = other[index].values.to_vec();
             values.resize(values.len().saturating_add_signed(change), 0.0);
             other[index].values = values[..].into();
-            let refused = of_kept(&two, &other);
+            let refused = from_kept(&two, &other);
             assert_eq!(refused, Err(TableError::Kept { name: array.name }.into()));
         }
     }

@@ -69,10 +69,10 @@ fn hold<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     let (mut state, mut time, mut work) = (0.0f64, 0.0f64, Counters::default());
     for _ in 0..12 {
         let exact = reference.advance(&start, 1).unwrap();
-        let mut seen = Events::default();
-        let (end, counters) = advance_with(kernel, &start, 1, &mut seen);
-        assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
-        for (a, b) in seen.0.iter().zip(&exact.crossings) {
+        let mut observed = Events::default();
+        let (end, counters) = advance_with(kernel, &start, 1, &mut observed);
+        assert_eq!(observed.0.len(), exact.crossings.len(), "{name}");
+        for (a, b) in observed.0.iter().zip(&exact.crossings) {
             assert_eq!((a.cycle, a.from, a.to), (b.cycle, b.from, b.to));
             time = time.max((a.time - b.time).abs() / model.period());
         }
@@ -276,20 +276,20 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         };
         // Growth of a disturbance of 10⁻⁹ over one cycle.
         let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
-        let beside = TrajectoryState {
+        let shifted = TrajectoryState {
             state: moved,
             ..start.clone()
         };
-        let Ok((beside, events_beside)) = cycle(&exact, &beside) else {
+        let Ok((shifted, events_beside)) = cycle(&exact, &shifted) else {
             break;
         };
-        let gain = 1e9 * state_difference(&model, &beside.state, &end.state);
+        let gain = 1e9 * state_difference(&model, &shifted.state, &end.state);
         if events_beside.0.len() == events.0.len() && gain < 1e3 {
             let allowed = 1e-12 * gain.max(1.0);
             each!(&ladder, name, kernel => {
-                let (found, seen) = cycle(kernel, &start)
+                let (found, observed) = cycle(kernel, &start)
                     .map_err(|stop| TestCaseError::fail(format!("{name}: {stop}")))?;
-                prop_assert_eq!(seen.0.len(), events.0.len(), "{}", name);
+                prop_assert_eq!(observed.0.len(), events.0.len(), "{}", name);
                 let off = state_difference(&model, &found.state, &end.state);
                 prop_assert!(off < allowed, "{}: {:e} of {:e}", name, off, allowed);
                 compared += 1;
@@ -328,7 +328,7 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
     let mut state = vec![0.0; 2 * model.modes()];
     state[rigid] = 1.2 * model.half_gap / model.first_gains()[rigid].deflection[0];
     let mut start = TrajectoryState::new(&model, state, 0);
-    let mut seen = 0;
+    let mut observed = 0;
     for _ in 0..6 {
         let Ok((end, events)) = cycle(&exact, &start) else {
             break;
@@ -353,13 +353,13 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
             for (name, order) in [("stepping", stepping), ("event_grid", gridded)] {
                 let Some(order) = order else { continue };
                 prop_assert!((0.5..2.5).contains(&order), "{}: order {}", name, order);
-                seen += 1;
+                observed += 1;
             }
             break;
         }
         start = end;
     }
-    Ok(seen)
+    Ok(observed)
 }
 
 proptest! {
@@ -379,13 +379,13 @@ proptest! {
 #[test]
 fn orders_are_seen() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
-    let seen: usize = (0..12)
+    let observed: usize = (0..12)
         .map(|_| {
             let case = any_case().new_tree(&mut runner).unwrap().current();
             converge(&case).unwrap()
         })
         .sum();
-    assert!(seen >= 4, "{seen}");
+    assert!(observed >= 4, "{observed}");
 }
 
 proptest! {
@@ -461,9 +461,12 @@ fn resonance_without_damping_is_refused() {
         assert!(Dyadic::new(&model, CELLS, 10).is_ok());
         // The error of the mesh is in resonance with the faster one.
         case.1.torque_ripple[0].order = 1.001 * order;
-        let beside = Spectral::new(&common::model(&case), CELLS, 10, None).map(|_| ());
-        let in_resonance = matches!(beside, Err(DenseError::Table(TableError::Resonance { .. })));
-        assert_eq!(in_resonance, order == 20.0, "{beside:?}");
+        let shifted = Spectral::new(&common::model(&case), CELLS, 10, None).map(|_| ());
+        let in_resonance = matches!(
+            shifted,
+            Err(DenseError::Table(TableError::Resonance { .. }))
+        );
+        assert_eq!(in_resonance, order == 20.0, "{shifted:?}");
     }
 }
 

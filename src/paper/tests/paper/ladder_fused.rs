@@ -110,11 +110,11 @@ fn a_jump_is_the_integration_it_stands_for() {
         assert!(products <= 20, "{products} products");
         assert_eq!(jumped.cycle, integrated.cycle);
         let n = model.modes();
-        let felt = |state: &[f64]| -> Vec<f64> {
+        let projected = |state: &[f64]| -> Vec<f64> {
             let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));
             kept.map(|i| state[i]).collect()
         };
-        let off = relative_difference(&felt(&jumped.state), &felt(&integrated.state));
+        let off = relative_difference(&projected(&jumped.state), &projected(&integrated.state));
         let drift = relative_difference(&jumped.state, &integrated.state);
         println!("{name}: {off:.1e}, with the neutral rotation {drift:.1e}");
         assert!(off < 1e-10 && drift < 1e-9, "{name}: {off:e}, {drift:e}");
@@ -123,7 +123,7 @@ fn a_jump_is_the_integration_it_stands_for() {
         for part in [1, 2, 4, 393, 999_600] {
             jumps.jump(&mut parts, part);
         }
-        let off = relative_difference(&felt(&parts.state), &felt(&jumped.state));
+        let off = relative_difference(&projected(&parts.state), &projected(&jumped.state));
         assert!(off < 1e-11, "{name}: {off:e}");
     }
 }

@@ -36,6 +36,6 @@ mod repeated_modes;
 mod verify;
 
 /// The assertion for the shared checks of motions.
-fn right(holds: bool, told: impl FnOnce() -> String) {
-    assert!(holds, "{}", told());
+fn right(holds: bool, message: impl FnOnce() -> String) {
+    assert!(holds, "{}", message());
 }

@@ -2,16 +2,16 @@
 //! allow the additional error that tables report for nearly parallel eigenvectors.
 
 use crate::drawn::Drawn;
-use crate::random_drives::{Ask, EVENT_LIMIT, Tally, put, refuse};
+use crate::random_drives::{EVENT_LIMIT, KernelCall, Tally, put, refuse};
 use gearatlas_paper::kernels::{Conditioning, Fused, Spectral, TableSize};
 
 const CELLS: u32 = 30;
 
-const KERNELS: [(&str, Ask); 2] = [
+const KERNELS: [(&str, KernelCall); 2] = [
     ("spectral", |trial, name| {
         match Spectral::new(trial.model, CELLS, EVENT_LIMIT, None) {
             Ok(kernel) => {
-                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                let off = reported_error(&kernel.conditioning(), kernel.bytes());
                 trial.put(name, &kernel, off);
             }
             Err(_) => refuse(trial, name),
@@ -20,7 +20,7 @@ const KERNELS: [(&str, Ask); 2] = [
     ("fused", |trial, name| {
         match Fused::new(trial.model, CELLS, EVENT_LIMIT) {
             Ok(kernel) => {
-                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                let off = reported_error(&kernel.conditioning(), kernel.bytes());
                 trial.put(name, &kernel, off);
             }
             Err(_) => refuse(trial, name),
@@ -30,7 +30,7 @@ const KERNELS: [(&str, Ask); 2] = [
 
 /// Allowed error of tables over a cycle: the largest measured error of a cell's propagator, times cells, and the same
 /// for the inputs, which are not measured.
-fn known_off(bases: &[Conditioning], size: TableSize) -> f64 {
+fn reported_error(bases: &[Conditioning], size: TableSize) -> f64 {
     let worst = bases.iter().map(|basis| basis.reconstruction);
     2.0 * worst.fold(0.0, f64::max) * size.cells as f64
 }

@@ -26,8 +26,8 @@ fn an_error_of_loaded_flanks_is_refused() {
     });
     let refused = Dyadic::new(&model, 60, 1000).map(|_| ()).unwrap_err();
     assert_eq!(refused, TableError::FlankError.into());
-    let said = refused.to_string();
-    assert!(said.contains("excitation.table_harmonics"), "{said}");
+    let message = refused.to_string();
+    assert!(message.contains("excitation.table_harmonics"), "{message}");
 }
 
 /// A critically damped contact has one eigenvector; ten hours per tooth need too many cells.
@@ -41,8 +41,8 @@ fn what_is_wrong_is_said() {
     let refused = Spectral::new(&critical, 60, 9, None)
         .map(|_| ())
         .unwrap_err();
-    let said = refused.to_string();
-    assert!(said.contains("nearly parallel"), "{said}");
+    let message = refused.to_string();
+    assert!(message.contains("nearly parallel"), "{message}");
     case.2.speed = 1e-5;
     let slow = common::model(&case);
     let refused = Dyadic::new(&slow, 60, 9).map(|_| ()).unwrap_err();
@@ -50,6 +50,6 @@ fn what_is_wrong_is_said() {
         matches!(refused, DenseError::TooManyCells { .. }),
         "{refused:?}"
     );
-    let said = refused.to_string();
-    assert!(said.contains("raise the speed"), "{said}");
+    let message = refused.to_string();
+    assert!(message.contains("raise the speed"), "{message}");
 }

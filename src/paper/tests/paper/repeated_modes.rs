@@ -108,7 +108,7 @@ fn agree(name: &str, structure: &ModalStructure, model: &Model) {
         );
     }
     // They are measured for the longest possible cell of a table.
-    let longest = 8.0 / Volterra::fastest_own_rate(model);
+    let longest = 8.0 / Volterra::fastest_structure_rate(model);
     let cells = (longest * f64::from(CELLS) / model.period()).max(1.0);
     for basis in spectral.conditioning() {
         assert!(basis.reconstruction < 1e-12 * cells, "{name}: {basis:?}");
@@ -256,11 +256,11 @@ fn critical_damping_is_followed_or_refused() {
 fn kept_tables_that_rebuild_badly_are_refused() {
     let model = common::model(&common::two_modes());
     let mut arrays = Spectral::arrays(&model).unwrap();
-    assert!(Spectral::of_kept(&model, CELLS, 9, None, &arrays).is_ok());
+    assert!(Spectral::from_kept(&model, CELLS, 9, None, &arrays).is_ok());
     for bad in [2e-11, f64::NAN] {
-        let told = arrays.iter_mut().find(|a| a.name == "reconstruction");
-        told.unwrap().values[0] = bad;
-        let refused = Spectral::of_kept(&model, CELLS, 9, None, &arrays).map(|_| ());
+        let reconstruction = arrays.iter_mut().find(|a| a.name == "reconstruction");
+        reconstruction.unwrap().values[0] = bad;
+        let refused = Spectral::from_kept(&model, CELLS, 9, None, &arrays).map(|_| ());
         assert!(matches!(
             refused,
             Err(DenseError::Table(TableError::Defective { .. }))

@@ -157,7 +157,7 @@ impl<'m> Extended<'m> {
                 .collect(),
             crossings: Vec::new(),
         };
-        integration.seat_sliders();
+        integration.clamp_sliders();
         for _ in 0..cycles {
             integration.one_cycle()?;
         }
@@ -276,7 +276,7 @@ impl Integration<'_> {
     }
 
     /// Moves sliders that are at their limits within the round-off of doubles exactly there.
-    fn seat_sliders(&mut self) {
+    fn clamp_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
             let (segment, own) = (&self.segments[*slip], &model.contacts[*slip]);
@@ -351,7 +351,7 @@ impl Integration<'_> {
         };
         self.state = series.state_at(place);
         let reached = time + place * (passed[0] + passed[1] * place);
-        if met != Met::Freedom {
+        if met != StateEnd::Freedom {
             self.cross(contact, reached);
         }
         let own = ActiveSet::FREE.toggled(contact);
@@ -360,9 +360,9 @@ impl Integration<'_> {
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
             _ if stepped => {}
-            Met::Slide => {}
-            Met::Surface | Met::Freedom => self.crossed = own,
-            Met::NoForce => self.forceless = own,
+            StateEnd::Slide => {}
+            StateEnd::Surface | StateEnd::Freedom => self.crossed = own,
+            StateEnd::NoForce => self.forceless = own,
         }
         Ok((reached, Some(place)))
     }
@@ -373,9 +373,9 @@ impl Integration<'_> {
         &self,
         series: &StepSeries,
         length: DoubleDouble,
-    ) -> Result<Option<(DoubleDouble, usize, Met)>, ReferenceError> {
+    ) -> Result<Option<(DoubleDouble, usize, StateEnd)>, ReferenceError> {
         let model = self.extended.model;
-        let mut first: Option<(DoubleDouble, usize, Met)> = None;
+        let mut first: Option<(DoubleDouble, usize, StateEnd)> = None;
         for (index, contact) in model.contacts.iter().enumerate() {
             let closed = self.contact.holds(index);
             if model.is_out_of_reach(index, &self.segments, self.contact) {
@@ -388,35 +388,35 @@ impl Integration<'_> {
             if contact.release == Release::Slip {
                 let margin = margin_of_slip(&indentation, contact.half_gap, closed);
                 let zero = root::first_zero(&margin)
-                    .map_err(|root::Undecided| ReferenceError::Touch { cycle: self.cycle })?;
+                    .map_err(|root::UndecidedTouch| ReferenceError::Touch { cycle: self.cycle })?;
                 if let Some(place) = zero
                     && first.is_none_or(|(earlier, ..)| place < earlier)
                 {
-                    first = Some((place, index, Met::Slide));
+                    first = Some((place, index, StateEnd::Slide));
                 }
                 continue;
             }
             let by_force = contact.release == Release::Force;
             // A contact that opened by force is compressed until it is free.
             let compressed = by_force && !self.crossed.holds(index) && indentation[0].value() > 0.0;
-            let mut margins: Vec<(Vec<DoubleDouble>, bool, Met)> = Vec::new();
+            let mut margins: Vec<(Vec<DoubleDouble>, bool, StateEnd)> = Vec::new();
             let crossed = self.crossed.holds(index);
             let outside = || indentation.iter().map(|&d| -d).collect();
             if by_force && (closed || compressed) {
                 let push = series.push(index, &indentation, length);
                 let inside = if closed { 1.0 } else { -1.0 };
                 let push = push.iter().map(|&f| f * inside).collect();
-                margins.push((push, self.forceless.holds(index), Met::NoForce));
+                margins.push((push, self.forceless.holds(index), StateEnd::NoForce));
                 if !closed {
-                    margins.push((indentation, false, Met::Freedom));
+                    margins.push((indentation, false, StateEnd::Freedom));
                 } else if !crossed && indentation[0].value() < 0.0 {
                     // Beyond the surface after a jump of line or gap.
-                    margins.push((indentation, false, Met::Surface));
+                    margins.push((indentation, false, StateEnd::Surface));
                 }
             } else if closed {
-                margins.push((indentation, crossed, Met::Surface));
+                margins.push((indentation, crossed, StateEnd::Surface));
             } else {
-                margins.push((outside(), crossed, Met::Surface));
+                margins.push((outside(), crossed, StateEnd::Surface));
             }
             for (mut margin, known, met) in margins {
                 if known {
@@ -424,7 +424,7 @@ impl Integration<'_> {
                     margin.remove(0);
                 }
                 let zero = root::first_zero(&margin)
-                    .map_err(|root::Undecided| ReferenceError::Touch { cycle: self.cycle })?;
+                    .map_err(|root::UndecidedTouch| ReferenceError::Touch { cycle: self.cycle })?;
                 if let Some(place) = zero
                     && first.is_none_or(|(earlier, ..)| place < earlier)
                 {
@@ -444,8 +444,8 @@ impl Integration<'_> {
             .map(|&d| d * own.side)
             .collect();
         out[0] += DoubleDouble::exact(-own.half_gap);
-        for (value, &lack) in out.iter_mut().zip(&series.lacks[contact]) {
-            *value += lack * -1.0;
+        for (value, &gap_error) in out.iter_mut().zip(&series.gap_errors[contact]) {
+            *value += gap_error * -1.0;
         }
         out
     }
@@ -453,7 +453,7 @@ impl Integration<'_> {
 
 /// The end of a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Met {
+enum StateEnd {
     /// Its surface: it opens or closes.
     Surface,
     /// The push of its spring and damper vanishes: it opens or closes again.

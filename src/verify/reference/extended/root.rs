@@ -12,11 +12,11 @@ const DEPTH: u32 = 54;
 
 /// A touch within the round-off of the numbers: a zero can be neither proved nor excluded.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Undecided;
+pub(super) struct UndecidedTouch;
 
 /// First zero in [0, 1] of the polynomial with the given monomial coefficients, which counts as positive at 0: a
 /// negative value there is a zero at 0.
-pub(super) fn first_zero(power: &[DoubleDouble]) -> Result<Option<DoubleDouble>, Undecided> {
+pub(super) fn first_zero(power: &[DoubleDouble]) -> Result<Option<DoubleDouble>, UndecidedTouch> {
     let bernstein = bernstein(power);
     isolate(power, &bernstein, 0.0, 1.0, DEPTH)
 }
@@ -45,7 +45,7 @@ fn isolate(
     left: f64,
     width: f64,
     depth: u32,
-) -> Result<Option<DoubleDouble>, Undecided> {
+) -> Result<Option<DoubleDouble>, UndecidedTouch> {
     let zero = DoubleDouble::ZERO;
     let (first, last) = (coefficients[0], coefficients[coefficients.len() - 1]);
     if first <= zero {
@@ -58,7 +58,7 @@ fn isolate(
         _ => {}
     }
     if depth == 0 {
-        return Err(Undecided);
+        return Err(UndecidedTouch);
     }
     // The halves' coefficients are the edges of de Casteljau's triangle.
     let mut row = coefficients.to_vec();

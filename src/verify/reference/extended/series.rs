@@ -39,7 +39,7 @@ pub(super) struct StepSeries {
     /// For δ along every line \[m\] that a contact uses.
     pub deflections: Vec<Vec<DoubleDouble>>,
     /// For the error of loaded flanks, of every contact \[m\]; empty if it is zero.
-    pub lacks: Vec<Vec<DoubleDouble>>,
+    pub gap_errors: Vec<Vec<DoubleDouble>>,
     /// Stiffness \[N/m\] and damping \[N s/m\] of every contact.
     laws: Vec<(Vec<DoubleDouble>, f64)>,
 }
@@ -144,7 +144,7 @@ impl Structure {
             .map(|line| transmission_error(line, instant, length, order))
             .collect();
         let on_step = |segment: &Segment, series| on_step(model, instant, segment, series);
-        let lacks: Vec<_> = (instant.segments.iter())
+        let gap_errors: Vec<_> = (instant.segments.iter())
             .map(|segment| on_step(segment, segment.error.coefficients()))
             .collect();
         // One direction for every line in use.
@@ -158,7 +158,7 @@ impl Structure {
         let closed: Vec<_> = (instant.contact.iter())
             .map(|contact| {
                 let segment = &instant.segments[contact];
-                let mut gap = lacks[contact].clone();
+                let mut gap = gap_errors[contact].clone();
                 gap[0] += DoubleDouble::exact(model.contacts[contact].half_gap);
                 ClosedSeries {
                     line: model.line(segment),
@@ -234,7 +234,7 @@ impl Structure {
         StepSeries {
             states,
             deflections,
-            lacks,
+            gap_errors,
             laws,
         }
     }

@@ -72,7 +72,7 @@ pub(super) fn draw(
         let points = plural(plan.points, "point");
         let others = (measured.as_ref()).map(|curve| plural(curve.dots.len(), "measured point"));
         let others = others.unwrap_or_default();
-        let held = plan.held().join(", ");
+        let held = plan.shared_values().join(", ");
         let hidden = names.iter().zip(&floors).map(|(name, floor)| {
             let own = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
             let dots = own.flat_map(|(_, curve)| &curve.dots);

@@ -58,7 +58,7 @@ impl Labelled<'_> {
         match part {
             2 if self.varies(2) => {
                 words.push(self.sources[source].name.clone());
-                words.extend(self.plan.own(source));
+                words.extend(self.plan.distinct_values(source));
             }
             0 if self.varies(0) => {
                 let series = &self.group[source][series];
@@ -70,7 +70,7 @@ impl Labelled<'_> {
             1 => words.extend(self.axes.by[source].map(|axis| {
                 let results = self.sources[source].results;
                 let axis = &results.summary.axes[axis];
-                results.held_words(axis, self.axes.values[by])
+                results.axis_value_text(axis, self.axes.values[by])
             })),
             3 if self.varies(3) && direction > 0 => {
                 words.push(["sweep up", "sweep down"][direction - 1].to_owned());
@@ -100,14 +100,14 @@ impl Labelled<'_> {
         let others: Vec<usize> = WORDED.into_iter().filter(|part| *part != lead).collect();
         let mut entries: Vec<Entry> = Vec::new();
         for coloured in [true, false] {
-            let mut met: Vec<usize> = Vec::new();
+            let mut distinct: Vec<usize> = Vec::new();
             for (key, curve) in curves() {
                 let style = self.style(key);
                 let own = if coloured { key[lead] } else { style.dashes };
-                if met.contains(&own) {
+                if distinct.contains(&own) {
                     continue;
                 }
-                met.push(own);
+                distinct.push(own);
                 let (dashes, colour) = if coloured { (0, style.colour) } else { (own, INK) };
                 let parts = if coloured { slice::from_ref(&lead) } else { &others[..] };
                 let words = parts.iter().flat_map(|&part| self.words(part, key));
@@ -140,10 +140,10 @@ impl Labelled<'_> {
     }
 
     fn count(&self, part: usize) -> usize {
-        let mut met: Vec<usize> = self.plan.curves.keys().map(|key| key[part]).collect();
-        met.sort_unstable();
-        met.dedup();
-        met.len()
+        let mut distinct: Vec<usize> = self.plan.curves.keys().map(|key| key[part]).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        distinct.len()
     }
 
     /// Colours distinguish the part with most values, dashes the others.
@@ -152,10 +152,10 @@ impl Labelled<'_> {
         let (lead, _) = self.lead();
         let place = |part: usize| {
             let smaller = self.plan.curves.keys().filter(|own| own[part] < key[part]);
-            let mut met: Vec<usize> = smaller.map(|own| own[part]).collect();
-            met.sort_unstable();
-            met.dedup();
-            met.len()
+            let mut distinct: Vec<usize> = smaller.map(|own| own[part]).collect();
+            distinct.sort_unstable();
+            distinct.dedup();
+            distinct.len()
         };
         let dashes = (0..4).filter(|&part| part != lead);
         let dashes = dashes.fold(0, |dashes, part| dashes * counts[part] + place(part));

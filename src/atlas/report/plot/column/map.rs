@@ -7,9 +7,9 @@ use crate::report::plot::canvas::{Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
-use crate::report::plot::look::Look;
 use crate::report::plot::motion::{Motion, cell_sample, counts, key};
 use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::point_style::PointStyle;
 use crate::report::plot::ramp::{bar, viridis};
 use crate::report::plot::request::PlotRequest;
 use crate::report::plot::results::Results;
@@ -58,9 +58,9 @@ pub(super) fn draw(
             if motion == Motion::NotConverged {
                 text.push('?');
             }
-            Look {
+            PointStyle {
                 hatched: motion.is_hatched(),
-                ..Look::plain(colour, &text)
+                ..PointStyle::plain(colour, &text)
             }
         });
         let blank = || {
@@ -96,8 +96,8 @@ pub(super) fn draw(
             &marked,
             |canvas, at, motion| {
                 let hatched = motion.is_hatched();
-                let plain = Look::plain(NONE, if hatched { "" } else { "?" });
-                cell_sample(canvas, at, &Look { hatched, ..plain });
+                let plain = PointStyle::plain(NONE, if hatched { "" } else { "?" });
+                cell_sample(canvas, at, &PointStyle { hatched, ..plain });
             },
         );
         notes(&mut canvas, y, found);

@@ -1,6 +1,6 @@
 //! Where are measured points in a picture of columns?
 
-use super::name::{Asked, ColumnName};
+use super::name::{ColumnName, PictureRequest};
 use super::plan::{Curve, Dot};
 use crate::manifest::{Measured, MeasuredColumn};
 use crate::report::Axis;
@@ -19,10 +19,9 @@ pub(in crate::report::plot) fn completed(request: &PlotRequest) -> Result<PlotRe
     };
     let column = named(measured)?;
     if request.what.is_empty() {
-        request.what.push(Asked::Column(column.clone()));
+        request.what.push(PictureRequest::Column(column.clone()));
     }
-    let drawn =
-        |asked: &Asked| matches!(asked, Asked::Column(own) if own.whole() == column.whole());
+    let drawn = |asked: &PictureRequest| matches!(asked, PictureRequest::Column(own) if own.whole() == column.whole());
     if !request.what.iter().any(drawn) {
         return Err(unnamed(measured));
     }
@@ -91,7 +90,7 @@ pub(super) fn marks(
 /// The column of the points.
 fn named(measured: &Measured) -> Result<ColumnName, PlotError> {
     match measured.value.name.parse() {
-        Ok(Asked::Column(column)) => Ok(column),
+        Ok(PictureRequest::Column(column)) => Ok(column),
         _ => Err(unnamed(measured)),
     }
 }

@@ -21,7 +21,7 @@ use crate::store::TableKind;
 
 pub(super) use measured::completed;
 pub(super) use name::nearest;
-pub use name::{Asked, ColumnName, NoColumn};
+pub use name::{ColumnName, NoColumn, PictureRequest};
 pub(super) use orders::draw as draw_orders;
 pub(super) use series::{SUBORDERS, Series, listed};
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::report::plot::what::What;
+use crate::report::plot::picture_kind::PictureKind;
 use crate::store::TableKind;
 use strum::VariantArray;
 
@@ -13,9 +13,9 @@ pub(super) const TABLES: [TableKind; 3] =
 
 /// A request: a kind of picture, or a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Asked {
+pub enum PictureRequest {
     /// A kind of picture.
-    Kind(What),
+    Kind(PictureKind),
     /// A column.
     Column(ColumnName),
 }
@@ -90,11 +90,14 @@ pub(super) fn stem(table: TableKind) -> &'static str {
     name.split_once('.').map_or(name, |(stem, _)| stem)
 }
 
-impl FromStr for Asked {
+impl FromStr for PictureRequest {
     type Err = NoColumn;
 
     fn from_str(text: &str) -> Result<Self, NoColumn> {
-        if let Some(what) = What::VARIANTS.iter().find(|what| what.name() == text) {
+        if let Some(what) = PictureKind::VARIANTS
+            .iter()
+            .find(|what| what.name() == text)
+        {
             return Ok(Self::Kind(*what));
         }
         let of_table = TABLES.iter().find_map(|&table| {
@@ -174,14 +177,17 @@ mod tests {
 
     fn column(text: &str) -> ColumnName {
         match text.parse() {
-            Ok(Asked::Column(column)) => column,
+            Ok(PictureRequest::Column(column)) => column,
             other => panic!("{text}: {other:?}"),
         }
     }
 
     #[test]
     fn names_are_kinds_columns_and_elements_of_lists() {
-        assert_eq!("lambda".parse(), Ok(Asked::Kind(What::Lambda)));
+        assert_eq!(
+            "lambda".parse(),
+            Ok(PictureRequest::Kind(PictureKind::Lambda))
+        );
         let of = |text: &str| {
             let found = column(text);
             assert_eq!(found.to_string(), text.replace("points.", ""));
@@ -202,7 +208,7 @@ mod tests {
         );
         assert_eq!(of("orbits.lambda"), ("orbits", "lambda".into(), None));
         for wrong in ["harmonics[0]", "harmonics[]", "harmonics[ ]", "harmonics[1"] {
-            assert!(wrong.parse::<Asked>().is_err(), "{wrong}");
+            assert!(wrong.parse::<PictureRequest>().is_err(), "{wrong}");
         }
     }
 

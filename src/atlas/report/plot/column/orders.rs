@@ -5,9 +5,9 @@ use super::{Source, draw_series};
 use crate::report::numbers::number;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::picture::Drawn;
+use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::request::{PlotRequest, USUAL_ORDERS};
 use crate::report::plot::spectral::SpectralLines;
-use crate::report::plot::what::What;
 
 /// Draws the levels of orders.
 ///
@@ -23,11 +23,11 @@ pub(in crate::report::plot) fn draw(
     };
     let mut all = Vec::new();
     for source in sources {
-        let found = SpectralLines::read(source.results, What::Orders, request.signal())?;
+        let found = SpectralLines::read(source.results, PictureKind::Orders, request.signal())?;
         let mut series = Vec::new();
         for &order in orders {
             if !found.reach(order) {
-                return Err(What::Orders.unfit(format!(
+                return Err(PictureKind::Orders.unfit(format!(
                     "the spectra do not reach mesh order {}",
                     number(order)
                 )));

@@ -68,7 +68,7 @@ impl Plan {
         let held = slice
             .held
             .iter()
-            .map(|&(axis, value)| results.held_words(&results.summary.axes[axis], value));
+            .map(|&(axis, value)| results.axis_value_text(&results.summary.axes[axis], value));
         self.words.resize(place + 1, Vec::new());
         self.words[place] = held.collect();
         self.points += slice.points.len();
@@ -82,7 +82,7 @@ impl Plan {
         // A missing point breaks the line. Exceptions are refined grids, where most points are missing, and lists,
         // where only the named points exist.
         let is_product =
-            results.summary.refined.is_none() && results.accompanying(&[over]).is_empty();
+            results.summary.refined.is_none() && results.companion_axes(&[over]).is_empty();
         let nowhere = |x: f64| Dot {
             x,
             low: f64::NAN,
@@ -143,17 +143,17 @@ impl Plan {
     }
 
     /// Fixed values that all sources share.
-    pub fn held(&self) -> Vec<String> {
+    pub fn shared_values(&self) -> Vec<String> {
         let Some((first, others)) = self.words.split_first() else {
             return Vec::new();
         };
-        let alike = |word: &&String| others.iter().all(|words| words.contains(word));
-        first.iter().filter(alike).cloned().collect()
+        let is_common = |word: &&String| others.iter().all(|words| words.contains(word));
+        first.iter().filter(is_common).cloned().collect()
     }
 
     /// Fixed values of a source that others do not share.
-    pub fn own(&self, source: usize) -> Vec<String> {
-        let held = self.held();
+    pub fn distinct_values(&self, source: usize) -> Vec<String> {
+        let held = self.shared_values();
         let words = self.words.get(source).into_iter().flatten();
         words.filter(|word| !held.contains(word)).cloned().collect()
     }

@@ -2,8 +2,8 @@
 
 use super::name::{ColumnName, TABLES, nearest};
 use crate::report::plot::error::PlotError;
+use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::results::Results;
-use crate::report::plot::what::What;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
 /// Orders of the elements of the list `suborders`.
@@ -234,7 +234,7 @@ pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<ColumnHea
 /// The error for a column that cannot be drawn.
 fn unknown(results: &Results, column: &ColumnName, is_text: bool) -> Result<PlotError, PlotError> {
     let columns = listed(results)?.into_iter().map(|head| head.name);
-    let known: Vec<String> = What::names().chain(columns).collect();
+    let known: Vec<String> = PictureKind::names().chain(columns).collect();
     let name = column.to_string();
     Ok(PlotError::UnknownColumn {
         nearest: nearest(&name, &known),

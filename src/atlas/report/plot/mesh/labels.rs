@@ -1,7 +1,7 @@
 //! Names of lines, to the right of their panel. They are at the height of the lines' ends if other names leave room.
 
 use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
-use crate::report::plot::lettering::apart;
+use crate::report::plot::lettering::spread_out;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
 /// Smallest distance of two names \[px\].
@@ -29,7 +29,7 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
     let groups = groups(&paths);
     let end = |first: usize| paths[first].last().map_or(panel.bottom, |end| end[1]);
     let ends: Vec<f64> = groups.iter().map(|&[_, last]| end(last)).collect();
-    let places = apart(&ends, APART, [panel.top, panel.bottom]);
+    let places = spread_out(&ends, APART, [panel.top, panel.bottom]);
     for ((&[first, last], end), place) in groups.iter().zip(&ends).zip(places) {
         let x = panel.right;
         let leader = [[x + 2.0, *end], [x + 14.0, place], [x + 22.0, place]];

@@ -8,16 +8,16 @@ mod sharing;
 
 use super::error::PlotError;
 use super::picture::Drawn;
-use super::what::What;
+use super::picture_kind::PictureKind;
 
 pub(super) use data::MeshCurves;
 
 /// Draws one kind of picture.
-pub(super) fn draw(what: What, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
+pub(super) fn draw(what: PictureKind, mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     match what {
-        What::Mesh => Ok(curves::draw(mesh)),
-        What::Sharing => Ok(sharing::draw(mesh)),
-        What::Contact => pattern::draw(mesh),
+        PictureKind::Mesh => Ok(curves::draw(mesh)),
+        PictureKind::Sharing => Ok(sharing::draw(mesh)),
+        PictureKind::Contact => pattern::draw(mesh),
         _ => Err(what.unfit("give a folder that `atlas run` or `atlas trace` wrote")),
     }
 }

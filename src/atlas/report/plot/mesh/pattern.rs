@@ -7,8 +7,8 @@ use crate::report::plot::canvas::{Canvas, Colour, INK, SOFT};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::Panel;
 use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::ramp::{bar, viridis};
-use crate::report::plot::what::What;
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 96.0;
@@ -24,7 +24,7 @@ const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let (values, slices) = (&mesh.table.pattern, mesh.table.slices);
     if values.is_empty() {
-        return Err(What::Contact.unfit("the table was made without a contact pattern"));
+        return Err(PictureKind::Contact.unfit("the table was made without a contact pattern"));
     }
     let edges = mesh.phase_edges();
     let phases = edges.len() - 1;

@@ -38,9 +38,9 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
             .map(|pair| mesh.curve(&mesh.table.share, [aligned, torque], [pair, MOST_PAIRS]))
             .collect();
         // At a contact ratio below 2 the third pair never carries load.
-        let bears = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
+        let is_loaded = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
         let lines: Vec<Named> = (passages(&slots, mesh.table.breaks.len() - 1).into_iter())
-            .filter(|(_, curve)| bears(curve))
+            .filter(|(_, curve)| is_loaded(curve))
             .map(|(pair, curve)| Named {
                 curve,
                 name: match pair {
@@ -82,8 +82,8 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
                 let pairs = behind.iter().zip(before);
                 pairs.map(|(behind, before)| (behind - before).abs()).sum()
             };
-            let gone = before[before.len() - 1];
-            let up = step(&behind[1..], &before) + behind[0].abs() + gone.abs();
+            let removed = before[before.len() - 1];
+            let up = step(&behind[1..], &before) + behind[0].abs() + removed.abs();
             if up + SAME < step(&behind, &before) {
                 moved_up += 1;
             }

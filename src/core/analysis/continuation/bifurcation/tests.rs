@@ -1,16 +1,16 @@
 //! Planted maps with known normal forms.
 
 use super::*;
-use crate::analysis::continuation::branch::{End, Steps, follow, follow_away};
-use crate::analysis::continuation::map::{At, Details, Image, MapError};
-use crate::analysis::continuation::orbit::{Border, find};
+use crate::analysis::continuation::branch::{End, StepSettings, follow, follow_away};
+use crate::analysis::continuation::map::{Details, Image, MapError, MapParameters};
+use crate::analysis::continuation::orbit::{OrbitCondition, find};
 use crate::analysis::continuation::switch::branches;
 use faer::Mat;
 
 /// A map of the plane given by its image and derivatives.
-struct Planted<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])>(F);
+struct PlanarMap<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])>(F);
 
-impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> Planted<F> {
+impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> PlanarMap<F> {
     fn run(&self, u: &[f64], p: f64, period: u32) -> ([f64; 2], [[f64; 2]; 2], [f64; 2]) {
         let (mut x, mut m, mut d) = ([u[0], u[1]], [[1.0, 0.0], [0.0, 1.0]], [0.0; 2]);
         for _ in 0..period {
@@ -25,12 +25,12 @@ impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> Planted<F> {
     }
 }
 
-impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> CycleMap for Planted<F> {
+impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> CycleMap for PlanarMap<F> {
     fn dimension(&self) -> usize {
         2
     }
 
-    fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError> {
+    fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError> {
         let (end, m, _) = self.run(u, at[0], period);
         Ok(Image {
             end: end.to_vec(),
@@ -41,14 +41,14 @@ impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> CycleMap for P
     fn by_parameter(
         &mut self,
         u: &[f64],
-        at: At,
+        at: MapParameters,
         period: u32,
         _: usize,
     ) -> Result<Vec<f64>, MapError> {
         Ok(self.run(u, at[0], period).2.to_vec())
     }
 
-    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError> {
+    fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError> {
         let strobes = (0..period)
             .map(|k| self.run(u, at[0], k).0.to_vec())
             .collect();
@@ -66,15 +66,22 @@ fn span(from: f64, to: f64) -> Span {
 /// `x' = x + p − x²`: orbits ±√p, a fold at p = 0 with x = 0.
 #[test]
 fn a_fold_is_located_and_passed() {
-    let mut map = Planted(|[x, y], p| {
+    let mut map = PlanarMap(|[x, y], p| {
         (
             [x + p - x * x, 0.5 * y + x],
             [[1.0 - 2.0 * x, 0.0], [1.0, 0.5]],
             [1.0, 0.0],
         )
     });
-    let start = find(&mut map, &[0.9, 1.8], [0.8, 0.0], 1, &Border::Parameters).unwrap();
-    let branch = follow(&mut map, &span(-1.0, 0.9), start, &Steps::default()).unwrap();
+    let start = find(
+        &mut map,
+        &[0.9, 1.8],
+        [0.8, 0.0],
+        1,
+        &OrbitCondition::Parameters,
+    )
+    .unwrap();
+    let branch = follow(&mut map, &span(-1.0, 0.9), start, &StepSettings::default()).unwrap();
     assert_eq!(branch.ends, [End::Interval, End::Interval]);
     let folds: Vec<_> = branch
         .bifurcations
@@ -99,7 +106,7 @@ fn a_fold_is_located_and_passed() {
 /// The logistic map doubles at 3, 1 + √6 and 3.544090359551922…
 #[test]
 fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
-    let mut map = Planted(|[x, y], p| {
+    let mut map = PlanarMap(|[x, y], p| {
         (
             [p * x * (1.0 - x), 0.3 * y],
             [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
@@ -107,8 +114,15 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
         )
     });
     let span = span(2.5, 3.57);
-    let start = find(&mut map, &[0.6, 0.0], [2.8, 0.0], 1, &Border::Parameters).unwrap();
-    let mut branch = follow(&mut map, &span, start, &Steps::default()).unwrap();
+    let start = find(
+        &mut map,
+        &[0.6, 0.0],
+        [2.8, 0.0],
+        1,
+        &OrbitCondition::Parameters,
+    )
+    .unwrap();
+    let mut branch = follow(&mut map, &span, start, &StepSettings::default()).unwrap();
     for (period, exact) in [
         (1, 3.0),
         (2, 1.0 + 6f64.sqrt()),
@@ -128,7 +142,7 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
         let doubled = branches(&mut map, &span, flip);
         assert_eq!(doubled.len(), 1, "{period}");
         let [first, second] = doubled.into_iter().next().unwrap().unwrap();
-        branch = follow_away(&mut map, &span, first, second, &Steps::default());
+        branch = follow_away(&mut map, &span, first, second, &StepSettings::default());
         assert_eq!(branch.ends[1], End::Interval);
     }
 }
@@ -136,15 +150,22 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
 /// A branch of doubled period that is followed back to its period doubling ends there.
 #[test]
 fn a_doubled_branch_merges_into_its_parent() {
-    let mut map = Planted(|[x, y], p| {
+    let mut map = PlanarMap(|[x, y], p| {
         (
             [p * x * (1.0 - x), 0.3 * y],
             [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
             [x * (1.0 - x), 0.0],
         )
     });
-    let start = find(&mut map, &[0.51, 0.0], [3.2, 0.0], 2, &Border::Parameters).unwrap();
-    let branch = follow(&mut map, &span(2.5, 3.3), start, &Steps::default()).unwrap();
+    let start = find(
+        &mut map,
+        &[0.51, 0.0],
+        [3.2, 0.0],
+        2,
+        &OrbitCondition::Parameters,
+    )
+    .unwrap();
+    let branch = follow(&mut map, &span(2.5, 3.3), start, &StepSettings::default()).unwrap();
     assert_eq!(branch.ends, [End::Merged { period: 1 }, End::Interval]);
     let merging = &branch.bifurcations[0];
     assert_eq!(merging.kind, Kind::Merging { period: 1 });
@@ -159,7 +180,7 @@ fn a_doubled_branch_merges_into_its_parent() {
 #[test]
 fn a_torus_is_located_and_its_resonance_named() {
     for (angle, resonance) in [(1.0, None), (TAU / 3.0, Some(3)), (TAU / 4.0, Some(4))] {
-        let mut map = Planted(move |[x, y], p| {
+        let mut map = PlanarMap(move |[x, y], p| {
             let (sin, cos) = f64::sin_cos(angle);
             let growth = 1.0 + p - x * x - y * y;
             let turned = [cos * x - sin * y, sin * x + cos * y];
@@ -173,8 +194,15 @@ fn a_torus_is_located_and_its_resonance_named() {
                 turned,
             )
         });
-        let start = find(&mut map, &[0.0, 0.0], [-0.4, 0.0], 1, &Border::Parameters).unwrap();
-        let branch = follow(&mut map, &span(-0.5, 0.5), start, &Steps::default()).unwrap();
+        let start = find(
+            &mut map,
+            &[0.0, 0.0],
+            [-0.4, 0.0],
+            1,
+            &OrbitCondition::Parameters,
+        )
+        .unwrap();
+        let branch = follow(&mut map, &span(-0.5, 0.5), start, &StepSettings::default()).unwrap();
         assert_eq!(branch.bifurcations.len(), 1, "{angle}");
         let torus = &branch.bifurcations[0];
         assert_eq!((torus.kind, torus.resonance()), (Kind::Torus, resonance));
@@ -186,7 +214,7 @@ fn a_torus_is_located_and_its_resonance_named() {
 /// `x' = x + p x − x³`: the branch x = 0 loses its stability to ±√p.
 #[test]
 fn at_a_pitchfork_both_other_halves_are_found() {
-    let mut map = Planted(|[x, y], p| {
+    let mut map = PlanarMap(|[x, y], p| {
         (
             [x + p * x - x * x * x, 0.2 * y],
             [[1.0 + p - 3.0 * x * x, 0.0], [0.0, 0.2]],
@@ -194,8 +222,15 @@ fn at_a_pitchfork_both_other_halves_are_found() {
         )
     });
     let span = span(-0.5, 0.5);
-    let start = find(&mut map, &[0.0, 0.0], [-0.4, 0.0], 1, &Border::Parameters).unwrap();
-    let branch = follow(&mut map, &span, start, &Steps::default()).unwrap();
+    let start = find(
+        &mut map,
+        &[0.0, 0.0],
+        [-0.4, 0.0],
+        1,
+        &OrbitCondition::Parameters,
+    )
+    .unwrap();
+    let branch = follow(&mut map, &span, start, &StepSettings::default()).unwrap();
     let point = &branch.bifurcations[0];
     assert_eq!(point.kind, Kind::BranchPoint);
     assert!(point.orbit.at[0].abs() < 1e-10);
@@ -203,7 +238,7 @@ fn at_a_pitchfork_both_other_halves_are_found() {
     assert_eq!(halves.len(), 2);
     for half in halves {
         let [first, second] = half.unwrap();
-        let half = follow_away(&mut map, &span, first, second, &Steps::default());
+        let half = follow_away(&mut map, &span, first, second, &StepSettings::default());
         let last = half.orbits.last().unwrap();
         assert!((last.u[0].abs() - 0.5f64.sqrt()).abs() < 1e-9 && half.ends[1] == End::Interval);
     }

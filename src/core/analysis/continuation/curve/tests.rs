@@ -143,7 +143,7 @@ fn what_happens_on_a_graze_besides_is_told() {
 /// The plane includes its borders, and lengths in it are relative to its sides.
 #[test]
 fn places_in_a_plane_are_parts_of_its_sides() {
-    let plane = Plane {
+    let plane = CurveSettings {
         from: [1.0, 100.0],
         to: [3.0, 500.0],
         longest: 0.1,
@@ -151,7 +151,7 @@ fn places_in_a_plane_are_parts_of_its_sides() {
     };
     assert!(plane.holds([1.0, 500.0]) && plane.holds([2.0, 300.0]));
     assert!(!plane.holds([0.999, 300.0]) && !plane.holds([2.0, 500.1]));
-    let apart = plane.apart([1.2, 220.0], [1.8, 380.0]);
+    let apart = plane.distance_between([1.2, 220.0], [1.8, 380.0]);
     assert!((apart - 0.5).abs() < 1e-14, "{apart}");
 }
 
@@ -165,7 +165,7 @@ impl CycleMap for Hyperbola {
         1
     }
 
-    fn image(&mut self, u: &[f64], at: At, _: u32) -> Result<Image, MapError> {
+    fn image(&mut self, u: &[f64], at: MapParameters, _: u32) -> Result<Image, MapError> {
         let x = u[0] - 1.0;
         Ok(Image {
             end: vec![u[0] + at[0] - at[1].hypot(self.width) - x * x],
@@ -176,14 +176,14 @@ impl CycleMap for Hyperbola {
     fn by_parameter(
         &mut self,
         _: &[f64],
-        at: At,
+        at: MapParameters,
         _: u32,
         axis: usize,
     ) -> Result<Vec<f64>, MapError> {
         Ok(vec![[1.0, -at[1] / at[1].hypot(self.width)][axis]])
     }
 
-    fn details(&mut self, _: &[f64], _: At, _: u32) -> Result<Details, MapError> {
+    fn details(&mut self, _: &[f64], _: MapParameters, _: u32) -> Result<Details, MapError> {
         Ok(Details::default())
     }
 }
@@ -192,7 +192,7 @@ impl CycleMap for Hyperbola {
 /// the curve ends.
 #[test]
 fn a_sharp_bend_is_followed_in_shorter_steps() {
-    let plane = Plane {
+    let plane = CurveSettings {
         from: [-1.0, -1.0],
         to: [1.5, 1.0],
         longest: 0.1,
@@ -205,7 +205,7 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
     ] {
         let mut map = Hyperbola { width };
         let at = [f64::hypot(-0.5, width), -0.5];
-        let orbit = (correct(&mut map, &[1.0], at, 1, &Border::Parameters).unwrap())
+        let orbit = (correct(&mut map, &[1.0], at, 1, &OrbitCondition::Parameters).unwrap())
             .with_multipliers(1)
             .unwrap();
         let start = Bifurcation {
@@ -218,13 +218,13 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
         };
         let curve = follow(&mut map, &plane, &start).unwrap();
         assert_eq!(curve.ends, ["the interval ends", end], "{width}");
-        let places: Vec<At> = curve.points.iter().map(|point| point.orbit.at).collect();
+        let places: Vec<MapParameters> = curve.points.iter().map(|point| point.orbit.at).collect();
         for at in &places {
             assert!((at[0] - at[1].hypot(width)).abs() < 1e-9, "{width}: {at:?}");
         }
         let steps: Vec<f64> = places
             .windows(2)
-            .map(|pair| plane.apart(pair[0], pair[1]))
+            .map(|pair| plane.distance_between(pair[0], pair[1]))
             .collect();
         let shortest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         let longest = steps.iter().copied().fold(0.0, f64::max);
@@ -244,7 +244,7 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
 struct Jumping;
 
 impl Jumping {
-    fn multiplier(at: At) -> f64 {
+    fn multiplier(at: MapParameters) -> f64 {
         let beyond = at[0] - 0.5 * at[1];
         let step = if at[1] < 0.5 { beyond } else { f64::copysign(0.3, beyond) };
         -1.0 - step
@@ -256,7 +256,7 @@ impl CycleMap for Jumping {
         1
     }
 
-    fn image(&mut self, u: &[f64], at: At, _: u32) -> Result<Image, MapError> {
+    fn image(&mut self, u: &[f64], at: MapParameters, _: u32) -> Result<Image, MapError> {
         let m = Self::multiplier(at);
         Ok(Image {
             end: vec![m * u[0]],
@@ -264,11 +264,17 @@ impl CycleMap for Jumping {
         })
     }
 
-    fn by_parameter(&mut self, _: &[f64], _: At, _: u32, _: usize) -> Result<Vec<f64>, MapError> {
+    fn by_parameter(
+        &mut self,
+        _: &[f64],
+        _: MapParameters,
+        _: u32,
+        _: usize,
+    ) -> Result<Vec<f64>, MapError> {
         Ok(vec![0.0])
     }
 
-    fn details(&mut self, _: &[f64], _: At, _: u32) -> Result<Details, MapError> {
+    fn details(&mut self, _: &[f64], _: MapParameters, _: u32) -> Result<Details, MapError> {
         Ok(Details::default())
     }
 }
@@ -276,14 +282,14 @@ impl CycleMap for Jumping {
 /// A curve of period doublings ends where the multiplier jumps past −1 instead of passing it.
 #[test]
 fn a_multiplier_that_jumps_past_its_value_is_no_bifurcation() {
-    let plane = Plane {
+    let plane = CurveSettings {
         from: [-1.0, -1.0],
         to: [1.0, 1.0],
         longest: 0.02,
         most: 500,
     };
     let mut map = Jumping;
-    let orbit = (correct(&mut map, &[0.0], [0.0; 2], 1, &Border::Parameters).unwrap())
+    let orbit = (correct(&mut map, &[0.0], [0.0; 2], 1, &OrbitCondition::Parameters).unwrap())
         .with_multipliers(1)
         .unwrap();
     let start = Bifurcation {

@@ -68,13 +68,13 @@ impl<M: Map> Kernel for Cycles<M> {
 }
 
 /// A model whose states have two components, a norm and a map.
-struct Place<M> {
+struct TestModel<M> {
     model: Model,
     norm: EnergyNorm,
     kernel: Cycles<M>,
 }
 
-impl<M: Map> Place<M> {
+impl<M: Map> TestModel<M> {
     fn new(map: M) -> Self {
         let point = OperatingPoint {
             load: 1.0,
@@ -112,7 +112,7 @@ impl<M: Map> Place<M> {
             .unwrap();
         let mut trajectory = self.state(y);
         let mut counters = Counters::default();
-        let found = comes(
+        let found = observe_approach(
             model,
             kernel,
             norm,
@@ -169,7 +169,7 @@ impl Map for Flip {
 /// The distance decreases as the inverse square root of time, thousands of times as fast as at the end.
 #[test]
 fn an_orbit_about_to_double_attracts() {
-    let place = Place::new(Flip {
+    let place = TestModel::new(Flip {
         excess: -2.5e-6,
         cubic: 100.0,
     });
@@ -184,7 +184,7 @@ fn an_orbit_about_to_double_attracts() {
 #[test]
 fn beside_an_orbit_that_has_just_doubled_the_doubled_one_attracts() {
     for excess in [1e-6, 4e-5, 1e-3, 0.05] {
-        let place = Place::new(Flip { excess, cubic: 2.0 });
+        let place = TestModel::new(Flip { excess, cubic: 2.0 });
         // Where `u' = −u`.
         let amplitude = (excess / 2.0).sqrt();
         for start in [1e-9, -1e-6, 0.7 * amplitude, -1.2 * amplitude] {
@@ -208,12 +208,12 @@ fn beside_an_orbit_that_has_just_doubled_the_doubled_one_attracts() {
 /// surrounds the stable one.
 #[test]
 fn a_doubling_without_a_stable_orbit_gives_none() {
-    let past = Place::new(Flip {
+    let past = TestModel::new(Flip {
         excess: 4e-5,
         cubic: -2.0,
     });
     assert!(past.attracting([1e-9, 0.0]).is_none());
-    let before = Place::new(Flip {
+    let before = TestModel::new(Flip {
         excess: -4e-5,
         cubic: -2.0,
     });
@@ -236,7 +236,7 @@ impl Map for TwoOnALine {
 
 #[test]
 fn a_neighbour_on_the_line_keeps_its_states() {
-    let place = Place::new(TwoOnALine);
+    let place = TestModel::new(TwoOnALine);
     for start in [0.04, 0.035, 0.0201, 0.02] {
         assert_eq!(place.comes_from([start, 0.0]), None, "{start}");
     }
@@ -278,7 +278,7 @@ fn a_torus_around_an_orbit_is_not_taken_for_its_approach() {
         (FRAC_PI_2 + 3.67e-6, 0.02),
         (2.0 + 1e-4, 0.3),
     ] {
-        let place = Place::new(Tori { angle, flat });
+        let place = TestModel::new(Tori { angle, flat });
         for turn in 0..60 {
             let (sin, cos) = (0.1047 * f64::from(turn)).sin_cos();
             for radius in [1.1 * UNSTABLE, STABLE, 1.1 * STABLE] {
@@ -314,10 +314,10 @@ impl Map for Shear {
 
 #[test]
 fn growth_before_decay_puts_off_the_verdict() {
-    let quick = Place::new(Shear { slow: 0.9 });
+    let quick = TestModel::new(Shear { slow: 0.9 });
     assert_eq!(quick.comes_from([0.0, 1e-3]), None);
     assert_eq!(quick.comes_from([0.1, 0.0]), Some(Approach::AsPredicted));
     // The growth has decayed before the second observation.
-    let slow = Place::new(Shear { slow: 1.0 - 1e-5 });
+    let slow = TestModel::new(Shear { slow: 1.0 - 1e-5 });
     assert_eq!(slow.comes_from([0.0, 1e-3]), Some(Approach::AsPredicted));
 }

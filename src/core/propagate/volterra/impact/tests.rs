@@ -248,12 +248,12 @@ fn the_orbit_of_one_impact_a_period_is_that_of_its_closed_form() {
         .on_orbit(part);
         let orbit = own.orbit();
         let model = own.model();
-        let mut seen = Events::default();
-        let end = advance(&model, &start, 4, &mut seen).unwrap();
+        let mut observed = Events::default();
+        let end = advance(&model, &start, 4, &mut observed).unwrap();
         let off = (0..2).map(|i| (end.state[i] - start[i]).abs());
         let off = off.fold(0.0, f64::max);
-        let hits = impacts(&seen.0, 2);
-        assert_eq!((hits.len(), seen.0.len()), (4, 8));
+        let hits = impacts(&observed.0, 2);
+        assert_eq!((hits.len(), observed.0.len()), (4, 8));
         let wrong = hits
             .iter()
             .map(|hit| (hit.rate - orbit.speed).abs() + (hit.time - part * own.period()).abs());
@@ -288,9 +288,9 @@ fn impacts_of_budd_and_dux_are_met() {
             ..FORCED
         }
         .on_orbit(0.4);
-        let mut seen = Events::default();
-        advance(&own.model(), &start, 1, &mut seen).unwrap();
-        let hit = impacts(&seen.0, 2)[0];
+        let mut observed = Events::default();
+        advance(&own.model(), &start, 1, &mut observed).unwrap();
+        let hit = impacts(&observed.0, 2)[0];
         assert!((hit.rate - speed).abs() < 1e-10, "{}", hit.rate);
         let crest = -own.phase / frequency;
         let late = (hit.time - crest).rem_euclid(own.period());
@@ -350,23 +350,23 @@ fn a_bouncing_ball_comes_to_rest_in_time() {
             ..FORCED
         };
         let model = ball.model();
-        let mut seen = Events::default();
+        let mut observed = Events::default();
         let first = (2.0 / 9.81_f64).sqrt();
         let ends = first * (1.0 + restitution) / (1.0 - restitution);
         let cycles = (ends / period).ceil() as u64 + 1;
-        let end = advance(&model, &[-0.8, 0.0], cycles, &mut seen).unwrap();
+        let end = advance(&model, &[-0.8, 0.0], cycles, &mut observed).unwrap();
         let when = |event: &Event| event.cycle as f64 * period + event.time;
         let mut time = first;
         let mut wrong = 0.0_f64;
-        for (n, hit) in impacts(&seen.0, 2).iter().enumerate() {
+        for (n, hit) in impacts(&observed.0, 2).iter().enumerate() {
             wrong = wrong.max((when(hit) - time).abs());
             time += 2.0 * first * restitution.powi(n as i32 + 1);
         }
-        let last = seen.0.last().unwrap();
+        let last = observed.0.last().unwrap();
         assert!(last.contact == 3 && last.closes());
         println!(
             "r = {restitution}: {} events, impacts off by {wrong:.1e} s, rest by {:.1e} s",
-            seen.0.len(),
+            observed.0.len(),
             when(last) - ends
         );
         let tolerance = 1e-12 * ends;
@@ -411,12 +411,12 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     };
     let leaves = (turn - ball.phase) / frequency;
     for (model, start) in [(ball.model(), [0.0, 0.0]), (moving, level(0.0))] {
-        let mut seen = Events::default();
-        let end = advance(&model, &start, 3, &mut seen).unwrap();
-        assert!(seen.0[0].contact == 3 && seen.0[0].closes() && seen.0[0].time == 0.0);
-        assert!(seen.0[1].contact == 3 && !seen.0[1].closes());
-        println!("leaves {:.1e} s off", seen.0[1].time - leaves);
-        assert!((seen.0[1].time - leaves).abs() < 1e-13);
+        let mut observed = Events::default();
+        let end = advance(&model, &start, 3, &mut observed).unwrap();
+        assert!(observed.0[0].contact == 3 && observed.0[0].closes() && observed.0[0].time == 0.0);
+        assert!(observed.0[1].contact == 3 && !observed.0[1].closes());
+        println!("leaves {:.1e} s off", observed.0[1].time - leaves);
+        assert!((observed.0[1].time - leaves).abs() < 1e-13);
         // It flies until it lands: relative flight from rest at `leaves`.
         let path = |t: f64| {
             let [now, then] = [t, leaves].map(|t| (frequency * t + ball.phase).sin_cos());
@@ -429,12 +429,12 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
             let middle = 0.5 * (low + high);
             if path(middle) < 0.0 { low = middle } else { high = middle }
         }
-        let hit = seen.0.iter().find(|event| event.contact == 2).unwrap();
+        let hit = observed.0.iter().find(|event| event.contact == 2).unwrap();
         let time = hit.cycle as f64 * period + hit.time;
         println!("lands {:.1e} s off", time - low);
         assert!((time - low).abs() < 1e-12);
         // After every cycle accumulating impacts have brought it to rest on the table again.
-        let again = seen
+        let again = observed
             .0
             .iter()
             .filter(|event| event.contact == 3 && event.closes());
@@ -483,11 +483,11 @@ fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
             speed - drag * time + size * frequency * (sin - phase.sin()),
         ];
         let model = gear.model();
-        let mut seen = Events::default();
-        let end = advance(&model, &start, n.into(), &mut seen).unwrap();
-        let hit = impacts(&seen.0, 2)[0];
+        let mut observed = Events::default();
+        let end = advance(&model, &start, n.into(), &mut observed).unwrap();
+        let hit = impacts(&observed.0, 2)[0];
         assert!((hit.rate - speed).abs() < 1e-12 && (hit.time - time).abs() < 1e-12);
-        assert_eq!(seen.0.len(), 2);
+        assert_eq!(observed.0.len(), 2);
         let off = (0..2).map(|i| (end.state[i] - start[i]).abs());
         assert!(off.fold(0.0, f64::max) < 1e-12);
         let (columns, _) = tangents(&model, &start, n.into());
@@ -505,11 +505,15 @@ fn without_restitution_the_first_impact_is_the_last() {
         load: 3.0,
         ..FORCED
     };
-    let mut seen = Events::default();
-    advance(&own.model(), &[-1.0, 0.0], 3, &mut seen).unwrap();
-    let names: Vec<_> = (seen.0.iter().map(|event| (event.contact, event.closes()))).collect();
+    let mut observed = Events::default();
+    advance(&own.model(), &[-1.0, 0.0], 3, &mut observed).unwrap();
+    let names: Vec<_> = (observed
+        .0
+        .iter()
+        .map(|event| (event.contact, event.closes())))
+    .collect();
     assert_eq!(names, [(2, true), (2, false), (3, true)]);
-    assert_eq!(seen.0[0].time, seen.0[2].time);
+    assert_eq!(observed.0[0].time, observed.0[2].time);
 }
 
 /// Impacts that do not end within the event limit end the cycle with the corresponding status.
@@ -571,9 +575,9 @@ fn tangents_are_differences_of_trajectories() {
         let from = advance(&model, &settled.state, cycle, &mut ())
             .unwrap()
             .state;
-        let mut seen = Events::default();
-        advance(&model, &from, 1, &mut seen).unwrap();
-        rests += seen
+        let mut observed = Events::default();
+        advance(&model, &from, 1, &mut observed).unwrap();
+        rests += observed
             .0
             .iter()
             .filter(|own| model.is_rest(own.contact))
@@ -617,9 +621,9 @@ fn stiff_springs_tend_to_the_rigid_stop() {
         };
         let model = model(&structure, own.period());
         let settled = advance(&model, &start, 300, &mut ()).unwrap().state;
-        let mut seen = Events::default();
-        advance(&model, &settled, 1, &mut seen).unwrap();
-        let hit = seen.0.iter().find(|event| event.closes()).unwrap();
+        let mut observed = Events::default();
+        advance(&model, &settled, 1, &mut observed).unwrap();
+        let hit = observed.0.iter().find(|event| event.closes()).unwrap();
         errors.push((hit.rate - exact).abs());
     }
     let ratios: Vec<f64> = errors.windows(2).map(|pair| pair[0] / pair[1]).collect();

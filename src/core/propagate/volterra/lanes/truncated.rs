@@ -42,7 +42,7 @@ pub(super) fn truncated_body<V: Vector>(
     tails: &[f64],
     inputs: &[f64],
     trajectory: &[f64],
-    felt: Option<(&[Row; TERMS], &Row, &Row)>,
+    other_response: Option<(&[Row; TERMS], &Row, &Row)>,
     out: &mut Solution,
 ) {
     let (mut heads, mut beyond) = ([V::zero(); LANES], V::zero());
@@ -64,7 +64,7 @@ pub(super) fn truncated_body<V: Vector>(
     }
     let mut head = total(&heads);
     out.size = head.size().sum() + beyond.sum() + rest;
-    if let Some((response, tails, force)) = felt {
+    if let Some((response, tails, force)) = other_response {
         let mut yielded = [V::zero(); LANES];
         add(response, &tails.0, &force.0, &mut yielded, &mut beyond);
         head = total(&yielded).multiply_add(V::splat(-1.0), head);

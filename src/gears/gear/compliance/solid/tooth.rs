@@ -148,16 +148,16 @@ impl SolidTooth {
             let (load, place) = (at(columns), at(columns + loads));
             let moved = linalg::product(at_foot.transpose(), load);
             let place_moved = linalg::product(at_foot.transpose(), place);
-            let held = linalg::product(inverse.as_ref(), moved.as_ref());
+            let foot_displacement = linalg::product(inverse.as_ref(), moved.as_ref());
             let held_place = linalg::product(inverse.as_ref(), place_moved.as_ref());
             for (i, &row) in rows.iter().enumerate() {
                 for wave in 0..waves {
-                    self.forces[index][(row, wave)] = held[(i, wave)];
+                    self.forces[index][(row, wave)] = foot_displacement[(i, wave)];
                     self.places[index][(row, wave)] = held_place[(i, wave)];
                 }
             }
             self.clamped[index] += linalg::product(place.transpose(), load)
-                - linalg::product(place_moved.transpose(), held.as_ref());
+                - linalg::product(place_moved.transpose(), foot_displacement.as_ref());
         }
         Some(())
     }

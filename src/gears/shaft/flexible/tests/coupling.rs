@@ -68,8 +68,8 @@ fn dampers_take_the_power_of_their_velocities() {
     let largest = damping.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     for i in 0..MODES {
         for j in 0..i {
-            let apart = damping[i * MODES + j] - damping[j * MODES + i];
-            assert!(apart.abs() < 1e-13 * largest);
+            let difference = damping[i * MODES + j] - damping[j * MODES + i];
+            assert!(difference.abs() < 1e-13 * largest);
         }
     }
     let sum = |column: &[f64], v: &[f64]| column.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
@@ -153,19 +153,19 @@ fn bearing_forces_balance_the_accelerations() {
 #[test]
 fn the_gyroscopic_matrix_is_skew_and_sparse() {
     let gyroscopic = structure(&damped()).coupling.unwrap().gyroscopic;
-    let mut felt = 0;
+    let mut nonzero = 0;
     for i in 0..MODES {
         for j in 0..MODES {
             let (entry, mirror) = (gyroscopic[i * MODES + j], gyroscopic[j * MODES + i]);
             assert_eq!(entry, -mirror);
-            felt += usize::from(entry != 0.0);
+            nonzero += usize::from(entry != 0.0);
             if i < 2 {
                 assert_eq!(entry, 0.0);
             }
         }
     }
     // Modes bend one shaft in one plane: at most a quarter of all pairs can couple.
-    assert!(felt > 0 && felt <= MODES * MODES / 4, "{felt}");
+    assert!(nonzero > 0 && nonzero <= MODES * MODES / 4, "{nonzero}");
 }
 
 /// Drag `T_d` of the wheel's shaft loads the mesh by `T_d/r_b2`: the torque of the motor increases

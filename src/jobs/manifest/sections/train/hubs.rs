@@ -6,7 +6,7 @@ use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, ShaftSection, TrainGear};
 
 /// Checks that no hub reaches under another gear of its shaft.
-pub(super) fn hubs_are_apart(table: &Section, gears: &[(TrainGear, ToothForm)]) -> Option<()> {
+pub(super) fn check_hub_distances(table: &Section, gears: &[(TrainGear, ToothForm)]) -> Option<()> {
     let tables = table.tables("gears")?;
     for (own, (gear, _)) in tables.iter().zip(gears) {
         let Some(hub) = gear.hub else { continue };
@@ -16,8 +16,8 @@ pub(super) fn hubs_are_apart(table: &Section, gears: &[(TrainGear, ToothForm)]) 
                 .map_or(other.width, |hub| hub.length.max(other.width))
         };
         let touched = gears.iter().find(|(other, _)| {
-            let apart = (other.at - gear.at).abs();
-            other.name != gear.name && apart < (0.5 * hub.length + reach(other)) * (1.0 - 1e-9)
+            let distance = (other.at - gear.at).abs();
+            other.name != gear.name && distance < (0.5 * hub.length + reach(other)) * (1.0 - 1e-9)
         });
         if let Some((other, _)) = touched {
             let room = 2e3 * ((other.at - gear.at).abs() - reach(other)).max(0.0);

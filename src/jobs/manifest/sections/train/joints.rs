@@ -36,12 +36,12 @@ const MOST: usize = MOST_CONTACTS - 2;
 /// Checks that no two gears mesh twice.
 fn given_once(section: &Section, first: [GearPlace; 2], read: &[TrainMesh]) -> Option<()> {
     let tables = section.tables("mesh")?;
-    let alike = |a: [GearPlace; 2], b: [GearPlace; 2]| a == b || a == [b[1], b[0]];
+    let same_mesh = |a: [GearPlace; 2], b: [GearPlace; 2]| a == b || a == [b[1], b[0]];
     for (number, (table, mesh)) in tables.iter().zip(read).enumerate() {
         let earlier = read[..number].iter().map(|other| other.gears);
         if std::iter::once(first)
             .chain(earlier)
-            .any(|other| alike(other, mesh.gears))
+            .any(|other| same_mesh(other, mesh.gears))
         {
             let what = "these gears already mesh in `train.gears` or in another [[train.mesh]]";
             return table
@@ -174,7 +174,7 @@ fn mesh(
         None
     };
     let law = drawn_or_given(table, (train, gears), drawing.as_ref());
-    let beside = contact_law::beside_stiffness(table, gap);
+    let beside = contact_law::properties_except_stiffness(table, gap);
     let errors = gear_errors(table, parts, (train, gears));
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
@@ -185,7 +185,9 @@ fn mesh(
         let behind = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);
         beside.phase = behind + phase_of_sun(section, planets);
     }
-    let at_start = |own: MeshHarmonic| own.ahead(-TAU * own.turns_per_cycle() * beside.phase);
+    let at_start = |harmonic: MeshHarmonic| {
+        harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * beside.phase)
+    };
     (beside.error).extend(errors?.into_iter().map(at_start));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);

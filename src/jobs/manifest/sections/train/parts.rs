@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::sections::gear;
 use crate::shaft::{
-    BesideEachOther, GearPlace, PlanetarySet, TrainDrive, TrainError, TrainGear, TrainShaft,
+    GearPlace, ParallelPlacement, PlanetarySet, TrainDrive, TrainError, TrainGear, TrainShaft,
 };
 
 /// Relative difference below which a centre distance equals the one without backlash.
@@ -71,7 +71,7 @@ impl Parts<'_> {
     /// The set with a planet of this name.
     fn set_of_planet(&self, name: &str) -> Option<&Planets> {
         let is_it = |shaft: usize| self.shafts[shaft].name == name;
-        (self.planets.iter()).find(|own| own.set.planets.iter().any(|own| is_it(own.shaft)))
+        (self.planets.iter()).find(|own| own.set.planets.iter().any(|planet| is_it(planet.shaft)))
     }
 
     /// The set whose first planet is one of two gears.
@@ -108,7 +108,7 @@ impl Parts<'_> {
         let name = &self.shafts[found].name;
         let known: Vec<&str> = named.iter().map(|own| own.name.as_str()).collect();
         let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
-        let fault = misnamed(section, "driver", "driver", what, &known);
+        let fault = unknown_name(section, "driver", "driver", what, &known);
         section.issues.push(fault.remedy(
             "name the shaft of the sun, the ring or the carrier, or one that is coupled to it",
         ));
@@ -120,9 +120,9 @@ impl Parts<'_> {
         if found.is_none() {
             let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
             let what = format!("there is no shaft `{name}`");
-            section
-                .issues
-                .push(misnamed(section, key, "shaft", what, &known).suggestion(near(name, &known)));
+            section.issues.push(
+                unknown_name(section, key, "shaft", what, &known).suggestion(near(name, &known)),
+            );
         }
         found
     }
@@ -155,14 +155,15 @@ impl Parts<'_> {
                 section.issues.push(match self.set_of_planet(name) {
                     Some(planets) => {
                         let what = format!("`{name}` is one of the planets, which mesh alike");
-                        misnamed(section, key, "gear", what, &known).remedy(format!(
+                        unknown_name(section, key, "gear", what, &known).remedy(format!(
                             "write \"{}\": it stands for every planet",
                             planets.name
                         ))
                     }
                     None => {
                         let what = format!("there is no gear `{name}`");
-                        misnamed(section, key, "gear", what, &known).suggestion(near(name, &known))
+                        unknown_name(section, key, "gear", what, &known)
+                            .suggestion(near(name, &known))
                     }
                 });
             }
@@ -252,11 +253,11 @@ impl Parts<'_> {
         });
         let mut pair = self.pair(inside_out, train.pair.rated_torque);
         pair.form.tip_diameter = [cut.unwrap_or(tips[0]), tips[1]].map(|tip| Some(2.0 * tip));
-        let fault = match train.beside(gears) {
+        let fault = match train.parallel_placement(gears) {
             Ok(beside) => {
                 pair.form.centre_distance = Some(0.0);
                 if let Some(beside) = beside {
-                    stand_beside(&mut pair, &beside);
+                    set_common_face(&mut pair, &beside);
                     pair.form.centre_distance = Some(beside.centre_distance);
                 }
                 let checked = InternalPair::of(&pair).and_then(|own| {
@@ -295,7 +296,7 @@ impl Parts<'_> {
                 .report(section.issues);
         };
         let names = gears.map(|place| &train.gear(place).name);
-        let beside = match train.beside(gears) {
+        let beside = match train.parallel_placement(gears) {
             Ok(Some(beside)) => beside,
             Ok(None) if pair.helix_angle != 0.0 => {
                 let [one, two] = names;
@@ -311,7 +312,7 @@ impl Parts<'_> {
             }
         };
         let distance = beside.centre_distance;
-        stand_beside(&mut pair, &beside);
+        set_common_face(&mut pair, &beside);
         let tight = pair.tight_centre_distance().ok();
         if tight.is_none_or(|tight| (distance / tight - 1.0).abs() > TIGHT) {
             pair.form.centre_distance = Some(distance);
@@ -333,7 +334,7 @@ impl Parts<'_> {
 }
 
 /// Sets the common face of a pair's gears.
-fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
+fn set_common_face(pair: &mut GearPair, beside: &ParallelPlacement) {
     pair.face_width = beside.width;
     pair.form.overhang = beside.overhang;
     pair.form.plane = gear::plane_of(pair.module, pair.face_width);
@@ -343,7 +344,7 @@ fn stand_beside(pair: &mut GearPair, beside: &BesideEachOther) {
 }
 
 /// The fault of an unknown name.
-fn misnamed(
+fn unknown_name(
     section: &Section,
     key: &str,
     what: &str,

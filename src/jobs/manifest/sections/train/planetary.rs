@@ -277,7 +277,8 @@ impl Planets {
         };
         let at = self.set.at;
         for (planet, &angle) in self.set.planets.iter().zip(&self.angles) {
-            shafts[planet.shaft].origin = shafts[self.set.carrier].beside(at, radius, angle);
+            shafts[planet.shaft].origin =
+                shafts[self.set.carrier].point_at_distance(at, radius, angle);
         }
         Some(())
     }
@@ -327,7 +328,7 @@ impl Planets {
                     gears: mesh
                         .gears
                         .map(|own| if of_planet(&own) { place } else { own }),
-                    law: mesh.law.ahead(ahead),
+                    law: mesh.law.with_phase_lead(ahead),
                     pressure_angle: mesh.pressure_angle,
                 }
             })

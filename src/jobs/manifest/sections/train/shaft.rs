@@ -1,6 +1,6 @@
 //! The tables `[[train.shaft]]`.
 
-use super::hubs::{hub_is_on_shaft, hubs_are_apart, hubs_leave_bearings};
+use super::hubs::{check_hub_distances, hub_is_on_shaft, hubs_leave_bearings};
 use super::rolling;
 use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::DiagnosticKind;
@@ -27,7 +27,7 @@ fn shaft(
     density: f64,
     names: &mut BTreeSet<String>,
 ) -> Option<(TrainShaft, Vec<ToothForm>)> {
-    let name = own_name(table, names);
+    let name = unused_name(table, names);
     let origin = triple(table, "origin", [0.0; 3]);
     let direction = triple(table, "direction", [0.0, 0.0, 1.0]);
     let motion = match table.choice_or_default("motion") {
@@ -57,7 +57,7 @@ fn shaft(
         toothed_on_shaft(table, (&sections, density), names)
     });
     let gears = gears?;
-    hubs_are_apart(table, &gears)?;
+    check_hub_distances(table, &gears)?;
     let bearings = bearings?;
     hubs_leave_bearings(table, &gears, &bearings)?;
     let (gears, drawn) = gears.into_iter().unzip();
@@ -86,7 +86,7 @@ fn shaft(
 }
 
 /// A name that no other shaft or gear has.
-fn own_name(table: &Section, names: &mut BTreeSet<String>) -> Option<String> {
+fn unused_name(table: &Section, names: &mut BTreeSet<String>) -> Option<String> {
     let name = table.text("name")?.to_owned();
     if names.insert(name.clone()) {
         return Some(name);
@@ -179,7 +179,7 @@ fn toothed_on_shaft(
     (sections, density): (&[ShaftSection], f64),
     names: &mut BTreeSet<String>,
 ) -> Option<(TrainGear, ToothForm)> {
-    let name = own_name(table, names);
+    let name = unused_name(table, names);
     let at = table.quantity("at");
     let internal = table.boolean_or_default("internal");
     let outer = table.if_given("outer", Section::quantity);
@@ -289,9 +289,9 @@ fn toothed(
                 Some(_) => [Some(pitch), rim, outside].into_iter().flatten().collect(),
             };
             lie_outside(table, &parts)?;
-            let held = if outside.is_some() { pitch } else { hub.unwrap_or(inside) };
+            let hub_side = if outside.is_some() { pitch } else { hub.unwrap_or(inside) };
             let outer = outside.unwrap_or(pitch);
-            Disc::webbed([outer.1, held.1], gear.width, web, density).ok()?
+            Disc::webbed([outer.1, hub_side.1], gear.width, web, density).ok()?
         }
     };
     let hub = form.body[0].hub;

@@ -1,19 +1,19 @@
 //! Which event happens first on a block?
 
 use super::ClosedModes;
+use super::block_check::{BEYOND, BlockCheck, Rates, check_block_body};
 use super::excitation::Drift;
-use super::glance::{BEYOND, Glance, Rates, look_body};
 use super::grid::NODES;
-use super::lanes::{Move, advance_to};
+use super::lanes::{BlockPropagator, advance_to};
 use super::search::{self, Interval, POINTS};
 use super::system::System;
-use super::workspace::{Place, Watched, Workspace};
+use super::workspace::{CyclePosition, WatchedContact, Workspace};
 use crate::propagate::Counters;
 use crate::propagate::vectors::Vector;
 
 /// The first event on a block.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct BlockEvent {
     /// Time from its start \[s\].
     pub time: f64,
     /// The contact.
@@ -27,20 +27,20 @@ impl ClosedModes<'_> {
     #[inline(always)]
     pub(super) fn first_event<V: Vector>(
         &self,
-        place: &Place,
+        place: &CyclePosition,
         rates: &Rates,
         left: f64,
         w: &mut Workspace,
         counters: &mut Counters,
-    ) -> Option<Found> {
+    ) -> Option<BlockEvent> {
         let system = self.system(w.set);
         let count = ((left / self.step + (1.0 - 1e-9)) as usize).clamp(1, NODES);
-        let mut glance = Glance {
+        let mut check = BlockCheck {
             system,
             state: &w.states[..w.length],
             inputs: &w.inputs,
             lines: &w.lines,
-            seen: &mut w.seen,
+            line_states: &mut w.line_states,
             watched: &mut w.watched,
             crossed: place.crossed,
             rates,
@@ -50,9 +50,9 @@ impl ClosedModes<'_> {
             count,
             half_gap: self.model.half_gap,
         };
-        let open = look_body::<V>(&mut glance);
+        let open = check_block_body::<V>(&mut check);
         w.bounded = system.decays;
-        w.tried = None;
+        w.spare_time = None;
         if open == 0 {
             counters.certified += 1;
             return None;
@@ -63,23 +63,23 @@ impl ClosedModes<'_> {
     /// The first event in the open intervals between nodes.
     fn search(
         &self,
-        place: &Place,
+        place: &CyclePosition,
         rates: &Rates,
         left: f64,
         (open, count): (u32, usize),
         w: &mut Workspace,
         counters: &mut Counters,
-    ) -> Option<Found> {
+    ) -> Option<BlockEvent> {
         if open & BEYOND != 0 {
             let beyond = w.watched.iter().find(|own| own.open & BEYOND != 0);
-            return beyond.map(|own| Found {
+            return beyond.map(|own| BlockEvent {
                 time: 0.0,
                 contact: own.contact,
                 on_surface: false,
             });
         }
         for n in (0..count).filter(|n| open >> n & 1 == 1) {
-            let mut first: Option<Found> = None;
+            let mut first: Option<BlockEvent> = None;
             for index in 0..w.watched.len() {
                 let own = w.watched[index];
                 if own.open >> n & 1 == 1
@@ -87,7 +87,7 @@ impl ClosedModes<'_> {
                     && time <= left
                     && first.is_none_or(|first| time < first.time)
                 {
-                    first = Some(Found {
+                    first = Some(BlockEvent {
                         time,
                         contact: own.contact,
                         on_surface: true,
@@ -104,18 +104,18 @@ impl ClosedModes<'_> {
     /// The first exit of a contact on an interval between nodes.
     fn exit(
         &self,
-        own: &Watched,
+        own: &WatchedContact,
         interval: usize,
-        place: &Place,
+        place: &CyclePosition,
         rates: &Rates,
         w: &mut Workspace,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let seen = w.seen[own.line];
+        let line_state = w.line_states[own.line];
         let crossed = interval == 0 && place.crossed.holds(own.contact);
         let values: [f64; POINTS] = std::array::from_fn(|k| {
-            let before = k.checked_sub(1).map(|node| seen.nodes.0[node]);
-            own.value(before.unwrap_or(seen.start))
+            let before = k.checked_sub(1).map(|node| line_state.nodes.0[node]);
+            own.value(before.unwrap_or(line_state.start))
         });
         let [start, end] = [values[interval], values[interval + 1]];
         let start = if crossed { 0.0 } else { start };
@@ -125,7 +125,7 @@ impl ClosedModes<'_> {
             guess: (end < 0.0)
                 .then(|| search::near_root(self.instructions, &values, interval) * self.step),
         };
-        let mut at = At {
+        let mut at = ContactMargin {
             kernel: self,
             system: self.system(w.set),
             w,
@@ -133,16 +133,16 @@ impl ClosedModes<'_> {
         };
         if crossed {
             let rate = rates[own.contact];
-            search::exit_behind(&mut at, seen.known, rate, interval, 0, counters)
+            search::exit_behind(&mut at, line_state.bounds, rate, interval, 0, counters)
         } else {
-            search::exit(&mut at, seen.known, interval, 0, counters)
+            search::exit(&mut at, line_state.bounds, interval, 0, counters)
         }
     }
 }
 
 /// A time within a block in two parts: the time of the nearest node, and a short rest.
 #[derive(Clone, Copy)]
-pub(super) struct Parts<'s> {
+pub(super) struct SplitTime<'s> {
     system: &'s System,
     /// Number of the node; 0 is the start of the block.
     node: usize,
@@ -150,7 +150,7 @@ pub(super) struct Parts<'s> {
     pub rest: f64,
 }
 
-impl<'s> Parts<'s> {
+impl<'s> SplitTime<'s> {
     #[inline]
     pub fn new(system: &'s System, step: f64, time: f64) -> Self {
         let node = ((time / step + 0.5) as usize).min(NODES);
@@ -163,7 +163,7 @@ impl<'s> Parts<'s> {
 
     /// The map of a state to the node; `None` at the start of the block.
     #[inline]
-    pub fn before(&self) -> Option<&'s [Move]> {
+    pub fn before(&self) -> Option<&'s [BlockPropagator]> {
         (self.node.checked_sub(1)).map(|node| &self.system.moves[node][..])
     }
 
@@ -185,20 +185,20 @@ impl<'s> Parts<'s> {
 }
 
 /// The margin of a contact at times within a block.
-struct At<'a, 'm> {
+struct ContactMargin<'a, 'm> {
     kernel: &'a ClosedModes<'m>,
     system: &'a System,
     w: &'a mut Workspace,
-    own: &'a Watched,
+    own: &'a WatchedContact,
 }
 
-impl search::Margin for At<'_, '_> {
+impl search::Margin for ContactMargin<'_, '_> {
     fn at(&mut self, time: f64) -> [f64; 3] {
         let (kernel, system, own) = (self.kernel, self.system, self.own);
         let w = &mut *self.w;
         let view = &system.views[own.line];
-        let parts = Parts::new(system, kernel.step, time);
-        let mut seen = advance_to(
+        let parts = SplitTime::new(system, kernel.step, time);
+        let mut values = advance_to(
             kernel.instructions,
             &system.chunks,
             parts.before(),
@@ -207,18 +207,18 @@ impl search::Margin for At<'_, '_> {
             &w.states,
             &mut w.spare,
         );
-        w.tried = Some(time);
+        w.spare_time = Some(time);
         for (drift, [x, y]) in parts.pushed() {
-            for (seen, row) in seen.iter_mut().zip(&view.rows) {
-                *seen += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
+            for (value, row) in values.iter_mut().zip(&view.rows) {
+                *value += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
             }
         }
         let turns = parts.turns(kernel);
         let driven = (kernel.frequencies).driven(turns, parts.rest, &view.drives, &w.inputs);
         [
-            own.value(seen[0] + driven[0]),
-            own.scale * (seen[1] + driven[1]),
-            own.scale * (seen[2] + driven[2]),
+            own.value(values[0] + driven[0]),
+            own.scale * (values[1] + driven[1]),
+            own.scale * (values[2] + driven[2]),
         ]
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// What a folder already contains of the requested run.
 #[derive(Debug)]
-pub enum Earlier {
+pub enum ExistingResults {
     /// Nothing that counts; its journal may have points of an interrupted run.
     Nothing,
     /// All of it, with every table as written.
@@ -17,7 +17,7 @@ pub enum Earlier {
 
 /// Why a folder must not be touched.
 #[derive(Debug, thiserror::Error)]
-pub enum EarlierError {
+pub enum ExistingResultsError {
     /// The contents cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -55,15 +55,15 @@ pub enum EarlierError {
 /// folder holds one job.
 ///
 /// # Errors
-/// [`EarlierError`] if the folder must not be touched.
-pub fn look(
+/// [`ExistingResultsError`] if the folder must not be touched.
+pub fn inspect(
     folder: &Path,
     job: &Job,
     shard: Option<Shard>,
     fresh: bool,
-) -> Result<Earlier, EarlierError> {
+) -> Result<ExistingResults, ExistingResultsError> {
     if !folder.exists() {
-        return Ok(Earlier::Nothing);
+        return Ok(ExistingResults::Nothing);
     }
     let own = run_path(folder, shard);
     let mut records = Vec::new();
@@ -86,7 +86,7 @@ pub fn look(
                 changes: &record.set,
             };
             let of_shard = record.shard.map_or_else(String::new, |s| format!(", {s}"));
-            return Err(EarlierError::OtherManifest {
+            return Err(ExistingResultsError::OtherManifest {
                 folder: folder.to_path_buf(),
                 hashes: format!(
                     "job {}{of_shard}, hash {}…; this one is {}…",
@@ -103,7 +103,7 @@ pub fn look(
             });
         }
         if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
-            return Err(EarlierError::OtherParts {
+            return Err(ExistingResultsError::OtherParts {
                 folder: folder.to_path_buf(),
                 found: part(record.shard),
                 wanted: part(shard),
@@ -111,10 +111,10 @@ pub fn look(
         }
         if replaceable && record.state == RunState::Complete {
             verify(folder, &record)?;
-            return Ok(Earlier::Complete(Box::new(record)));
+            return Ok(ExistingResults::Complete(Box::new(record)));
         }
     }
-    Ok(Earlier::Nothing)
+    Ok(ExistingResults::Nothing)
 }
 
 fn part(shard: Option<Shard>) -> String {

@@ -2,14 +2,14 @@
 
 /// A direction of sliding.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Way {
+pub(super) enum SlidingDirection {
     Forwards,
     Backwards,
 }
 
 /// A quantity that may end the state of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Watched {
+pub(super) enum EndCondition {
     /// Its deflection, at its surface.
     Deflection,
     /// The push of its spring and damper, at zero.
@@ -21,5 +21,5 @@ pub(super) enum Watched {
     /// The force of a rigid stop, at zero.
     Hold,
     /// The force of sticking dry friction, at its forward or backward limit.
-    Limit(Way),
+    Limit(SlidingDirection),
 }

@@ -7,7 +7,7 @@ use crate::analysis::outcome::NvhOutcome;
 use crate::analysis::outputs::Outputs;
 use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::power::Power;
-use crate::analysis::precision::{Loosest, Size, loosest};
+use crate::analysis::precision::{LeastPrecise, SignalSize, loosest};
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::model::{Model, Quantity, TrajectoryState};
 use crate::propagate::{Event, Observer, Window};
@@ -58,9 +58,9 @@ impl Recorders {
 
     /// The observers of a trajectory that branched off another with the statistics `nvh`; without Poincaré
     /// samples.
-    pub(super) fn beside(model: &Model, config: &PointConfig, nvh: &Nvh) -> Self {
+    pub(super) fn for_branch(model: &Model, config: &PointConfig, nvh: &Nvh) -> Self {
         Self {
-            nvh: Some(nvh.beside()),
+            nvh: Some(nvh.for_same_model()),
             poincare: Poincare::new(model, Section::default(), 0),
             ..Self::requested(model, config)
         }
@@ -107,8 +107,8 @@ impl Recorders {
     }
 
     /// Whether windows and events are needed.
-    pub(super) fn watches(&self) -> bool {
-        (self.nvh.is_some() && !self.enough) || self.poincare.watches()
+    pub(super) fn needs_windows(&self) -> bool {
+        (self.nvh.is_some() && !self.enough) || self.poincare.needs_windows()
     }
 
     /// The statistics of the observations.
@@ -161,17 +161,18 @@ impl Recorders {
     }
 
     /// The least precise statistic; `None` before any.
-    pub(super) fn loosest(&self) -> Option<Loosest> {
+    pub(super) fn loosest(&self) -> Option<LeastPrecise> {
         let found = self.statistics()?;
         if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
-            return Some(Loosest {
+            return Some(LeastPrecise {
                 name: "a spectrum".to_owned(),
                 error: f64::INFINITY,
             });
         }
         let spectra = self.spectra.as_ref().map(Spectra::spectra);
         let orders = self.orders.as_ref().map(Orders::outcome);
-        let sizes: Vec<(&str, Size)> = self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
+        let sizes: Vec<(&str, SignalSize)> =
+            self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
         Some(loosest(
             &found,
             &spectra.unwrap_or_default(),
@@ -186,7 +187,7 @@ impl Observer for Recorders {
 
     fn states(&self) -> bool {
         let rebuilt = self.outputs.is_some() || self.power.is_some();
-        (rebuilt && !self.enough) || self.poincare.watches()
+        (rebuilt && !self.enough) || self.poincare.needs_windows()
     }
 
     fn window(&mut self, window: &Window<'_>) {

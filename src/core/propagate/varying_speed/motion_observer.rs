@@ -3,7 +3,7 @@
 use super::VaryingSpeed;
 use super::powers::{Course, Powers, value};
 use super::rows::Rows;
-use super::window::{Motions, along, states_at};
+use super::window::{WindowSeries, along, states_at};
 use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
 use crate::propagate::vectors::Aligned;
 
@@ -11,7 +11,7 @@ use crate::propagate::vectors::Aligned;
 #[derive(Debug, Clone, Copy)]
 pub struct MovingWindow<'a> {
     pub(super) kernel: &'a VaryingSpeed,
-    pub(super) motions: &'a Motions,
+    pub(super) motions: &'a WindowSeries,
     /// Time at its start \[s\].
     pub time: f64,
     /// Its length \[s\].
@@ -46,7 +46,7 @@ impl MovingWindow<'_> {
     }
 
     /// Moves `instant` to a position in the window. Computes the states of the blocks only if they are read.
-    pub fn look(&self, place: f64, reads_states: bool, instant: &mut Instant) {
+    pub fn evaluate_at(&self, place: f64, reads_states: bool, instant: &mut Instant) {
         instant.place = place;
         if !reads_states {
             return;
@@ -140,7 +140,7 @@ pub struct MovingEvent {
 }
 
 /// Observes a motion.
-pub trait Watch {
+pub trait MotionObserver {
     /// Called after a window.
     fn window(&mut self, _window: &MovingWindow<'_>) {}
 
@@ -149,7 +149,7 @@ pub trait Watch {
 }
 
 /// No observer.
-impl Watch for () {}
+impl MotionObserver for () {}
 
 /// A signal of a motion, and how it is computed on a window.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -158,11 +158,11 @@ pub struct MovingSignal {
     pub quantity: Quantity,
     /// Its position and direction; for a mesh, its gears.
     pub name: String,
-    place: Place,
+    place: SignalSource,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum SignalSource {
     Deflection(usize),
     Force([usize; 2]),
     FirstForce,
@@ -180,31 +180,35 @@ impl MovingSignal {
         };
         let meshes = model.meshes.iter().flat_map(|mesh| {
             let force = match mesh.flanks {
-                [DRIVE_FLANK, COAST_FLANK] => Place::FirstForce,
-                flanks => Place::Force(flanks),
+                [DRIVE_FLANK, COAST_FLANK] => SignalSource::FirstForce,
+                flanks => SignalSource::Force(flanks),
             };
             [
                 own(Quantity::MeshForce, &mesh.name, force),
                 own(
                     Quantity::MeshDeflection,
                     &mesh.name,
-                    Place::Deflection(mesh.flanks[0]),
+                    SignalSource::Deflection(mesh.flanks[0]),
                 ),
             ]
         });
         let bearings = (model.bearings.iter().enumerate()).map(|(index, bearing)| {
-            own(Quantity::BearingForce, &bearing.name, Place::Bearing(index))
+            own(
+                Quantity::BearingForce,
+                &bearing.name,
+                SignalSource::Bearing(index),
+            )
         });
         let outputs = (model.outputs.iter().enumerate())
-            .map(|(index, output)| own(output.quantity, &output.name, Place::Output(index)));
+            .map(|(index, output)| own(output.quantity, &output.name, SignalSource::Output(index)));
         meshes.chain(bearings).chain(outputs).collect()
     }
 
     /// Whether it is the deflection of the first mesh (`true`) or its force (`false`); `None` for other signals.
     pub fn first_mesh(&self) -> Option<bool> {
         match self.place {
-            Place::Deflection(DRIVE_FLANK) => Some(true),
-            Place::FirstForce => Some(false),
+            SignalSource::Deflection(DRIVE_FLANK) => Some(true),
+            SignalSource::FirstForce => Some(false),
             _ => None,
         }
     }
@@ -221,7 +225,10 @@ impl MovingSignal {
 
     /// Whether its value needs the states of the blocks. Deflections and forces of contacts are known as series.
     pub fn reads_states(&self) -> bool {
-        matches!(self.place, Place::Bearing(_) | Place::Output(_))
+        matches!(
+            self.place,
+            SignalSource::Bearing(_) | SignalSource::Output(_)
+        )
     }
 
     /// Its value at an instant of a window.
@@ -229,16 +236,16 @@ impl MovingSignal {
         let (kernel, place) = (window.kernel, instant.place);
         let sum = |rows: &Rows, states: &[Aligned; 2]| along(kernel.instructions, rows, states);
         match self.place {
-            Place::Deflection(contact) => value(window.deflection(contact), place),
-            Place::Force(flanks) => window.sum_of_forces(flanks.into_iter(), place),
-            Place::FirstForce => window.sum_of_forces(0..kernel.model.flank_springs, place),
-            Place::Bearing(index) => {
+            SignalSource::Deflection(contact) => value(window.deflection(contact), place),
+            SignalSource::Force(flanks) => window.sum_of_forces(flanks.into_iter(), place),
+            SignalSource::FirstForce => window.sum_of_forces(0..kernel.model.flank_springs, place),
+            SignalSource::Bearing(index) => {
                 sum(&kernel.bearings[index], &instant.states) + window.left_out(index, place)
             }
-            Place::Output(index) if kernel.model.outputs[index].quantity.is_rate() => {
+            SignalSource::Output(index) if kernel.model.outputs[index].quantity.is_rate() => {
                 sum(&kernel.outputs[index], &instant.rates)
             }
-            Place::Output(index) => sum(&kernel.outputs[index], &instant.states),
+            SignalSource::Output(index) => sum(&kernel.outputs[index], &instant.states),
         }
     }
 }

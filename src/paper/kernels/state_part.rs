@@ -4,7 +4,7 @@ use crate::model::ActiveSet;
 
 /// A part of a trajectory in one contact state.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch {
+pub struct StatePart {
     /// Cell in which it starts.
     pub cell: usize,
     /// Contact state.

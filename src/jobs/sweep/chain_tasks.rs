@@ -127,16 +127,16 @@ impl FinishedChains {
         journal: &mut Journal,
         mut take: impl FnMut(PointRow) -> Result<(), StoreError>,
     ) -> Result<Self, StoreError> {
-        let mut taken = Self::default();
+        let mut finished = Self::default();
         journal.replay(|row| {
-            if taken.pass(job, &row)? {
+            if finished.pass(job, &row)? {
                 take(row)
             } else {
                 // Repeated records of a point have the same numbers.
                 Ok(())
             }
         })?;
-        Ok(taken)
+        Ok(finished)
     }
 
     /// Adds a point; returns whether it is new.
@@ -211,7 +211,7 @@ mod tests {
             (84, 12, 3),
             (12, 12, 8),
         ] {
-            let mut seen = vec![0; points];
+            let mut counts = vec![0; points];
             for index in 1..=count {
                 let own = ChainSelection::every(points, chain, Some(Shard { index, count }));
                 let ids: Vec<u64> = own.clone().ids().collect();
@@ -222,10 +222,10 @@ mod tests {
                     assert!(whole.windows(2).all(|pair| pair[1] == pair[0] + 1));
                 }
                 for i in ids {
-                    seen[i as usize] += 1;
+                    counts[i as usize] += 1;
                 }
             }
-            assert!(seen.iter().all(|n| *n == 1));
+            assert!(counts.iter().all(|n| *n == 1));
             assert_eq!(ChainSelection::every(points, chain, None).points(), points);
         }
     }

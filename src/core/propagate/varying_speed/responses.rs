@@ -37,7 +37,7 @@ pub type Delayed = [f64; 2 * TERMS];
 
 /// The inputs for computing responses.
 #[derive(Debug)]
-pub struct Structure<'a> {
+pub struct ResponseInputs<'a> {
     /// Generators of the blocks: entries 00, 01, 10, 11.
     pub generator: &'a [Aligned; 4],
     /// ω \[1/s\]: powers of the generator are divided by powers of ω.
@@ -52,7 +52,7 @@ pub struct Structure<'a> {
 
 /// The responses along one direction.
 #[derive(Debug, Clone)]
-pub struct Answers {
+pub struct DirectionResponses {
     /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second components.
     states: Aligned,
     /// Responses `w (A/ω)^{m−1} b` to forces along every direction.
@@ -63,9 +63,9 @@ pub struct Answers {
     pub ripples: Vec<Powers>,
 }
 
-impl Answers {
+impl DirectionResponses {
     /// Responses along a direction; `deflection` are the rows that map components to its deflection.
-    pub fn new(structure: &Structure<'_>, deflection: &Rows) -> Self {
+    pub fn new(structure: &ResponseInputs<'_>, deflection: &Rows) -> Self {
         let [a, b, c, d] = structure.generator;
         let ([first, second], n, rate) = (deflection, a.len(), structure.rate);
         let mut states = Aligned::zeros(2 * n * TERMS);
@@ -141,13 +141,13 @@ pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
 
 /// Adds the response to a coefficient `j! f_j`. It starts two powers later; earlier lanes do not change.
 #[inline(always)]
-pub fn answer<V: Vector>(seen: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
+pub fn answer<V: Vector>(series: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
     let factor = V::splat(factor);
     let Some(later) = answer[TERMS - j..].first_chunk::<TERMS>() else {
         return;
     };
     for at in ((j + 2) / LANES * LANES..TERMS).step_by(LANES) {
-        let sum = V::read(&later[at..]).multiply_add(factor, V::read(&seen[at..]));
-        sum.write(&mut seen[at..]);
+        let sum = V::read(&later[at..]).multiply_add(factor, V::read(&series[at..]));
+        sum.write(&mut series[at..]);
     }
 }

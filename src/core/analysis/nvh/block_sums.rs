@@ -28,7 +28,7 @@ impl<const N: usize> Summable for [f64; N] {
 /// Sums over stretches of `length` units each. If there are [`MOST`], neighbours are joined, and the
 /// stretches double.
 #[derive(Debug, Clone)]
-pub(in crate::analysis) struct Stretches<T> {
+pub(in crate::analysis) struct BlockSums<T> {
     complete: Vec<T>,
     current: T,
     filled: u64,
@@ -36,7 +36,7 @@ pub(in crate::analysis) struct Stretches<T> {
     length: u64,
 }
 
-impl<T: Summable> Stretches<T> {
+impl<T: Summable> BlockSums<T> {
     /// No stretches yet; `empty` is an empty sum.
     pub(in crate::analysis) fn new(empty: T, length: u64) -> Self {
         Self {
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn nothing_is_lost_when_stretches_are_joined() {
-        let mut stretches = Stretches::new([0.0; 2], 3);
+        let mut stretches = BlockSums::new([0.0; 2], 3);
         let units = 3 * 5000 + 2;
         for unit in 0..units {
             stretches.current().add(&[1.0, f64::from(unit)]);
@@ -166,8 +166,8 @@ mod tests {
     }
 
     /// Sums of 1, 2, 3 … over stretches of three units or more.
-    fn counted(units: u32) -> Stretches<[f64; 2]> {
-        let mut stretches = Stretches::new([0.0; 2], 3);
+    fn counted(units: u32) -> BlockSums<[f64; 2]> {
+        let mut stretches = BlockSums::new([0.0; 2], 3);
         for unit in 0..units {
             stretches.current().add(&[1.0, f64::from(unit)]);
             stretches.advance();

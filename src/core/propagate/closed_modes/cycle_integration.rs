@@ -4,12 +4,12 @@
 //! a contact its line. A block ends at its eighth node, at the next event or at the next stop.
 
 use super::ClosedModes;
+use super::block_check::{Rates, evaluate_line_states_body};
 use super::excitation::Frequencies;
-use super::glance::{Rates, see_now_body};
+use super::first_event::{BlockEvent, SplitTime};
 use super::grid::NODES;
 use super::lanes::{self, advance_body, advance_little_body, advance_to_body};
-use super::seen::{Found, Parts};
-use super::workspace::{Place, Workspace};
+use super::workspace::{CyclePosition, Workspace};
 use crate::model::ActiveSet;
 use crate::propagate::events::{Changes, Margin};
 use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
@@ -19,17 +19,17 @@ use crate::propagate::{Counters, Event, Stop as End};
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The integration of a mesh cycle in progress.
-pub struct Stretch<'a, 'm> {
+pub struct CycleIntegration<'a, 'm> {
     /// The kernel.
     pub kernel: &'a ClosedModes<'m>,
     /// The present time and contacts.
-    pub place: Place,
+    pub place: CyclePosition,
     /// Rates of contacts that crossed their surfaces at this time.
     pub rates: Rates,
     /// Events and blocks so far.
     pub changes: Changes,
     /// The block that was shown last and not yet passed: the event at its end, and its length \[s\].
-    pub next: Option<(Option<Found>, f64)>,
+    pub next: Option<(Option<BlockEvent>, f64)>,
     /// Whether blocks are shown.
     pub shows: bool,
     /// The states.
@@ -39,7 +39,7 @@ pub struct Stretch<'a, 'm> {
 }
 
 /// Why the integration returns to its caller.
-pub enum Halt {
+pub enum ReturnReason {
     /// A block of this length \[s\] is ready for observers.
     Window(f64),
     /// A contact has opened or closed.
@@ -50,64 +50,64 @@ pub enum Halt {
 
 for_each_set! {
     /// Passes blocks and stops up to the next block or event that observers may see.
-    fn pass(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> = pass_body
+    fn pass(integration: &mut CycleIntegration<'_, '_>) -> Result<ReturnReason, End> = pass_body
 }
 
 #[inline(always)]
-fn pass_body<V: Vector>(stretch: &mut Stretch<'_, '_>) -> Result<Halt, End> {
-    let kernel = stretch.kernel;
+fn pass_body<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> Result<ReturnReason, End> {
+    let kernel = integration.kernel;
     let period = kernel.model.period();
-    while stretch.place.time < period {
-        let (found, duration) = match stretch.next.take() {
+    while integration.place.time < period {
+        let (found, duration) = match integration.next.take() {
             Some(next) => next,
             None => {
-                let Place { cycle, time, .. } = stretch.place;
-                stretch.changes.take(cycle, time, period)?;
-                let next = look_ahead::<V>(stretch);
-                kernel.check_range(&stretch.place, stretch.w)?;
-                if stretch.shows && next.1 > 0.0 {
-                    stretch.next = Some(next);
-                    return Ok(Halt::Window(next.1));
+                let CyclePosition { cycle, time, .. } = integration.place;
+                integration.changes.take(cycle, time, period)?;
+                let next = look_ahead::<V>(integration);
+                kernel.check_range(&integration.place, integration.w)?;
+                if integration.shows && next.1 > 0.0 {
+                    integration.next = Some(next);
+                    return Ok(ReturnReason::Window(next.1));
                 }
                 next
             }
         };
         let Some(found) = found else {
-            to_the_end::<V>(stretch, duration)?;
+            to_the_end::<V>(integration, duration)?;
             continue;
         };
         if duration > 0.0 {
-            kernel.move_to::<V>(duration, stretch.w);
-            stretch.step_on(duration);
-            stretch.counters.partial_windows += 1;
+            kernel.move_to::<V>(duration, integration.w);
+            integration.step_on(duration);
+            integration.counters.partial_windows += 1;
         }
-        return Ok(Halt::Event(meet::<V>(stretch, found)?));
+        return Ok(ReturnReason::Event(meet::<V>(integration, found)?));
     }
-    Ok(Halt::End)
+    Ok(ReturnReason::End)
 }
 
 /// The first event on the next block, and the time \[s\] until it or the end of the block.
 #[inline(always)]
-fn look_ahead<V: Vector>(stretch: &mut Stretch<'_, '_>) -> (Option<Found>, f64) {
-    let kernel = stretch.kernel;
-    let left = stretch.left();
+fn look_ahead<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> (Option<BlockEvent>, f64) {
+    let kernel = integration.kernel;
+    let left = integration.left();
     let whole = NODES as f64 * kernel.step;
-    stretch.counters.windows += 1;
+    integration.counters.windows += 1;
     let found = if left > 0.0 {
-        let Stretch {
+        let CycleIntegration {
             place,
             rates,
             w,
             counters,
             ..
-        } = stretch;
+        } = integration;
         kernel.first_event::<V>(place, rates, left.min(whole), w, counters)
     } else {
         None
     };
     let duration = match found {
         Some(found) => found.time,
-        None if stretch.fits() => whole,
+        None if integration.fits() => whole,
         None => left,
     };
     (found, duration)
@@ -115,25 +115,29 @@ fn look_ahead<V: Vector>(stretch: &mut Stretch<'_, '_>) -> (Option<Found>, f64) 
 
 /// Moves to the end of a block without an event.
 #[inline(always)]
-fn to_the_end<V: Vector>(stretch: &mut Stretch<'_, '_>, duration: f64) -> Result<(), End> {
-    let kernel = stretch.kernel;
-    let arrives = stretch.left() <= duration + ROUNDING * kernel.model.period();
-    if stretch.fits() {
-        kernel.move_whole::<V>(stretch.w);
+fn to_the_end<V: Vector>(
+    integration: &mut CycleIntegration<'_, '_>,
+    duration: f64,
+) -> Result<(), End> {
+    let kernel = integration.kernel;
+    let arrives = integration.left() <= duration + ROUNDING * kernel.model.period();
+    if integration.fits() {
+        kernel.move_block::<V>(integration.w);
     } else {
-        kernel.move_to::<V>(duration, stretch.w);
-        stretch.counters.partial_windows += 1;
-        if stretch.w.stop.is_some() {
-            kernel.see_here::<V>(stretch.w);
+        kernel.move_to::<V>(duration, integration.w);
+        integration.counters.partial_windows += 1;
+        if integration.w.stop.is_some() {
+            kernel.evaluate_lines::<V>(integration.w);
         }
     }
-    let limit = stretch.limit();
-    stretch.step_on(duration);
+    let limit = integration.limit();
+    integration.step_on(duration);
     if arrives {
-        let place = &mut stretch.place;
+        let place = &mut integration.place;
         place.time = limit;
-        if stretch.w.stop.is_some() {
-            (kernel.pass_stops(place, limit, stretch.w)).map_err(|error| place.refused(error))?;
+        if integration.w.stop.is_some() {
+            (kernel.pass_stops(place, limit, integration.w))
+                .map_err(|error| place.refused(error))?;
         }
     }
     Ok(())
@@ -141,18 +145,21 @@ fn to_the_end<V: Vector>(stretch: &mut Stretch<'_, '_>, duration: f64) -> Result
 
 /// Applies an event at the present states.
 #[inline(always)]
-fn meet<V: Vector>(stretch: &mut Stretch<'_, '_>, found: Found) -> Result<Event, End> {
-    let kernel = stretch.kernel;
-    let (place, w) = (&mut stretch.place, &mut *stretch.w);
+fn meet<V: Vector>(
+    integration: &mut CycleIntegration<'_, '_>,
+    found: BlockEvent,
+) -> Result<Event, End> {
+    let kernel = integration.kernel;
+    let (place, w) = (&mut integration.place, &mut *integration.w);
     let contact = found.contact;
-    kernel.see_here::<V>(w);
+    kernel.evaluate_lines::<V>(w);
     let event = Event {
         cycle: place.cycle,
         time: place.time,
         from: place.active,
         to: place.active.toggled(contact),
         contact,
-        rate: w.seen[w.line_of[contact]].rate,
+        rate: w.line_states[w.line_of[contact]].rate,
     };
     let state = (kernel.sets).closed_state(kernel.model, contact, place.cycle, place.time);
     if found.on_surface && w.states.len() > w.length {
@@ -164,14 +171,14 @@ fn meet<V: Vector>(stretch: &mut Stretch<'_, '_>, found: Found) -> Result<Event,
     if place.crossed.holds(contact) != found.on_surface {
         place.crossed = place.crossed.toggled(contact);
     }
-    w.watch(&kernel.model.contacts, place.active);
+    w.find_watched_contacts(&kernel.model.contacts, place.active);
     kernel.plan(place.cycle, place.time, w);
     let margin = Margin::new(&kernel.model.contacts[contact], contact, event.closes());
-    stretch.rates[contact] = margin.scale * event.rate;
+    integration.rates[contact] = margin.scale * event.rate;
     Ok(event)
 }
 
-impl Stretch<'_, '_> {
+impl CycleIntegration<'_, '_> {
     /// Time of the cycle \[s\] up to which the present system is valid, unless an event comes first.
     #[inline(always)]
     fn limit(&self) -> f64 {
@@ -203,7 +210,7 @@ impl Stretch<'_, '_> {
 impl ClosedModes<'_> {
     /// Moves all states and inputs over a whole block.
     #[inline(always)]
-    fn move_whole<V: Vector>(&self, w: &mut Workspace) {
+    fn move_block<V: Vector>(&self, w: &mut Workspace) {
         let system = self.system(w.set);
         advance_body::<V>(&system.moves[NODES - 1], &mut w.states);
         let half = w.length / 2;
@@ -214,7 +221,7 @@ impl ClosedModes<'_> {
         }
         Frequencies::turn(&self.turns[NODES - 1], &mut w.inputs);
         for &line in &w.lines {
-            w.seen[line].start = w.seen[line].nodes.0[NODES - 1];
+            w.line_states[line].start = w.line_states[line].nodes.0[NODES - 1];
         }
     }
 
@@ -222,13 +229,13 @@ impl ClosedModes<'_> {
     #[inline(always)]
     fn move_to<V: Vector>(&self, time: f64, w: &mut Workspace) {
         let system = self.system(w.set);
-        let parts = Parts::new(system, self.step, time);
-        let beside = match w.tried {
-            Some(tried) => time - tried,
+        let parts = SplitTime::new(system, self.step, time);
+        let remaining = match w.spare_time {
+            Some(spare_time) => time - spare_time,
             None => f64::INFINITY,
         };
-        if beside.abs() * self.fastest() <= lanes::LITTLE {
-            advance_little_body::<V>(&system.chunks, beside, &mut w.spare);
+        if remaining.abs() * self.fastest() <= lanes::LITTLE {
+            advance_little_body::<V>(&system.chunks, remaining, &mut w.spare);
         } else {
             // The rows do not matter: their products are not used.
             let (rows, before) = (&system.views[0].rows, parts.before());
@@ -252,17 +259,23 @@ impl ClosedModes<'_> {
 
     /// Deflections and their rates at the present time along the lines of all contacts.
     #[inline(always)]
-    fn see_here<V: Vector>(&self, w: &mut Workspace) {
+    fn evaluate_lines<V: Vector>(&self, w: &mut Workspace) {
         let state = &w.states[..w.length];
-        see_now_body::<V>(self.system(w.set), state, &w.inputs, &w.lines, &mut w.seen);
+        evaluate_line_states_body::<V>(
+            self.system(w.set),
+            state,
+            &w.inputs,
+            &w.lines,
+            &mut w.line_states,
+        );
     }
 
     /// Stops a motion whose deflections are out of range.
     #[inline(always)]
-    fn check_range(&self, place: &Place, w: &Workspace) -> Result<(), End> {
+    fn check_range(&self, place: &CyclePosition, w: &Workspace) -> Result<(), End> {
         for &line in &w.lines {
             // False for NaN.
-            let near = w.seen[line].start.abs() <= self.farthest[line];
+            let near = w.line_states[line].start.abs() <= self.farthest[line];
             if !near {
                 return Err(End::Diverged { cycle: place.cycle });
             }

@@ -4,7 +4,7 @@ use super::canvas::Colour;
 
 /// The look of a point in its cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Look {
+pub(super) struct PointStyle {
     pub colour: Colour,
     pub text: String,
     /// Diagonal lines over the colour: some trajectories left its chaos.
@@ -13,7 +13,7 @@ pub(super) struct Look {
     pub dotted: bool,
 }
 
-impl Look {
+impl PointStyle {
     /// A colour and a text.
     pub fn plain(colour: Colour, text: &str) -> Self {
         Self {

@@ -12,27 +12,30 @@ impl Model {
     /// Displacements, in states, that deflect no contact and cause no force, except the neutral pair: under drag, the
     /// rotation of the whole drive. Dry sliders may move with them: a body that only sliders restrain has no fixed
     /// position.
-    pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
+    pub fn unrestrained_displacements(&self) -> Vec<Vec<f64>> {
         let n = self.modes();
-        let felt = |contact: usize| {
+        let is_deflected = |contact: usize| {
             let cycles = self.contacts[contact].cycles.iter();
             let segments = cycles.flat_map(|cycle| &cycle.segments);
             segments.map(|segment| self.participations(segment.direction)[0].clone())
         };
         let sliders: Vec<(usize, Vec<f64>)> = (self.sliders.iter())
-            .filter_map(|slider| Some((slider.block, felt(slider.spring()).next()?)))
+            .filter_map(|slider| Some((slider.block, is_deflected(slider.spring()).next()?)))
             .collect();
-        let held = |mode: usize| {
+        let is_restrained = |mode: usize| {
             let others = (0..self.contacts.len()).filter(|&own| !self.is_of_slider(own));
-            others.flat_map(felt).any(|along| {
+            others.flat_map(is_deflected).any(|along| {
                 let largest = along.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
                 along[mode].abs() > UNFELT * largest
             })
         };
-        let (alone, rest) = self.basis.rigid().split_at(self.basis.unfelt().len());
+        let (alone, rest) = self
+            .basis
+            .rigid()
+            .split_at(self.basis.without_contact().len());
         let with_sliders = rest
             .iter()
-            .filter(|&&mode| !sliders.is_empty() && !held(mode));
+            .filter(|&&mode| !sliders.is_empty() && !is_restrained(mode));
         (alone.iter().chain(with_sliders))
             .filter(|mode| !self.neutral.contains(mode))
             .map(|&mode| {

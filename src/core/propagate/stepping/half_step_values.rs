@@ -7,7 +7,7 @@ use super::tables::dot;
 impl Stepping {
     /// Transmission error of a line and its rate at half step `index` of a mesh cycle.
     pub(super) fn error_at(&self, line: usize, cycle: u64, index: usize) -> [f64; 2] {
-        let at = self.within_base(cycle) * (2 * self.steps + 1) + index;
+        let at = self.cycle_in_base_period(cycle) * (2 * self.steps + 1) + index;
         match self.transmission_error[line].get(at) {
             Some(known) => *known,
             None => {

@@ -6,7 +6,7 @@ use crate::model::{LOAD_TERMS, LoadTerm};
 
 /// Rotation and loads over a stretch of time, by powers of time \[s\] since its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct SpeedInterval {
     /// Its length \[s\].
     pub duration: f64,
     /// Mean rotation of the pinion \[rad\], 0 at the start.
@@ -17,7 +17,7 @@ pub struct Stretch {
     pub torques: [Course; 2],
 }
 
-impl Stretch {
+impl SpeedInterval {
     /// A stretch of constant speed \[rad/s\] and load.
     pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
         let mut own = Self {

@@ -8,7 +8,7 @@ use strum::{IntoStaticStr, VariantArray};
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr, VariantArray, ValueEnum,
 )]
 #[strum(serialize_all = "lowercase")]
-pub enum What {
+pub enum PictureKind {
     /// Largest Lyapunov exponent: a map, or a curve over one axis.
     Lambda,
     /// Map of the kind of motion.
@@ -55,7 +55,7 @@ pub enum What {
     Contact,
 }
 
-impl What {
+impl PictureKind {
     /// Its name on the command line and at the start of file names.
     pub fn name(self) -> &'static str {
         self.into()

@@ -15,7 +15,7 @@ pub struct WindowDerivative<'a> {
 }
 
 /// Observes the derivative of every window.
-pub trait Witness {
+pub trait DerivativeObserver {
     /// Takes a window.
     fn window(&mut self, derivative: &WindowDerivative<'_>);
 
@@ -25,7 +25,7 @@ pub trait Witness {
 }
 
 /// No observer.
-impl Witness for () {
+impl DerivativeObserver for () {
     fn window(&mut self, _: &WindowDerivative<'_>) {}
     fn jump(&mut self, _: u64, _: f64, _: f64, _: f64) {}
 }
