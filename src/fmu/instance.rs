@@ -41,7 +41,7 @@ impl Refusal {
     }
 }
 
-/// An instance.
+/// An FMU instance: its drive, its state and its plant.
 pub struct Instance {
     drive: Drive,
     live: LiveState,

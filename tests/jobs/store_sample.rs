@@ -260,19 +260,21 @@ fn write(folder: &Path, shard: Option<Shard>) {
     };
     let axes = vec![axis("load", "1"), axis("speed", "rad/s")];
     let layout = ResultLayout {
+        requested: vec![
+            TableKind::Poincare,
+            TableKind::Spectra,
+            TableKind::Orders,
+            TableKind::Probes,
+            TableKind::Attractors,
+            TableKind::Orbits,
+        ],
         axes,
         tied: Vec::new(),
-        poincare: true,
-        spectra: true,
-        orders: true,
-        probes: true,
-        orbits: true,
         swept: None,
         basins: Some(["mode 1", "mode 2"].map(|name| AxisColumn {
             name: name.to_owned(),
             unit: "m".to_owned(),
         })),
-        horizon: false,
         refined: None,
         samples: None,
         elements: vec![(

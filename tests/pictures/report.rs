@@ -633,8 +633,8 @@ fn a_large_folder_has_a_page_within_its_room() {
         unit: unit.to_owned(),
     };
     let layout = ResultLayout {
+        requested: vec![TableKind::Poincare],
         axes: vec![axis("load", "1"), axis("speed", "rad/s")],
-        poincare: true,
         ..ResultLayout::default()
     };
     let folder = FOLDERS.join("large");

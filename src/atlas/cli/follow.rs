@@ -62,19 +62,20 @@ pub fn run(args: &FollowArgs) -> Status {
     let parts = Prepared::new(args.tables.store());
     let clock = Instant::now();
     let talks = !args.quiet && !args.json && std::io::stderr().is_terminal();
-    let passed = |text: &str| {
+    let report_progress = |text: &str| {
         if talks {
             // A closed terminal is no reason to stop.
             _ = writeln!(std::io::stderr().lock(), "{}", printable(text));
         }
     };
-    let followed = match pool.install(|| follow_job(&job, &parts, &process.called_off, &passed)) {
-        Ok(followed) => followed,
-        Err(FollowError::CalledOff(_)) => {
-            return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
-        }
-        Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
-    };
+    let followed =
+        match pool.install(|| follow_job(&job, &parts, &process.called_off, &report_progress)) {
+            Ok(followed) => followed,
+            Err(FollowError::CalledOff(_)) => {
+                return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
+            }
+            Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
+        };
     let seconds = clock.elapsed().as_secs_f64();
     let census = Census::of(&followed);
     begin_writing();

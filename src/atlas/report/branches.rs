@@ -22,9 +22,9 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// Largest distance between two attractors of one branch.
 const FARTHEST: f64 = 1.0;
 /// Penalty if one period is twice the other.
-const DOUBLED: f64 = 0.2;
+const PERIOD_DOUBLING_PENALTY: f64 = 0.2;
 /// Penalty for any other change of the kind of motion.
-const OTHER_KIND: f64 = 0.5;
+const CLASS_CHANGE_PENALTY: f64 = 0.5;
 
 /// An attractor of a point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -190,8 +190,8 @@ fn distance(a: &Attractor, b: &Attractor) -> f64 {
     let events = [a, b].map(|one| one.events_per_cycle.unwrap_or(0.0));
     let penalty = match (a.period, b.period) {
         _ if a.class == b.class && a.period == b.period => 0.0,
-        (Some(a), Some(b)) if a == 2 * b || b == 2 * a => DOUBLED,
-        _ => OTHER_KIND,
+        (Some(a), Some(b)) if a == 2 * b || b == 2 * a => PERIOD_DOUBLING_PENALTY,
+        _ => CLASS_CHANGE_PENALTY,
     };
     ratio(a.deflection_rms, b.deflection_rms)
         + ratio(a.force_peak, b.force_peak)

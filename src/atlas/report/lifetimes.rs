@@ -8,26 +8,26 @@ use super::point::{CHAOTIC, PointSummary, TRANSIENT_CHAOS};
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Lifetimes {
     /// Points whose chaos no trajectory left, with the lower 95 % bounds of its mean life.
-    pub lasting: Lives,
+    pub lasting: LifetimeRange,
     /// Points whose chaos some trajectories left.
     pub transient_points: usize,
     /// The first of them, in the order of their mean life.
     pub transient: Vec<PointSummary>,
     /// Points whose chaos all trajectories left, with its mean lives. Their class is that of the motion after the
     /// chaos.
-    pub left: Lives,
+    pub left: LifetimeRange,
 }
 
 /// A number of points, and the range of a time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Lives {
+pub struct LifetimeRange {
     /// Points.
     pub points: usize,
     /// The shortest and the longest time \[mesh cycles\].
     pub range: Option<[f64; 2]>,
 }
 
-impl Lives {
+impl LifetimeRange {
     fn add(&mut self, time: f64) {
         self.points += 1;
         let [least, most] = self.range.unwrap_or([time; 2]);
@@ -83,7 +83,7 @@ mod tests {
         ] {
             assert_eq!(found.count(&point), listed, "{point:?}");
         }
-        let wanted = Lives {
+        let wanted = LifetimeRange {
             points: 2,
             range: Some([6700.0, 13300.0]),
         };

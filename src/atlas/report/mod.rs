@@ -24,7 +24,7 @@ pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
 pub use error::ReportError;
 pub use followed::FollowedSummary;
-pub use lifetimes::{Lifetimes, Lives};
+pub use lifetimes::{LifetimeRange, Lifetimes};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};

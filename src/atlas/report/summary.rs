@@ -89,7 +89,7 @@ pub struct Summary {
     pub chaotic_points: usize,
     /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
-    /// Lives of chaos.
+    /// LifetimeRange of chaos.
     pub lifetimes: Lifetimes,
     /// Meshes of a train, the one that rattles most first; empty if there is only one.
     pub rattle: Vec<Rattle>,

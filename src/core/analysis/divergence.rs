@@ -22,7 +22,7 @@ const FEWEST: usize = 40;
 /// Watches for motions that grow without bound.
 #[derive(Debug, Clone)]
 pub struct Bounds {
-    /// One entry per line of contact.
+    /// One entry per line of action.
     lines: Vec<Line>,
 }
 

@@ -155,7 +155,7 @@ impl<'a> LastingContact<'a> {
         {
             state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
         }
-        let mut margins = Margins::new(self.model, &mut self.motion, along.is_none());
+        let mut margins = MarginObserver::new(self.model, &mut self.motion, along.is_none());
         let mut counters = Counters::default();
         let period = u64::from(self.period);
         let advanced = kernel.advance(period, &mut state, workspace, &mut margins, &mut counters);
@@ -223,7 +223,7 @@ impl Modes {
 /// The observed margins of all contacts.
 #[derive(Debug)]
 struct ObservedMargins {
-    /// Margins without gaps and errors, which are the same for all motions, window after window.
+    /// MarginObserver without gaps and errors, which are the same for all motions, window after window.
     windows: Vec<Vec<Series>>,
     /// The least margin of every contact, if requested.
     least: Option<Vec<f64>>,
@@ -231,7 +231,7 @@ struct ObservedMargins {
 
 /// Observes the margins of all contacts.
 #[derive(Debug)]
-struct Margins<'a, 'm> {
+struct MarginObserver<'a, 'm> {
     model: &'m Model,
     motion: &'a mut ModalMotion<'m>,
     observed: ObservedMargins,
@@ -239,7 +239,7 @@ struct Margins<'a, 'm> {
     whole: bool,
 }
 
-impl<'a, 'm> Margins<'a, 'm> {
+impl<'a, 'm> MarginObserver<'a, 'm> {
     fn new(model: &'m Model, motion: &'a mut ModalMotion<'m>, least: bool) -> Self {
         Self {
             model,
@@ -261,7 +261,7 @@ fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
     }
 }
 
-impl Observer for Margins<'_, '_> {
+impl Observer for MarginObserver<'_, '_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {

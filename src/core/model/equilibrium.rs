@@ -50,7 +50,7 @@ impl RotatedStaticContact {
         let (error, error_rate) = model.lines[model.line(segment)].transmission_error_at(0, 0.0);
         let [deflection, force] = model.participations(segment.direction);
         let stiffness = match model.stop_of(place) {
-            Some(stop) => RIGID * model.fastest_block().powi(2) / stop.push,
+            Some(stop) => RIGID * model.fastest_rate().powi(2) / stop.push,
             None => segment.stiffness_at(0.0),
         };
         Self {
@@ -112,7 +112,7 @@ pub(super) struct Equilibrium {
 
 impl Model {
     /// The fastest rate of a block \[1/s\], and of the mesh cycle.
-    fn fastest_block(&self) -> f64 {
+    fn fastest_rate(&self) -> f64 {
         let rates = self.blocks.iter().map(Block::fastest);
         rates.fold(TAU / self.period(), f64::max)
     }

@@ -42,7 +42,7 @@ impl Model {
     }
 
     /// Whether two contacts belong to one film, so that they are never closed together.
-    pub fn take_turns(&self, one: usize, other: usize) -> bool {
+    pub fn are_in_same_film(&self, one: usize, other: usize) -> bool {
         one != other
             && self
                 .film_of(one)
@@ -52,7 +52,7 @@ impl Model {
     /// Whether a contact is a layer that the film has passed: a thinner layer is closed, or the flank.
     pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
         let behind = |other: usize| {
-            self.take_turns(contact, other) && (other > contact || other <= COAST_FLANK)
+            self.are_in_same_film(contact, other) && (other > contact || other <= COAST_FLANK)
         };
         self.film_layers > 0 && self.is_of_film(contact) && active.iter().any(behind)
     }

@@ -40,7 +40,7 @@ impl Model {
     /// Its inputs by their quantities; `structure` is the structure of the model.
     pub fn load_terms(&self, structure: &ModalStructure) -> LoadTerms {
         let basis = &self.basis;
-        let of_values = |values: &[f64], scale: f64| -> Vec<[f64; 2]> {
+        let block_inputs = |values: &[f64], scale: f64| -> Vec<[f64; 2]> {
             if values.is_empty() {
                 return vec![[0.0; 2]; self.blocks.len()];
             }
@@ -48,14 +48,14 @@ impl Model {
             basis.input(&scaled)
         };
         let torques = [&structure.pinion_torque, &structure.wheel_torque]
-            .map(|values| of_values(values.as_deref().unwrap_or_default(), 1.0));
+            .map(|values| block_inputs(values.as_deref().unwrap_or_default(), 1.0));
         let mobility = self.mobility(structure, &torques);
         let [pinion, wheel] = torques;
         let mut inputs = [
-            of_values(&structure.torque, structure.rated_force),
-            of_values(&structure.constant_load, 1.0),
-            of_values(&structure.load_by_speed, 1.0),
-            of_values(&structure.frame.load, 1.0),
+            block_inputs(&structure.torque, structure.rated_force),
+            block_inputs(&structure.constant_load, 1.0),
+            block_inputs(&structure.load_by_speed, 1.0),
+            block_inputs(&structure.frame.load, 1.0),
             pinion,
             wheel,
         ];

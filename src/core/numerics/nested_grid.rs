@@ -199,7 +199,7 @@ mod tests {
             let level = grid.level(grid.number(place));
             let reach = 1 << (grid.levels - level);
             place.iter().all(|&along| along.abs_diff(9) <= reach)
-                || place[0] >= 8 && place[0] % 8 == 0
+                || place[0] >= 8 && place[0].is_multiple_of(8)
         };
         let leaves = grid.leaves(known);
         let area: usize = leaves

@@ -119,7 +119,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The integration was called off. This is no fault of the trajectory.
+    /// The user interrupted the integration; the trajectory itself did not fail.
     #[error("interrupted in mesh cycle {cycle}")]
     CalledOff {
         /// The mesh cycle.

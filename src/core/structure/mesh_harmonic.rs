@@ -1,6 +1,6 @@
 //! The transmission error of a mesh, as harmonics.
 
-/// One harmonic of the transmission error of a mesh: of the mesh frequency, or of an order of one of its shafts.
+/// One component of the transmission error of a mesh: a harmonic of the mesh frequency, or an order of one of its shafts.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MeshHarmonic {
     /// Number of periods in `cycles` cycles of the mesh, ≥ 1.

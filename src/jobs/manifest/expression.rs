@@ -161,9 +161,9 @@ fn number_length(text: &str) -> usize {
         end = digits(text, end + 1);
     }
     if text[end..].starts_with(['e', 'E']) {
-        let signed = end + 1 + usize::from(text[end + 1..].starts_with(['+', '-']));
-        let exponent = digits(text, signed);
-        if exponent > signed {
+        let exponent_start = end + 1 + usize::from(text[end + 1..].starts_with(['+', '-']));
+        let exponent = digits(text, exponent_start);
+        if exponent > exponent_start {
             end = exponent;
         }
     }

@@ -5,6 +5,7 @@ use super::nvh::ListElement;
 use super::point_row::AxisColumn;
 use super::refined::RefinedColumns;
 use super::samples::SampleColumns;
+use super::table_kind::TableKind;
 
 /// The tables and columns of a job.
 #[derive(Debug, Clone, Default)]
@@ -13,22 +14,12 @@ pub struct ResultLayout {
     pub axes: Vec<AxisColumn>,
     /// Names of axes that advance in step, group by group.
     pub tied: Vec<Vec<String>>,
-    /// Whether `poincare.parquet` is written.
-    pub poincare: bool,
-    /// Whether `spectra.parquet` is written.
-    pub spectra: bool,
-    /// Whether `orders.parquet` is written.
-    pub orders: bool,
-    /// Whether `probes.parquet` and `attractors.parquet` are written.
-    pub probes: bool,
-    /// Whether `orbits.parquet` is written.
-    pub orbits: bool,
+    /// The tables that its analyses request.
+    pub requested: Vec<TableKind>,
     /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
     pub swept: Option<AxisColumn>,
     /// The axes of the slices in `basins.parquet`; `None` if it is not written.
     pub basins: Option<[AxisColumn; 2]>,
-    /// Whether `horizon.parquet` is written.
-    pub horizon: bool,
     /// How the grid is refined; `None` for a full grid.
     pub refined: Option<RefinedColumns>,
     /// How values of axes were drawn; `None` without distributions.

@@ -1,5 +1,6 @@
 //! Which tables exist, what are their names, and which record lists each?
 
+use crate::analysis::Analyses;
 use strum::{IntoStaticStr, VariantArray};
 
 /// The record of the tables of `atlas follow`.
@@ -92,6 +93,19 @@ impl TableKind {
     /// Name of the table: its file name without the suffix.
     pub fn name(self) -> &'static str {
         self.file_name().trim_end_matches(".parquet")
+    }
+
+    /// Whether analyses request the table. Some tables depend on the grid as well.
+    pub fn is_requested(self, analyses: &Analyses) -> bool {
+        match self {
+            Self::Poincare => analyses.poincare.is_some(),
+            Self::Spectra => analyses.nvh.is_some_and(|nvh| nvh.spectrum.is_some()),
+            Self::Orders => analyses.nvh.is_some_and(|nvh| nvh.orders.is_some()),
+            Self::Probes | Self::Attractors => analyses.multistability.is_some(),
+            Self::Orbits => analyses.orbits.is_some(),
+            Self::Horizon => analyses.horizon.is_some(),
+            _ => false,
+        }
     }
 
     /// How to obtain the table.

@@ -158,21 +158,14 @@ impl Destination {
                 let metadata = [("slice", serde_json::json!(axes).to_string())];
                 self.open(kind, basins_table(), &metadata, cell_rows)
             }
-            TableKind::Orbits if layout.orbits => self.open(kind, orbits_table(), &[], orbit_rows),
-            TableKind::Attractors if layout.probes => {
-                self.open(kind, attractors_table(), &[], attractor_rows)
-            }
-            TableKind::Horizon if layout.horizon => {
-                self.open(kind, horizon_table(), &[], horizon_rows)
-            }
-            TableKind::Probes if layout.probes => self.open(kind, probes_table(), &[], probe_rows),
-            TableKind::Spectra if layout.spectra => {
-                self.open(kind, spectra_table(), &[], spectrum_rows)
-            }
-            TableKind::Orders if layout.orders => self.open(kind, orders_table(), &[], order_rows),
-            TableKind::Poincare if layout.poincare => {
-                self.open(kind, poincare_table(), &[], poincare_rows)
-            }
+            _ if !layout.requested.contains(&kind) => Ok(None),
+            TableKind::Orbits => self.open(kind, orbits_table(), &[], orbit_rows),
+            TableKind::Attractors => self.open(kind, attractors_table(), &[], attractor_rows),
+            TableKind::Horizon => self.open(kind, horizon_table(), &[], horizon_rows),
+            TableKind::Probes => self.open(kind, probes_table(), &[], probe_rows),
+            TableKind::Spectra => self.open(kind, spectra_table(), &[], spectrum_rows),
+            TableKind::Orders => self.open(kind, orders_table(), &[], order_rows),
+            TableKind::Poincare => self.open(kind, poincare_table(), &[], poincare_rows),
             _ => Ok(None),
         }
     }

@@ -77,7 +77,7 @@ const MOST_WINDOWS: f64 = 20_000.0;
 ///
 /// # Errors
 /// [`BuildError::TooFast`] if the structured kernel would need too many windows.
-pub fn check_windows(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
+pub fn check_window_count(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
     // Closed modes need about as many blocks.
     if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());

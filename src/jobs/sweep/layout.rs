@@ -2,16 +2,20 @@
 
 use super::build;
 use super::parts::structures;
-use crate::analysis::{Analyses, SliceConfig, SliceOf};
+use crate::analysis::{SliceConfig, SliceOf};
 use crate::manifest::{Axis, GridDimension, Job, Refine, StructureSource, Variant};
 use crate::model::{InitialState, Quantity};
-use crate::store::{AxisColumn, ListElement, RefinedColumns, ResultLayout, SampleColumns, Shard};
+use crate::store::{
+    AxisColumn, ListElement, RefinedColumns, ResultLayout, SampleColumns, Shard, TableKind,
+};
 use crate::structure::MotionKind;
+use strum::VariantArray;
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let variants = job.points.variants();
-    let any = |pick: fn(&Analyses) -> bool| variants.iter().any(|v| pick(&v.analyses));
+    let requested = |kind: &&TableKind| variants.iter().any(|v| kind.is_requested(&v.analyses));
+    let tables = TableKind::VARIANTS.iter().filter(requested);
     let column = |axis: &Axis| AxisColumn {
         name: axis.name().to_owned(),
         unit: axis.unit.clone(),
@@ -28,11 +32,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
                     .collect()
             })
             .collect(),
-        poincare: any(|a| a.poincare.is_some()),
-        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum.is_some())),
-        orders: any(|a| a.nvh.is_some_and(|n| n.orders.is_some())),
-        probes: any(|a| a.multistability.is_some()),
-        orbits: any(|a| a.orbits.is_some()),
+        requested: tables.copied().collect(),
         swept: job
             .carried
             .as_ref()
@@ -41,7 +41,6 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)
             .map(slice_axes),
-        horizon: any(|a| a.horizon.is_some()),
         refined: job.refine.as_ref().map(|refine| refined(job, refine)),
         samples: sample_columns(job),
         elements: elements(job),

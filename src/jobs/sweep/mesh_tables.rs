@@ -88,7 +88,7 @@ struct MeanLoad {
     misalignment: f64,
 }
 
-/// Mesh tables at hand. Most points of a grid share one.
+/// Mesh tables that this job has loaded or computed. Most points of a grid share one.
 #[derive(Debug)]
 pub struct MeshTables {
     common: Arc<Common>,

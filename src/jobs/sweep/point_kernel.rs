@@ -1,6 +1,6 @@
 //! Which kernel integrates a point, with which tables? Which kernels has a run used?
 
-use super::build::{BuildError, check_windows};
+use super::build::{BuildError, check_window_count};
 use super::parts::Prepared;
 use crate::manifest::{Job, PointSpec};
 use crate::model::Model;
@@ -43,7 +43,7 @@ impl PointKernel {
                 (taken, Some(why), systems)
             }
         };
-        check_windows(model, &taken)?;
+        check_window_count(model, &taken)?;
         Ok(Self {
             taken,
             why,

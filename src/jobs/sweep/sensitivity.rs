@@ -30,7 +30,7 @@ const DISAGREE: f64 = 1e-2;
 /// Relative derivative `p ∂a/∂p / a` below which a key has no effect, and only round-off would be compared.
 const UNFELT: f64 = 1e-5;
 
-/// Note if they disagree.
+/// Note if a derivative and its difference quotient disagree.
 const KINK: &str = "finite differences disagree, because the model has a kink here or the orbit changes within a step";
 
 /// Note for an amplitude of zero.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 const MANIFEST: &str = include_str!("../../../manifests/flex80.toml");
 
-/// Most events in a mesh cycle.
+/// Largest number of events allowed in a mesh cycle.
 pub const EVENT_LIMIT: u32 = 10_000;
 
 /// Mesh cycles after which the drive has settled into rattle.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Which basis belongs to which segment?
 #[derive(Debug)]
-struct Places {
+struct SegmentBases {
     /// One segment of each basis in contact.
     contact: Vec<usize>,
     /// One segment of each basis in free flight.
@@ -22,7 +22,7 @@ struct Places {
     of: Vec<[usize; 2]>,
 }
 
-impl Places {
+impl SegmentBases {
     fn new(model: &Model) -> Self {
         let segments = &model.first_cycle().segments;
         let turned = |a: &Segment, b: &Segment| a.direction == b.direction;
@@ -96,7 +96,7 @@ impl<'t> Bases<'t> {
         model: &Model,
         mut make: impl FnMut(usize, bool) -> Result<Basis<'t>, DenseError>,
     ) -> Result<Self, DenseError> {
-        let places = Places::new(model);
+        let places = SegmentBases::new(model);
         let mut all = |segments: &[usize], touching| -> Result<Vec<_>, DenseError> {
             let made = segments.iter().map(|&segment| make(segment, touching));
             made.map(|basis| Ok(Arc::new(basis?))).collect()

@@ -81,7 +81,7 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
     }
 }
 
-/// The cases of the quick ladder.
+/// The drives of the quick verification, in order of the number of modes.
 ///
 /// # Errors
 /// The default drive cannot be assembled.

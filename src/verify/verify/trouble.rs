@@ -41,7 +41,7 @@ pub enum CheckError {
     /// A mesh table cannot be computed.
     #[error(transparent)]
     MeshTable(#[from] MeshTableError),
-    /// A mesh table cannot be kept.
+    /// The mesh table of a pair of gears cannot be obtained.
     #[error(transparent)]
     MeshFetch(#[from] MeshFetchError),
     /// A model cannot be formed.

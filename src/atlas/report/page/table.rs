@@ -55,8 +55,8 @@ fn is_kept(key: u64, thinned: u32) -> bool {
 }
 
 impl Rows {
-    /// Reads a table; thins its rows if they take more than `most` bytes.
-    fn read(folder: &Path, kind: TableKind, most: u64) -> Result<Self, StoreError> {
+    /// Reads a table; thins its rows if they take more than `max_bytes` bytes.
+    fn read(folder: &Path, kind: TableKind, max_bytes: u64) -> Result<Self, StoreError> {
         let heads = ResultTable::head(folder, kind)?.columns()?;
         let names: Vec<String> = heads.iter().map(|head| head.name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -87,7 +87,7 @@ impl Rows {
             for column in &mut rows.columns {
                 column.take(part, &wanted)?;
             }
-            while rows.bytes() > most {
+            while rows.bytes() > max_bytes {
                 rows.thin();
             }
             Ok::<_, StoreError>(())
@@ -140,12 +140,12 @@ impl Rows {
 pub(super) fn embed_points(
     folder: &Path,
     axes: &[String],
-    most: u64,
+    max_bytes: u64,
     blocks: &mut Blocks,
 ) -> Result<Embedded, StoreError> {
     let order = point_order(folder)?;
     let (mut descriptions, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
-    let mut room = most;
+    let mut bytes_left = max_bytes;
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
     let together = (TOGETHER / order.len().max(1)).max(1);
     let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
@@ -170,11 +170,11 @@ pub(super) fn embed_points(
                 continue;
             }
             // Packing takes most of the time: skip columns that will hardly fit.
-            let likely = needed || column.likely_bytes() <= 2 * room;
+            let likely = needed || column.likely_bytes() <= 2 * bytes_left;
             let packed = likely.then(|| column.packed());
-            match packed.filter(|packed| needed || packed.bytes() <= room) {
+            match packed.filter(|packed| needed || packed.bytes() <= bytes_left) {
                 Some(packed) => {
-                    room = room.saturating_sub(packed.bytes());
+                    bytes_left = bytes_left.saturating_sub(packed.bytes());
                     let from = blocks.count();
                     descriptions.push(packed.embed(blocks));
                     if SHOWN_FIRST.contains(&name.as_str()) || axes.contains(&name) {
@@ -218,21 +218,21 @@ fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
 pub(super) fn embed(
     folder: &Path,
     kind: TableKind,
-    most: u64,
+    max_bytes: u64,
     blocks: &mut Blocks,
 ) -> Result<Embedded, StoreError> {
-    let mut room = most.saturating_mul(SHRINKS);
+    let mut bytes_left = max_bytes.saturating_mul(SHRINKS);
     loop {
-        let rows = Rows::read(folder, kind, room)?;
+        let rows = Rows::read(folder, kind, bytes_left)?;
         let (all, count) = (rows.all, rows.keys.len());
         let left_out = rows.left_out(kind.name());
         let held = rows.bytes();
         let (empty, columns): (Vec<_>, Vec<_>) =
             rows.columns.into_iter().partition(PartialColumn::is_empty);
         let packed: Vec<Packed> = columns.into_iter().map(PartialColumn::packed).collect();
-        if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > most {
+        if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > max_bytes {
             // The data compressed less than assumed: read half of them next.
-            room = held / 2;
+            bytes_left = held / 2;
             continue;
         }
         let columns: Vec<Value> = (packed.into_iter())

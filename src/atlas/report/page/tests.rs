@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::{Class, PointOutcome, Status};
-use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
+use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter, TableKind};
 
 fn row(point_id: u64) -> PointRow {
     PointRow {
@@ -23,11 +23,11 @@ fn row(point_id: u64) -> PointRow {
 fn written(points: u64) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let layout = ResultLayout {
+        requested: vec![TableKind::Poincare],
         axes: vec![AxisColumn {
             name: "speed".into(),
             unit: "rad/s".into(),
         }],
-        poincare: true,
         ..ResultLayout::default()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..points).unwrap();

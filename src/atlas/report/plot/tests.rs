@@ -9,7 +9,7 @@ use crate::analysis::{
     LyapunovOutcome, MultistabilityOutcome, PoincareSample, PointOutcome, SampleKind, Spectrum,
     SpectrumLine, SpectrumMethod, Status,
 };
-use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
+use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter, TableKind};
 
 /// Numbers of points of a slice.
 const SIZES: [usize; 4] = [1, 12, 80, 1000];
@@ -112,10 +112,13 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
         unit: unit.into(),
     };
     let layout = ResultLayout {
+        requested: vec![
+            TableKind::Poincare,
+            TableKind::Spectra,
+            TableKind::Probes,
+            TableKind::Attractors,
+        ],
         axes: vec![axis("load", "1"), axis("speed", "rad/s")],
-        poincare: true,
-        spectra: true,
-        probes: true,
         ..ResultLayout::default()
     };
     let all = (counts[0] * counts[1]) as u64;

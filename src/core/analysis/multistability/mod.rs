@@ -151,14 +151,14 @@ pub fn probe_basins<K: Kernel + Sync>(
     called_off: &AtomicBool,
 ) -> Result<MultistabilityOutcome, CalledOff> {
     let norm = EnergyNorm::new(model);
-    let field = IntegrationContext {
+    let context = IntegrationContext {
         model,
         kernel,
         norm: &norm,
         called_off,
     };
     let point_config = probes.point_config();
-    let mut attractors = Attractors::new(&field);
+    let mut attractors = Attractors::new(&context);
     let mut found = MultistabilityOutcome::default();
     let mut chaos = ChaosOutcome::default();
     let ids: Vec<u32> = (0..probes.config.initial_conditions).collect();
@@ -168,11 +168,11 @@ pub fn probe_basins<K: Kernel + Sync>(
             .map(|&probe_id| {
                 let (amplitude, trajectory) =
                     initial_condition(model, &norm, start, probes, probe_id);
-                Ok((amplitude, field.investigate(trajectory, &point_config)?))
+                Ok((amplitude, context.investigate(trajectory, &point_config)?))
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
-            let id = attractors.number_of(&field, integrated.attractor, &integrated.found);
+            let id = attractors.number_of(&context, integrated.attractor, &integrated.found);
             if let Some(seen) = &integrated.found.chaos {
                 chaos.cycles += seen.cycles;
                 chaos.exits += seen.exits;
@@ -181,13 +181,13 @@ pub fn probe_basins<K: Kernel + Sync>(
                 .probes
                 .push(outcome(probe_id, amplitude, id, integrated.found));
         }
-        attractors.seek_orbits(&field);
+        attractors.seek_orbits(&context);
     }
     if let Some(plane) = &probes.plane {
-        found.cells = slice(&field, start, probes, plane, &mut attractors)?;
+        found.cells = slice(&context, start, probes, plane, &mut attractors)?;
     }
     let slice = probes.plane.as_ref().map(|plane| (plane, start));
-    found.attractors = attractors.outcomes(field.model, slice);
+    found.attractors = attractors.outcomes(context.model, slice);
     let chaotic = found
         .attractors
         .iter_mut()
@@ -200,7 +200,7 @@ pub fn probe_basins<K: Kernel + Sync>(
 /// Computes the cells of a slice. A cell is watched for as long as a probe's transient. If it comes near no
 /// orbit, it is investigated from there on.
 fn slice<K: Kernel + Sync>(
-    field: &IntegrationContext<'_, K>,
+    context: &IntegrationContext<'_, K>,
     start: &TrajectoryState,
     probes: &Probes,
     plane: &Plane,
@@ -219,9 +219,9 @@ fn slice<K: Kernel + Sync>(
         let integrated: Vec<(CellEnding, u64)> = round
             .par_iter()
             .map(|&cell| {
-                let trajectory = plane.state(field.model, start, cell);
+                let trajectory = plane.state(context.model, start, cell);
                 orbits.advance_until_captured(
-                    field,
+                    context,
                     trajectory,
                     probes.config.transient,
                     &point_config,
@@ -229,17 +229,17 @@ fn slice<K: Kernel + Sync>(
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&cell, (cell_ending, cycles)) in round.iter().zip(integrated) {
-            let outcome = cell_outcome(field, plane, cell, cell_ending, cycles, attractors)?;
+            let outcome = cell_outcome(context, plane, cell, cell_ending, cycles, attractors)?;
             cells.push((cell, outcome));
         }
-        attractors.seek_orbits(field);
+        attractors.seek_orbits(context);
     }
     cells.sort_unstable_by_key(|(cell, _)| *cell);
     Ok(cells.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 fn cell_outcome<K: Kernel>(
-    field: &IntegrationContext<'_, K>,
+    context: &IntegrationContext<'_, K>,
     plane: &Plane,
     cell: usize,
     cell_ending: CellEnding,
@@ -252,7 +252,7 @@ fn cell_outcome<K: Kernel>(
         CellEnding::Stopped(stop) => (None, stop.try_into()?, None, 0),
         CellEnding::Open(integrated) => {
             let InvestigatedMotion { found, attractor } = *integrated;
-            let id = attractors.number_of(field, attractor, &found);
+            let id = attractors.number_of(context, attractor, &found);
             (id, found.status, found.class, found.cycles)
         }
     };

@@ -1,4 +1,4 @@
-//! A motion that does not settle, from its first measured cycle to its row.
+//! How is a motion that does not become periodic measured with an ensemble of trajectories?
 
 use super::instruments::{Instruments, Record};
 use super::looks::LookResult;
@@ -114,7 +114,7 @@ impl<K: Kernel> PointRun<'_, K> {
         self.look(&joined(&parts), &staying, exits)
     }
 
-    /// The row of the point.
+    /// Computes all results of the point from the ensemble.
     fn conclude(
         &mut self,
         mut members: Vec<EnsembleTrajectory>,

@@ -80,8 +80,8 @@ impl AveragedStatistic {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Evaluates `all`, the records of all trajectories one after another, and each that stays on the motion;
-    /// `exits` have left it.
+    /// Evaluates the concatenated record `all` of all trajectories, and the record of each trajectory that is still on
+    /// the motion. `exits` trajectories have left it.
     pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> LookResult {
         let chains: Vec<&[f64]> = (staying.iter())
             .filter_map(|record| Some(record.averages()?.values()))

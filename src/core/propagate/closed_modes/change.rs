@@ -148,7 +148,7 @@ impl ClosedModes<'_> {
         w.stop = stops[w.next_stop..].iter().find(concerns).copied();
     }
 
-    /// Changes contacts to their classes and lines after a stop.
+    /// Gives contacts the stiffness class and the line of action that they have after a breakpoint of the mesh cycle.
     pub(super) fn pass_stops(
         &self,
         place: &CyclePosition,

@@ -41,7 +41,7 @@ pub fn can_join(model: &Model) -> bool {
         contacts[..i].iter().enumerate().any(|(j, other)| {
             let [own, others] = [contact, other].map(lines);
             let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
-            (contact.side == other.side || !one_line) && !model.take_turns(i, j)
+            (contact.side == other.side || !one_line) && !model.are_in_same_film(i, j)
         })
     })
 }

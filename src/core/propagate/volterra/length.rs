@@ -28,7 +28,7 @@ fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
     let can_join = |i: usize, j: usize| {
         let one_line = model.line(segments[i]) == model.line(segments[j]);
         let opposite = one_line && model.contacts[i].side != model.contacts[j].side;
-        !opposite && !model.take_turns(i, j)
+        !opposite && !model.are_in_same_film(i, j)
     };
     let spring = |i: &usize| stiffens(model.contacts[*i].release);
     let rows = (0..count).filter(spring).map(|i| {

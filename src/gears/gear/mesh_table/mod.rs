@@ -97,7 +97,7 @@ pub struct MeshTableInputs {
 
 impl MeshTableInputs {
     /// Aligned gears at rated torque: pieces of at most a twelfth of the cycle, within 1e-9 of the
-    /// law, 64 slices that support each other, no pattern.
+    /// law, 64 elastically coupled slices, no contact pattern.
     pub fn of_gears(gears: &GearPair) -> Self {
         Self {
             face_width: gears.face_width,

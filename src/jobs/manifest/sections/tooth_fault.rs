@@ -26,7 +26,7 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
 }
 
 /// The teeth; an inner `None` if all are alike, an outer one if there are faults, which have been reported. They depend
-/// on the stiffness and on the line of contact of the coast flanks.
+/// on the stiffness and on the line of action of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
     drive: MeshContext<'_>,

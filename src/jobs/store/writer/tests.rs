@@ -33,23 +33,25 @@ fn layout() -> ResultLayout {
         unit: unit.into(),
     };
     ResultLayout {
+        requested: vec![
+            TableKind::Poincare,
+            TableKind::Spectra,
+            TableKind::Orders,
+            TableKind::Probes,
+            TableKind::Attractors,
+            TableKind::Horizon,
+        ],
         axes: vec![
             axis("load", "1"),
             axis("speed", "rad/s"),
             axis("mesh.half_gap", "m"),
         ],
         tied: Vec::new(),
-        poincare: true,
-        spectra: true,
-        orders: true,
-        probes: true,
-        orbits: false,
         swept: None,
         basins: Some(["of mode 1", "of mode 2"].map(|name| AxisColumn {
             name: name.into(),
             unit: "m".into(),
         })),
-        horizon: true,
         refined: None,
         samples: None,
         elements: vec![(
@@ -607,7 +609,7 @@ fn some<const N: usize>(list: [f64; N]) -> Vec<Option<f64>> {
 fn every_column_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let whole = ResultLayout {
-        orbits: true,
+        requested: [layout().requested, vec![TableKind::Orbits]].concat(),
         swept: Some(swept()),
         ..layout()
     };
@@ -1315,13 +1317,7 @@ fn a_hundred_thousand_points_stream() {
     let folder = tempfile::tempdir().unwrap();
     let count = 100_000;
     let layout = ResultLayout {
-        poincare: false,
-        spectra: false,
-        orders: false,
-        probes: false,
-        orbits: false,
         basins: None,
-        horizon: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
