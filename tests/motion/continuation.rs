@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::stopped;
-use gearatlas::analysis::continuation::branch::{End, StepSettings, follow};
+use gearatlas::analysis::continuation::branch::{StepSettings, follow};
 use gearatlas::analysis::continuation::curve::{self, CurveSettings};
 use gearatlas::analysis::continuation::drive::{DriveMap, ParametricDrive};
+use gearatlas::analysis::continuation::end::End;
 use gearatlas::analysis::continuation::kind::Kind;
 use gearatlas::analysis::continuation::map::{CycleMap, MapParameters};
 use gearatlas::analysis::continuation::onset::onset;

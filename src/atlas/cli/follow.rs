@@ -6,7 +6,7 @@ use super::status::failure;
 use super::table::TablesFolder;
 use super::threads::Threads;
 use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, with_causes};
-use crate::analysis::continuation::branch::End;
+use crate::analysis::continuation::end::End;
 use crate::input::printable;
 use crate::manifest::Job;
 use crate::store::{TableKind, table_path};

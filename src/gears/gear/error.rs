@@ -289,7 +289,7 @@ pub enum GearError {
     CrackInRing,
     /// A crack through most of the tooth.
     #[error(
-        "a crack of {:.4} mm is too deep; at most {:.4} mm are possible, 80 % of the critical section",
+        "a crack of {:.4} mm is too deep; at most {:.4} mm are possible, 60 % of the critical section",
         1e3 * depth, 1e3 * limit
     )]
     CrackDepth {

@@ -6,13 +6,13 @@
 //! iteration from its last value. The direction of the curve decides which parameter is fixed.
 
 use super::bifurcation::Bifurcation;
-use super::kind::{Kind, Test, critical, pairs_outside};
+use super::kind::{Kind, critical};
 use super::map::{CycleMap, MapParameters};
 use super::orbit::{Orbit, OrbitCondition, OrbitSolution, correct, distance};
 use super::touches::Extreme;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
 use num_complex::Complex64;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Settings for a bifurcation curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -186,7 +186,7 @@ fn follow_one_direction(
                     points.push(CurvePoint { orbit, note: None });
                     break "the interval ends";
                 }
-                let note = if cusp { Some("cusp") } else { codimension_two(&kind, last, &orbit) };
+                let note = if cusp { Some("cusp") } else { kind.codimension_two(last, &orbit) };
                 if let Kind::Graze { extreme } = &mut kind
                     && let Some(now) = orbit
                         .details
@@ -450,45 +450,6 @@ fn point(
         }
     }
     Err("the bifurcation is not found nearby")
-}
-
-/// The bifurcation of codimension two between two points of a curve, if any.
-fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
-    let pairs = |orbit: &Orbit| pairs_outside(orbit, 1.0 + 1e-6);
-    match kind {
-        Kind::Fold => {
-            if Test::MinusOne.changes(a, b) {
-                return Some("fold and period doubling");
-            }
-            (pairs(a) != pairs(b)).then_some("fold and torus")
-        }
-        Kind::PeriodDoubling => {
-            if Test::PlusOne.changes(a, b) {
-                return Some("fold and period doubling");
-            }
-            (pairs(a) != pairs(b)).then_some("period doubling and torus")
-        }
-        Kind::Torus => {
-            let angle = |orbit: &Orbit| critical(kind, orbit).map(|m| m.arg());
-            let (a, b) = (angle(a)?, angle(b)?);
-            let passes = |turn: f64| (a - turn) * (b - turn) < 0.0;
-            if passes(TAU / 3.0) {
-                return Some("resonance 1:3");
-            }
-            passes(TAU / 4.0).then_some("resonance 1:4")
-        }
-        Kind::Graze { extreme } => {
-            if Test::PlusOne.changes(a, b) {
-                return Some("graze and fold");
-            }
-            if Test::MinusOne.changes(a, b) {
-                return Some("graze and period doubling");
-            }
-            let [a, b] = [a, b].map(|orbit| orbit.details.touches.changes_besides_graze(extreme));
-            (a != b).then_some("another graze")
-        }
-        Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
-    }
 }
 
 /// Whether a bifurcation lies on a known curve, that is, on a segment between similar orbits.

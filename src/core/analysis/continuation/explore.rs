@@ -5,8 +5,9 @@
 //! reproducible bit by bit.
 
 use super::bifurcation::{Bifurcation, Unfollowed};
-use super::branch::{Branch, End, StepSettings, follow, follow_away};
+use super::branch::{Branch, StepSettings, follow, follow_away};
 use super::drive::{DriveMap, ParametricDrive};
+use super::end::End;
 use super::kind::Kind;
 use super::map::{CycleMap, MapError, MapParameters};
 use super::orbit::{Orbit, distance, same};

@@ -6,6 +6,7 @@ use super::path::Span;
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
+use std::f64::consts::TAU;
 
 /// Component of P_p outside the range of M − I, relative to its length, above which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
@@ -52,6 +53,46 @@ impl Kind {
             Self::Jump => "jump",
             Self::Sequence => "sequence",
             Self::Merging { .. } => "merging",
+        }
+    }
+
+    /// The bifurcation of codimension two between two points of a curve, if any.
+    pub fn codimension_two(&self, a: &Orbit, b: &Orbit) -> Option<&'static str> {
+        let pairs = |orbit: &Orbit| pairs_outside(orbit, 1.0 + 1e-6);
+        match self {
+            Self::Fold => {
+                if Test::MinusOne.changes(a, b) {
+                    return Some("fold and period doubling");
+                }
+                (pairs(a) != pairs(b)).then_some("fold and torus")
+            }
+            Self::PeriodDoubling => {
+                if Test::PlusOne.changes(a, b) {
+                    return Some("fold and period doubling");
+                }
+                (pairs(a) != pairs(b)).then_some("period doubling and torus")
+            }
+            Self::Torus => {
+                let angle = |orbit: &Orbit| critical(self, orbit).map(|m| m.arg());
+                let (a, b) = (angle(a)?, angle(b)?);
+                let passes = |turn: f64| (a - turn) * (b - turn) < 0.0;
+                if passes(TAU / 3.0) {
+                    return Some("resonance 1:3");
+                }
+                passes(TAU / 4.0).then_some("resonance 1:4")
+            }
+            Self::Graze { extreme } => {
+                if Test::PlusOne.changes(a, b) {
+                    return Some("graze and fold");
+                }
+                if Test::MinusOne.changes(a, b) {
+                    return Some("graze and period doubling");
+                }
+                let [a, b] =
+                    [a, b].map(|orbit| orbit.details.touches.changes_besides_graze(extreme));
+                (a != b).then_some("another graze")
+            }
+            Self::BranchPoint | Self::Jump | Self::Sequence | Self::Merging { .. } => None,
         }
     }
 }

@@ -4,6 +4,7 @@ pub mod bifurcation;
 pub mod branch;
 pub mod curve;
 pub mod drive;
+pub mod end;
 pub mod explore;
 pub mod kind;
 mod locate;

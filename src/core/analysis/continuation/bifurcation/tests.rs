@@ -1,7 +1,8 @@
 //! Planted maps with known normal forms.
 
 use super::*;
-use crate::analysis::continuation::branch::{End, StepSettings, follow, follow_away};
+use crate::analysis::continuation::branch::{StepSettings, follow, follow_away};
+use crate::analysis::continuation::end::End;
 use crate::analysis::continuation::map::{Details, Image, MapError, MapParameters};
 use crate::analysis::continuation::orbit::{OrbitCondition, find};
 use crate::analysis::continuation::switch::branches;

@@ -46,8 +46,8 @@ fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
 /// The note between two orbits, checked to be the same in both orders.
 fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
     let [a, b] = [a, b].map(|polar| orbit(polar, &[]));
-    let note = codimension_two(&kind, &a, &b);
-    assert_eq!(note, codimension_two(&kind, &b, &a));
+    let note = kind.codimension_two(&a, &b);
+    assert_eq!(note, kind.codimension_two(&b, &a));
     note
 }
 
@@ -127,12 +127,12 @@ fn what_happens_on_a_graze_besides_is_told() {
     // Round-off in the depth of the graze itself is no other graze, and an extreme inside contact is none either.
     let touching = |depths: &[f64]| orbit(&inside, depths);
     let [inward, outward] = [1e-15, -1e-15].map(|depth| touching(&[depth, 0.5]));
-    assert_eq!(codimension_two(&kind, &inward, &outward), None);
+    assert_eq!(kind.codimension_two(&inward, &outward), None);
     let undulating = touching(&[1e-15, 0.5, 0.4, 0.5]);
-    assert_eq!(codimension_two(&kind, &inward, &undulating), None);
+    assert_eq!(kind.codimension_two(&inward, &undulating), None);
     let leaving = touching(&[1e-15, 0.5, -0.1, 0.5]);
     assert_eq!(
-        codimension_two(&kind, &undulating, &leaving),
+        kind.codimension_two(&undulating, &leaving),
         Some("another graze")
     );
     for kind in [Kind::BranchPoint, Kind::Jump, Kind::Merging { period: 1 }] {

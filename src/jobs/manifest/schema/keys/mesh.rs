@@ -134,7 +134,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Part of the stiffness that the pairs of this tooth keep."),
     quantity("mesh.tooth_fault.*.crack", Length, NON_NEGATIVE, r#""1.5 mm""#).or("0")
         .about("Depth of a crack at the root of the tooth, through the whole face, across the section where the tangent of the \
-                fillet makes 30 degrees with the centre line of the tooth. At most 80 % of this section. A crack opens only \
+                fillet makes 30 degrees with the centre line of the tooth. At most 60 % of this section. A crack opens only \
                 under load on its own flank."),
     quantity("mesh.tooth_fault.*.loss", Length, ANY, r#""20 um""#).or("0")
         .about("Material that the flanks of the tooth lack along the line of action. It is negative if the flanks protrude."),

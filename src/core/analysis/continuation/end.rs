@@ -1,0 +1,42 @@
+//! Why does a branch of orbits end?
+
+use super::orbit::NoOrbit;
+
+/// Reasons for the end of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub enum End {
+    /// The parameter's interval ends.
+    Interval,
+    /// It is back at its first orbit.
+    Closed,
+    /// It meets the orbits of half its period: it is the branch that begins at their period doubling.
+    Merged {
+        /// Their period.
+        period: u32,
+    },
+    /// The limit on the number of orbits is reached.
+    Full,
+    /// No orbit is found beyond, however small the step.
+    Lost {
+        /// The reason.
+        reason: NoOrbit,
+    },
+    /// The branch turns by more than the largest angle, however small the step.
+    Corner,
+    /// It is followed in one direction only.
+    Start,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Interval => f.write_str("the interval ends"),
+            Self::Closed => f.write_str("back at the first orbit"),
+            Self::Merged { period } => write!(f, "merges into the orbits of period {period}"),
+            Self::Full => f.write_str("the limit of continuation.orbits is reached"),
+            Self::Lost { reason } => write!(f, "no orbit beyond: {reason}"),
+            Self::Corner => f.write_str("the curve has a corner that no step size resolves"),
+            Self::Start => f.write_str("its first orbit"),
+        }
+    }
+}
