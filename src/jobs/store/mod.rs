@@ -45,7 +45,6 @@ mod nvh;
 mod open;
 mod orbits;
 mod orders;
-mod point_levels;
 mod point_row;
 mod probes;
 mod read;

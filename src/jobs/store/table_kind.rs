@@ -35,8 +35,6 @@ pub enum TableKind {
     Basins,
     /// One row per quantity over a number of mesh cycles.
     Horizon,
-    /// One row per point with its level of force.
-    PointLevels,
     /// One row per orbit of a branch.
     Branches,
     /// One row per bifurcation of a branch.
@@ -61,8 +59,7 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: its presence means that the results are complete.
-    pub(super) const OF_A_JOB: [Self; 11] = [
-        Self::PointLevels,
+    pub(super) const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,
@@ -107,7 +104,6 @@ impl TableKind {
             Self::Probes | Self::Attractors => analyses.multistability.is_some(),
             Self::Orbits => analyses.orbits.is_some(),
             Self::Horizon => analyses.horizon.is_some(),
-            Self::PointLevels => analyses.nvh.is_some(),
             _ => false,
         }
     }
@@ -128,7 +124,6 @@ impl TableKind {
                 "carry the state along an axis: `order = \"both\"` in [grid] of the manifest"
             }
             Self::Horizon => "add `lyapunov = {}` and `horizon = {}` to [analyses] of the manifest",
-            Self::PointLevels => "add `nvh = {}` to [analyses] of the manifest",
             Self::Branches | Self::Bifurcations | Self::Curves => "`atlas follow` writes it",
             Self::Trace | Self::Events => "`atlas trace` writes it",
             Self::Signals

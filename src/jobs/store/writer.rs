@@ -18,7 +18,6 @@ use super::horizon::{horizon_rows, horizon_table};
 use super::layout::ResultLayout;
 use super::orbits::{orbit_rows, orbits_table};
 use super::orders::{order_rows, orders_table};
-use super::point_levels::{point_level_rows, point_levels_table};
 use super::probes::{probe_rows, probes_table};
 use super::reorder::Reorder;
 use super::run::run_path;
@@ -167,7 +166,6 @@ impl Destination {
             TableKind::Spectra => self.open(kind, spectra_table(), &[], spectrum_rows),
             TableKind::Orders => self.open(kind, orders_table(), &[], order_rows),
             TableKind::Poincare => self.open(kind, poincare_table(), &[], poincare_rows),
-            TableKind::PointLevels => self.open(kind, point_levels_table(), &[], point_level_rows),
             _ => Ok(None),
         }
     }

@@ -512,7 +512,6 @@ fn columns_units_and_descriptions() {
             TableKind::Attractors => attractors_table().listing(),
             TableKind::Basins => basins_table().listing(),
             TableKind::Horizon => horizon_table().listing(),
-            TableKind::PointLevels => point_levels_table().listing(),
             TableKind::Branches => branches_table(&layout().axes).listing(),
             TableKind::Bifurcations => bifurcations_table(&layout().axes).listing(),
             TableKind::Curves => curves_table(&layout().axes).listing(),
