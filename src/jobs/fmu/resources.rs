@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The file that lists the others.
+/// Name of the file that lists all others.
 const LIST: &str = "drive.json";
 
 /// The manifest as it was written.
@@ -81,7 +81,7 @@ impl Resources {
         let mut files = BTreeMap::from([(MANIFEST.to_owned(), job.text.clone().into_bytes())]);
         let mut changes = job.changes.clone();
         for named in job.written().files() {
-            // The job was read without the missing files, so it does not need them.
+            // Skip missing files: the job was read without them, so it does not need them.
             if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
                 let place = place(&named.key);
                 changes.push(format!("{}={place:?}", named.key));

@@ -5,7 +5,7 @@ use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use std::collections::{BTreeSet, HashMap};
 
-/// Largest number of axes whose ends are all combined; with more axes, only their common ends are.
+/// Largest number of axes for which all combinations of ends are corners. Further axes have their ends in common.
 const MOST_CORNERED: u32 = 8;
 
 /// The dimensions of the model keys of a grid.
@@ -69,7 +69,7 @@ impl Combinations {
         }
     }
 
-    /// The place on each model key of a combination.
+    /// The index of the value of each model key in a combination.
     pub fn places(&self, number: usize) -> Vec<usize> {
         let places = GridDimension::places(&self.lengths, number);
         self.of_keys.iter().map(|&own| places[own]).collect()
@@ -110,7 +110,7 @@ impl Combinations {
     }
 }
 
-/// The combinations that are judged, of `all`: the corners, and as many as fit evenly between.
+/// Numbers of the judged combinations among `all`: the corners, and `budget` evenly spaced ones.
 pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
     let cornered = lengths
         .len()

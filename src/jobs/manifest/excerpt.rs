@@ -19,7 +19,7 @@ pub(super) struct Excerpt {
     text: String,
     line: usize,
     column: usize,
-    /// The place in the line \[bytes\]; up to its end if the place continues.
+    /// Range of the place in the line \[bytes\]. It ends with the line if the place continues on the next one.
     pub spot: Range<usize>,
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 pub struct GridDimension {
     /// The axes along it, as indices into [`Job::axes`](super::Job::axes), ascending.
     pub axes: Vec<usize>,
-    /// Number of values of each of them.
+    /// Number of values of each axis along it.
     pub length: usize,
     /// Whether it varies a key of the model.
     pub model_keys: bool,

@@ -17,7 +17,7 @@ pub struct Points {
     values: Vec<AxisValues>,
     /// The dimensions of the axes, those that vary model keys first.
     dimensions: Vec<GridDimension>,
-    /// The quantity of the last but one axis.
+    /// Quantity of the last axis but one: load or torque.
     load: AxisKey,
     /// Root of the random streams of points, unless an axis gives it.
     seed: u64,

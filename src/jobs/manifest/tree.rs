@@ -203,7 +203,7 @@ pub(super) fn parse(source: usize, issues: &Issues) -> Node {
     let text = issues.text(source);
     let (table, errors) = match DeTable::parse(&text) {
         Ok(table) => (table, Vec::new()),
-        // Read only a limited part: every echo of a fault takes hundreds of bytes.
+        // Read only a limited part: every further message about a fault takes hundreds of bytes.
         Err(error) => {
             let read = looked_at(&text, &error);
             let unread = (read.len() < text.len()).then_some(read.len());

@@ -337,7 +337,7 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
-/// Where pairs slide over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
+/// Sliding of pairs over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
 fn sliding(table: &Section, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
         Drawing::Ring(_, _, false) => {

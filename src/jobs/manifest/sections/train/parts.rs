@@ -89,7 +89,7 @@ impl Parts<'_> {
     ) -> Option<GearPair> {
         match planets.sun? {
             (_, None) => Some(train.pair.clone()),
-            // Faults are reported for that mesh.
+            // The reader of that mesh reports its faults.
             (gears, _) => {
                 let none = Issues::default();
                 let drawing = self.drawing(&section.recording_in(&none), train, gears, "gears");
