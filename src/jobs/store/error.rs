@@ -71,7 +71,7 @@ fn writer(path: &Path) -> &'static str {
 /// The command that computes a damaged file again.
 fn recompute_command(path: &Path) -> &'static str {
     match writer(path) {
-        // It always replaces its tables.
+        // `atlas follow` always replaces its tables.
         "atlas follow" => "`atlas follow`",
         _ => "--overwrite",
     }
@@ -256,7 +256,7 @@ impl StoreError {
         IoFault::new(path, action, Purpose::Results, source).into()
     }
 
-    /// The same for an error of the Parquet library, which may wrap an error of the system.
+    /// A failure of the Parquet library, which may wrap an error of the system.
     pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
         match source {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {

@@ -52,7 +52,7 @@ pub struct PointRow {
     pub mesh: Option<MeshUnderLoad>,
     /// Name of the kernel that integrated it.
     pub kernel: String,
-    /// Where and for how long.
+    /// Worker, node and wall time of the computation.
     pub placement: Placement,
 }
 

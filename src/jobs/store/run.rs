@@ -274,7 +274,7 @@ pub struct Totals {
     /// Points whose results did not settle within their cycles (status not_converged).
     #[serde(default)]
     pub not_converged: u64,
-    /// Points that failed, diverged, stormed or were inaccurate.
+    /// Points with status failed, diverged, event_storm or inaccurate.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,

@@ -21,7 +21,7 @@ enum Chains {
         step: usize,
         count: usize,
     },
-    /// These chains.
+    /// The chains with these numbers.
     Listed(Vec<usize>),
 }
 
@@ -37,7 +37,7 @@ impl ChainSelection {
         Self::every(points, job.chain_length(), shard)
     }
 
-    /// These independent points.
+    /// A selection of independent points.
     pub(super) fn of_points(points: Vec<usize>) -> Self {
         Self {
             length: 1,

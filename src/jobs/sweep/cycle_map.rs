@@ -32,7 +32,7 @@ pub struct CycleMap {
     parts: Arc<Prepared>,
 }
 
-/// The structured kernel is kept between calls; others borrow their model and are built for each call.
+/// The kernel `volterra` is kept between calls. Other kernels borrow their model and are built for each call.
 #[derive(Debug)]
 enum MapKernel {
     Kept(Box<Volterra<'static>>),
@@ -215,7 +215,7 @@ impl CycleMap {
     }
 }
 
-/// A request that a kernel is being built for.
+/// A request to the map, until its kernel is built.
 struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,

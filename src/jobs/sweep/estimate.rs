@@ -178,7 +178,7 @@ fn schedule(points: &[PointTime], threads: usize) -> f64 {
 }
 
 impl Interval {
-    /// The same time shared evenly by `threads` threads.
+    /// This interval, if `threads` threads share the time evenly.
     fn over(self, threads: f64) -> Self {
         Self {
             low: self.low / threads,
@@ -187,7 +187,7 @@ impl Interval {
         }
     }
 
-    /// The same, later by `time`.
+    /// This interval, later by `time`.
     pub fn after(self, time: f64) -> Self {
         Self {
             low: time + self.low,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// What a folder already contains of the requested run.
 #[derive(Debug)]
 pub enum ExistingResults {
-    /// Nothing that counts; its journal may have points of an interrupted run.
+    /// No record of results; a journal may have points of an interrupted run.
     Nothing,
     /// All of it, with every table as written.
     Complete(Box<RunRecord>),
@@ -70,7 +70,7 @@ pub fn inspect(
     for path in record_paths(folder)? {
         match read_run(&path) {
             Ok(record) => records.push(record),
-            // It is replaced anyway.
+            // `fresh` replaces this record, so its faults do not matter.
             Err(_) if fresh && path == own => {}
             Err(error) => return Err(error.into()),
         }

@@ -36,7 +36,7 @@ pub(super) fn with_laws<'s>(
     })
 }
 
-/// The same with their mean stiffness. The shafts do not tilt.
+/// The structure of a point, with the mean stiffness of its further meshes. The shafts do not tilt.
 pub(super) fn with_means<'s>(
     structure: &'s ModalStructure,
     point: &PointSpec,

@@ -193,7 +193,7 @@ fn build_and_compute(
     }
 }
 
-/// All requests to a point.
+/// The computation of a point whose model and starts are known.
 struct PointTask<'a> {
     model: &'a Model,
     /// Name of its kernel.

@@ -6,8 +6,8 @@
 //! leaves a divided cell through an edge is followed into the next cell, whatever its size. The points of a round depend
 //! only on earlier results, not on the time of their computation: a journal is read first, and rounds omit its points.
 //!
-//! A class that does not hold is compared with nothing: no verdict, transient chaos, or chaos whose exponent is within
-//! its error of 0. On a map, a long period counts as quasi-periodic.
+//! An uncertain class is not compared: no verdict, transient chaos, or chaos whose exponent is within its error of 0.
+//! On a map, a long period counts as quasi-periodic.
 
 use crate::analysis::{Class, NvhErrors, NvhOutcome};
 use crate::manifest::{Criterion, Refine};
@@ -24,7 +24,7 @@ const SIGMAS: f64 = 5.0;
 /// The data by which a point is compared.
 #[derive(Debug, Clone, PartialEq)]
 struct ComparedData {
-    /// `None` if it is unknown or does not hold.
+    /// `None` if the class is unknown or uncertain.
     class: Option<Class>,
     /// Value and standard error of every number that is compared.
     numbers: Vec<Option<[f64; 2]>>,
@@ -180,7 +180,7 @@ pub(super) fn lock(refinement: &Mutex<Refinement>) -> MutexGuard<'_, Refinement>
     refinement.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The class of a point, if it holds.
+/// The class of a point, if it is certain.
 fn verdict(row: &PointRow, longest_period: u32) -> Option<Class> {
     let exponent = number(row, Criterion::LambdaMax);
     match row.outcome.class? {

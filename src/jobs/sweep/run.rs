@@ -163,7 +163,7 @@ impl Sweep<'_> {
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
         let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
         let written = AtomicU64::new(match &resumed.refinement {
-            // Its points do not wait in memory for others.
+            // Points of a refined grid do not wait in memory for others.
             Some(_) => u64::MAX / 2,
             None => resumed.progress.done - resumed.writer.waiting() as u64,
         });
