@@ -18,7 +18,7 @@ const MANIFEST: &str = "manifest.toml";
 /// Folder of tables.
 pub const TABLES: &str = "tables";
 
-/// Longest file \[bytes\].
+/// Size limit of a file that is read \[bytes\].
 const LONGEST: u64 = 1 << 30;
 
 /// The choice of a point of a job.
@@ -27,9 +27,9 @@ const LONGEST: u64 = 1 << 30;
 pub struct Choice {
     /// Number of the point in the grid.
     pub point: u64,
-    /// Its load, which need not be in the grid.
+    /// Load of the point, which need not be in the grid.
     pub load: f64,
-    /// Its speed \[rad/s\], which need not be in the grid.
+    /// Speed of the point \[rad/s\], which need not be in the grid.
     pub speed: f64,
     /// Changed keys of the manifest, as typed.
     pub changes: Vec<String>,

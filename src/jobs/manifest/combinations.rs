@@ -15,16 +15,16 @@ pub(super) struct Combinations {
     pub lengths: Vec<usize>,
     /// The dimension of each model key.
     of_keys: Vec<usize>,
-    /// Equal places of each dimension along which values may repeat.
+    /// Equal positions of each dimension along which values may repeat.
     alike: Vec<Option<EqualPlaces>>,
 }
 
-/// Groups of places along a dimension with equal values of all model keys.
+/// Groups of positions along a dimension with equal values of all model keys.
 #[derive(Debug)]
 struct EqualPlaces {
-    /// For each place, the first place with the same values.
+    /// For each position, the first position with the same values.
     first: Vec<u32>,
-    /// These first places, ascending.
+    /// The first positions of all groups, ascending.
     distinct: Vec<u32>,
 }
 
@@ -75,7 +75,7 @@ impl Combinations {
         self.of_keys.iter().map(|&own| places[own]).collect()
     }
 
-    /// The combination at these places along the dimensions.
+    /// The combination at these positions along the dimensions.
     fn number(&self, places: impl Iterator<Item = usize>) -> usize {
         (self.lengths.iter().zip(places)).fold(0, |number, (length, place)| number * length + place)
     }

@@ -6,7 +6,7 @@ use crate::input::printable;
 use codespan_reporting::files::{Error, Files};
 use std::ops::Range;
 
-/// Longest line that is shown completely \[characters\].
+/// Largest length of a line that is shown completely \[characters\].
 const MOST_COLUMNS: usize = 160;
 
 /// Characters before the place in a longer line.

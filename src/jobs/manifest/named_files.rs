@@ -18,7 +18,7 @@ const KEYS: [&str; 6] = [
 pub struct NamedFile {
     /// The key that names it, dotted, with quotes around a part that has dots.
     pub key: String,
-    /// Its path, as written.
+    /// Path of the file, as written.
     pub path: String,
 }
 

@@ -90,7 +90,7 @@ impl Points {
         self.variants.judged()
     }
 
-    /// The place of a point in the row-major grid, and the direction of its chain.
+    /// The position of a point in the row-major grid, and the direction of its chain.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         assert!(id < self.len(), "point {id} of {}", self.len());
         match (&self.chains, &self.nested) {
@@ -103,7 +103,7 @@ impl Points {
         }
     }
 
-    /// The combination of model keys at a place in the row-major grid.
+    /// The combination of model keys at a position in the row-major grid.
     fn combination(&self, place: usize) -> usize {
         let inside = self
             .dimensions
@@ -184,7 +184,7 @@ impl Points {
 }
 
 impl Chains {
-    /// The place of a point in the row-major grid, and the direction of its chain.
+    /// The position of a point in the row-major grid, and the direction of its chain.
     ///
     /// A *chain* has all points along the swept axis in sweep order, with the same values of other axes and the same
     /// direction. Other axes vary slowest, then the direction (up before down), then the swept axis.

@@ -192,7 +192,7 @@ impl Node {
 pub(super) struct MissingElement {
     /// The path up to the node without such an element.
     pub holder: String,
-    /// What that node is: `has 1 entry`, `is a text`, `is not given`.
+    /// Reason as a predicate of that node: `has 1 entry`, `is a text`, `is not given`.
     pub why: String,
     /// The nearest existing path, if known.
     pub near: Option<String>,

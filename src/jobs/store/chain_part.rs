@@ -53,7 +53,7 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// The word for what changes.
+    /// The word for the kind of change.
     pub(super) fn what(&self) -> &'static str {
         if self.jump.is_some() {
             "deflection"

@@ -101,9 +101,9 @@ impl ChainSelection {
 /// A chain to be computed, or the rest of one.
 #[derive(Debug)]
 pub(super) struct ChainTask {
-    /// Its place among the chains of this run.
+    /// Index of the chain among the chains of this run.
     pub place: usize,
-    /// Its first point.
+    /// Index of the first point of the chain that is still to be computed.
     pub first: usize,
     /// State of the chain from an earlier run.
     pub link: ChainState,

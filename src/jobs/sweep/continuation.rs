@@ -43,7 +43,7 @@ pub enum FollowError {
     StateLength {
         /// Number of the state.
         number: usize,
-        /// Its length.
+        /// Number of its displacements.
         given: usize,
         /// Number of modes.
         modes: usize,

@@ -55,7 +55,7 @@ pub enum MapError {
 pub enum MapTangents<'a> {
     /// None.
     None,
-    /// Those along all coordinates: the result is the matrix `∂end_i/∂start_j`, row by row.
+    /// Tangents along all coordinates: the result is the matrix `∂end_i/∂start_j`, row by row.
     Jacobian,
     /// Given tangents of each state, one after the other (n × count × 2N).
     Given {

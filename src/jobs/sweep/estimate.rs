@@ -32,11 +32,11 @@ const LONE: f64 = 2.0;
 /// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PointTime {
-    /// Its actual or expected time \[s\].
+    /// Actual or expected time of the point \[s\].
     pub time: f64,
     /// Standard deviation of the expected time \[s\]; 0 if it was computed.
     pub spread: f64,
-    /// Its work, in cycles times modes.
+    /// Work of the point, in cycles times modes.
     pub work: f64,
 }
 

@@ -44,9 +44,9 @@ pub enum ExistingResultsError {
     OtherParts {
         /// The folder.
         folder: PathBuf,
-        /// What it contains.
+        /// The contents of the folder, in words.
         found: String,
-        /// What is requested.
+        /// The requested results, in words.
         wanted: String,
     },
 }

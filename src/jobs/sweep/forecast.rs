@@ -69,7 +69,7 @@ pub struct Forecast {
     pub tables: u64,
     /// Worker threads.
     pub threads: u64,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub placement: String,
     /// Number of points that were tried out.
     pub calibrated: u64,

@@ -15,7 +15,7 @@ const NO_FORCE: f64 = 1e-9;
 #[derive(Debug, thiserror::Error)]
 #[error("the mesh of {} and {} cannot be computed: {error}", gears[0], gears[1])]
 pub struct FurtherMeshError {
-    /// Its gears.
+    /// Names of the two gears.
     pub gears: [String; 2],
     /// Reason.
     pub error: MeshError,

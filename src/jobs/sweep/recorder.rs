@@ -16,9 +16,9 @@ pub struct SweepPlan<'a> {
     pub progress: Progress,
     /// Worker threads.
     pub threads: usize,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub asked: &'a str,
-    /// Their actual placement, in words.
+    /// Actual placement of the threads, in words.
     pub obtained: &'a str,
 }
 

@@ -51,9 +51,9 @@ pub struct Finished {
     pub written: Written,
     /// Worker threads used.
     pub threads: usize,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub asked: String,
-    /// Their actual placement.
+    /// Actual placement of the threads, in words.
     pub obtained: String,
     /// Intended copies of structures and mesh tables, in words.
     pub copies_asked: String,
@@ -393,9 +393,9 @@ impl Shared<'_> {
 pub(super) struct Workers {
     pub pool: rayon::ThreadPool,
     pub threads: usize,
-    /// Their intended places.
+    /// Intended places of the threads.
     pub places: Plan,
-    /// Their actual placement, in words.
+    /// Actual placement of the threads, in words.
     pub obtained: String,
 }
 

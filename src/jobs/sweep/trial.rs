@@ -43,7 +43,7 @@ pub(super) struct TriedPoint {
     /// Processor time for mesh tables and structures that were not in memory yet \[s\].
     pub prepared: f64,
     pub sampled: PointTime,
-    /// Its time if it did not settle \[s\].
+    /// Expected time of the point if its motion did not settle \[s\].
     pub most: f64,
     /// Class of its motion, if it is known; motion that did not settle counts as chaos.
     pub motion: Option<Class>,

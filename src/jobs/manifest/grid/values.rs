@@ -24,7 +24,7 @@ pub(super) enum Spans {
 
 /// Reads the values of one axis.
 pub(super) struct AxisReader<'a> {
-    /// Where faults are recorded.
+    /// The list in which faults are recorded.
     pub issues: &'a Issues,
     pub spec: &'static Key,
     pub path: &'a str,

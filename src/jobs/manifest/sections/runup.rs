@@ -139,7 +139,7 @@ fn line(section: &Section) -> Option<PointCourse> {
     Some(PointCourse::line([0.0, from], [duration?, to]))
 }
 
-/// The load from its own keys; `Some(None)` for the load of the operating point.
+/// The load from the keys for it; `Some(None)` for the load of the operating point.
 fn load(
     section: &Section,
     base_dir: &Path,

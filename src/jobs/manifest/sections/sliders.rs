@@ -1,4 +1,4 @@
-//! What cannot be combined with dry sliders or rigid stops?
+//! Reports keys that cannot be combined with dry sliders, rigid stops or dry friction.
 
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Child, Section};

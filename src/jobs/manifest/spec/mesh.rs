@@ -45,7 +45,7 @@ impl MeshSpec {
         self.length.unwrap_or(self.half_gap)
     }
 
-    /// The same mesh of an oscillator with this length scale \[m\]: its flanks are out of reach.
+    /// This mesh of an oscillator with another length scale \[m\]. Its flanks are out of reach.
     pub fn measured_by(&self, length: f64) -> Self {
         Self {
             half_gap: OUT_OF_REACH * length,
@@ -100,7 +100,7 @@ impl FrictionSpec {
 pub enum CoastSpec {
     /// The line of action of the drive flanks, with a force in the opposite direction.
     SameLine,
-    /// Its mirror image, at mirrored mesh phases.
+    /// The mirror image of the drive flanks' line of action, at mirrored mesh phases.
     Mirrored {
         /// Mesh phase at which a tooth of the pinion is on the line of centres, in cycles.
         symmetry: f64,

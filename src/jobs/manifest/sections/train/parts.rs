@@ -27,11 +27,11 @@ pub(super) type SunMesh = ([GearPlace; 2], Option<usize>);
 /// Planets of a set, with their angles.
 pub(super) struct Planets {
     pub set: PlanetarySet,
-    /// Their common name in the manifest.
+    /// Common name of the planets in the manifest.
     pub name: String,
     /// Angles from the first planet \[rad\].
     pub angles: Vec<f64>,
-    /// Their mesh with an external gear.
+    /// Mesh of the planets with an external gear.
     pub sun: Option<SunMesh>,
 }
 
