@@ -1,6 +1,6 @@
 //! How long do all points take, given the times of some?
 //!
-//! The ratio of a sample's time to the work that the manifest requests holds for all work (a ratio estimate). The
+//! Time per requested work is assumed to be the same for the sample and for all points (a ratio estimate). The
 //! interval is Student's at 95 % for a sample from a finite number of points, so few or very different points make it
 //! wide. If every point was computed, only their order is uncertain. Samples are drawn over the grid by the golden
 //! ratio, which avoids periods of the grid.

@@ -237,8 +237,8 @@ impl MeshTables {
         })
     }
 
-    /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damper's mean
-    /// stiffness is that under the mean load, or under the rated load if the mean is zero.
+    /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damping is for the
+    /// mean stiffness under the mean load, or under the rated load if the mean load is zero.
     fn pairs(
         &self,
         point: &PointSpec,

@@ -1,10 +1,11 @@
 //! Which points does a refined plane need? It is divided where points on the edges of its cells differ.
 //!
-//! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the same
-//! time. A cell is halved along an axis if two points differ on one of its edges along this axis, between corners or
-//! points of smaller neighbours. So no cell is divided along a straight boundary, only across it, and a boundary that
-//! leaves a divided cell through an edge is followed into the next cell, whatever its size. The points of a round depend
-//! only on earlier results, not on the time of their computation: a journal is read first, and rounds omit its points.
+//! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the
+//! same time. An edge of a cell has points at its corners and at the corners of smaller neighbours. A cell is halved
+//! along an axis if two points differ on one of its edges along this axis. So no cell is divided along a straight
+//! boundary, only across it. A boundary that leaves a divided cell through an edge is followed into the next cell,
+//! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
+//! journal is read first, and rounds omit its points.
 //!
 //! An uncertain class is not compared: no verdict, transient chaos, or chaos whose exponent is within its error of 0.
 //! On a map, a long period counts as quasi-periodic.

@@ -231,8 +231,8 @@ impl Parts<'_> {
         GearPair { form, ..pair }
     }
 
-    /// A gear and the ring around it on their axes, in either order. Their common face is that of gears with the ring
-    /// as the second.
+    /// A gear and the ring around it on their axes, in either order. The common face is that of the pair with the ring
+    /// as its second gear.
     pub fn ring(
         &self,
         section: &Section,
