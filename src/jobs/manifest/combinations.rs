@@ -110,7 +110,7 @@ impl Combinations {
     }
 }
 
-/// Numbers of the judged combinations among `all`: the corners, and `budget` evenly spaced ones.
+/// Numbers of the combinations among `all` that are resolved in advance: the corners, and `budget` evenly spaced ones.
 pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
     let cornered = lengths
         .len()

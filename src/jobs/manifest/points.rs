@@ -1,5 +1,5 @@
 //! The points of a job, computed on demand: a grid of ten million points needs no more memory than its axes and the
-//! judged combinations.
+//! combinations that were resolved in advance.
 
 use super::axis::{Ascending, AxisKey, AxisValues};
 use super::expand::Expansion;
@@ -84,8 +84,8 @@ impl Points {
         self.len() == 0
     }
 
-    /// The variants of points, which differ by model keys. If a grid has very many combinations, only the judged ones,
-    /// which include the ends of all axes.
+    /// The variants of points, which differ by model keys. If a grid has very many combinations, only those that were
+    /// resolved in advance, which include the ends of all axes.
     pub fn variants(&self) -> &[Variant] {
         self.variants.judged()
     }
@@ -118,7 +118,7 @@ impl Points {
     }
 
     /// A variant with about as much work as that of this point: the same variant, or, if a grid has very many
-    /// combinations of model keys, a judged one near it. Resolves nothing.
+    /// combinations of model keys, one near it that was resolved in advance. Resolves nothing.
     ///
     /// # Panics
     /// `id` is not below [`Points::len`].

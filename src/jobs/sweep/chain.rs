@@ -54,7 +54,7 @@ pub struct ChainState {
     end: Option<ChainEnd>,
     /// Status of the last point if it left no state.
     trouble: Option<Status>,
-    /// The last point with a verdict.
+    /// The last point whose class of motion is known.
     near: Option<LastVerdict>,
 }
 
@@ -66,9 +66,9 @@ struct LastVerdict {
     class: Class,
     end: ChainEnd,
     level: Option<Level>,
-    /// Change of the level since the previous verdict.
+    /// Change of the level since the previous point with a verdict.
     step: Option<f64>,
-    /// Whether the previous verdict had the same class.
+    /// Whether that point had the same class.
     alike: bool,
 }
 
@@ -377,7 +377,7 @@ impl Search<'_> {
         Ok(Some(found))
     }
 
-    /// The point with only the requests for a verdict and, if `levelled`, its level.
+    /// The point with only the requests that give its class of motion and, if `levelled`, its level.
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// What a folder already contains of the requested run.
 #[derive(Debug)]
 pub enum ExistingResults {
-    /// No record of results; a journal may have points of an interrupted run.
+    /// No complete results; a journal may have points of an interrupted run.
     Nothing,
     /// All of it, with every table as written.
     Complete(Box<RunRecord>),

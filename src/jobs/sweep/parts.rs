@@ -64,7 +64,7 @@ fn place(spec: &ModelSpec) -> Place {
 }
 
 /// Number of different structures of a job. If a grid has very many combinations of model keys, only those that were
-/// judged count.
+/// resolved in advance count.
 pub fn structures(job: &Job) -> usize {
     let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
     places.collect::<HashSet<_>>().len()

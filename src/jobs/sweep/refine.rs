@@ -7,8 +7,8 @@
 //! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
 //! journal is read first, and rounds omit its points.
 //!
-//! An uncertain class is not compared: no verdict, transient chaos, or chaos whose exponent is within its error of 0.
-//! On a map, a long period counts as quasi-periodic.
+//! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its error of
+//! 0. On a map, a long period counts as quasi-periodic.
 
 use crate::analysis::{Class, NvhErrors, NvhOutcome};
 use crate::manifest::{Criterion, Refine};
