@@ -11,7 +11,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 /// [`FmuError::Archive`] if a file has more than 4 GB.
 pub fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, FmuError> {
     let fault = |error: &dyn std::error::Error| FmuError::Archive(error.to_string());
-    // The earliest date: today's would give other bytes each day.
+    // Use the earliest date. The date of today would change the bytes every day.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())

@@ -36,12 +36,12 @@ pub enum Role {
 }
 
 impl Role {
-    /// Whether its values are whole numbers.
+    /// Whether the values of the variable are whole numbers.
     pub fn is_whole(self) -> bool {
         matches!(self, Self::Contact(_) | Self::Events)
     }
 
-    /// Whether the FMU computes it.
+    /// Whether the FMU computes the variable.
     pub fn is_output(self) -> bool {
         !matches!(self, Self::Time | Self::Parameter(_) | Self::Input(_))
     }
@@ -60,7 +60,7 @@ pub struct Variable {
     pub role: Role,
     /// Value before the importer sets one.
     pub start: Option<f64>,
-    /// Whether an input changes it without delay.
+    /// Whether an input changes the variable without delay.
     pub feeds_through: bool,
 }
 
@@ -69,7 +69,7 @@ pub struct Variable {
 pub struct Description {
     /// Name of the model.
     pub name: String,
-    /// In the order of their value references.
+    /// The variables, in the order of their value references.
     pub variables: Vec<Variable>,
     /// Keys of the manifest that the importer may change.
     pub parameters: Vec<Parameter>,
@@ -77,7 +77,7 @@ pub struct Description {
     pub period: f64,
 }
 
-/// The unfinished list.
+/// The list of variables while it is built.
 struct Variables(Vec<Variable>);
 
 impl Variables {

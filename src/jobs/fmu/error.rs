@@ -1,4 +1,4 @@
-//! Why can a drive not become an FMU, or an FMU not become a drive?
+//! Reasons why a drive cannot become an FMU, or an FMU a drive.
 
 use crate::manifest::ManifestErrors;
 use crate::propagate::varying_speed::VaryingSpeedError;
@@ -6,7 +6,7 @@ use crate::shaft::ShaftError;
 use crate::sweep::build::BuildError;
 use std::path::PathBuf;
 
-/// Why there is no FMU, or no drive in one.
+/// Reason why a drive cannot become an FMU, or an FMU a drive.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
     /// The structure cannot be computed.

@@ -60,7 +60,7 @@ pub fn export(
         });
     }
     let description = drive.description();
-    // This also makes the tables.
+    // This step also computes the mesh tables, which the resources need.
     drive.plant(&description.parameters_at_start())?;
     let resources = Resources::gather(drive.job(), drive.point(), base, tables)?;
     let token = resources.token(description);

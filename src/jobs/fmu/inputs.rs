@@ -18,7 +18,7 @@ pub enum Input {
 /// Number of inputs.
 pub const INPUTS: usize = 3;
 
-/// Largest part of the load that the torques on the two shafts may leave unexplained.
+/// Largest part of the load, relative to the whole, that the torques on the two shafts may fail to produce.
 const NOISE: f64 = 1e-9;
 
 impl Input {

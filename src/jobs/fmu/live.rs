@@ -20,7 +20,7 @@ const VERSION: u32 = 1;
 pub enum Mode {
     /// Made, but not initialised.
     Instantiated,
-    /// Between the two calls of the initialization mode.
+    /// Between the calls that enter and exit the initialization mode.
     Initialization,
     /// Ready to be stepped.
     Step,
@@ -99,7 +99,7 @@ impl Reader<'_> {
 
     fn list(&mut self) -> Option<Vec<f64>> {
         let length = usize::try_from(self.word()?).ok()?;
-        // Allocate nothing for numbers that are not there.
+        // Check the length before the allocation: faulty bytes may announce more numbers than they contain.
         (length <= self.0.len() / 8).then_some(())?;
         (0..length).map(|_| self.number()).collect()
     }

@@ -24,7 +24,7 @@ pub struct Plant {
     start: Motion,
     /// Mean speed of the pinion at the start \[rad/s\].
     speed: f64,
-    /// The motion before the step, for a step that fails.
+    /// Copy of the motion before the step, restored if the step fails.
     before: Motion,
 }
 

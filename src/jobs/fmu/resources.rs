@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The file that lists the others.
+/// Name of the file that lists all others.
 const LIST: &str = "drive.json";
 
 /// The manifest as it was written.
@@ -18,7 +18,7 @@ const MANIFEST: &str = "manifest.toml";
 /// Folder of tables.
 pub const TABLES: &str = "tables";
 
-/// Longest file \[bytes\].
+/// Size limit of a file that is read \[bytes\].
 const LONGEST: u64 = 1 << 30;
 
 /// The choice of a point of a job.
@@ -27,9 +27,9 @@ const LONGEST: u64 = 1 << 30;
 pub struct Choice {
     /// Number of the point in the grid.
     pub point: u64,
-    /// Its load, which need not be in the grid.
+    /// Load of the point, which need not be in the grid.
     pub load: f64,
-    /// Its speed \[rad/s\], which need not be in the grid.
+    /// Speed of the point \[rad/s\], which need not be in the grid.
     pub speed: f64,
     /// Changed keys of the manifest, as typed.
     pub changes: Vec<String>,
@@ -81,7 +81,7 @@ impl Resources {
         let mut files = BTreeMap::from([(MANIFEST.to_owned(), job.text.clone().into_bytes())]);
         let mut changes = job.changes.clone();
         for named in job.written().files() {
-            // The job was read without the missing files, so it does not need them.
+            // Skip missing files: the job was read without them, so it does not need them.
             if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
                 let place = place(&named.key);
                 changes.push(format!("{}={place:?}", named.key));

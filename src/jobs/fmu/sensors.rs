@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 /// A shaft.
 #[derive(Debug)]
 struct Shaft {
-    /// Turns per mesh cycle.
+    /// Turns of the shaft per mesh cycle.
     turns: f64,
     /// Additions to the mean rotation and speed, per component of each block.
     gains: [Vec<[f64; 2]>; 2],
@@ -60,7 +60,7 @@ impl Sensors {
         match role {
             Role::Angle(shaft) => {
                 let Shaft { turns, gains } = &self.shafts[shaft];
-                // Whole turns are separate, so that a long run keeps the digits of the rest.
+                // Cycle and phase are separate numbers, so that the phase keeps its digits in a long run.
                 let cycles = motion.cycle as f64 * turns;
                 TAU * (cycles + motion.phase * turns) + look.sum(&gains[0])
             }

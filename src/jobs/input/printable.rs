@@ -13,7 +13,7 @@ fn shows(c: char) -> bool {
     matches!(c, '\n' | '\t') || !(c.is_control() || turns)
 }
 
-/// The text with every control character but line feeds and tabs written as `\u001b`.
+/// Writes control characters, and characters that reverse the order of others, as `\u001b`. Keeps line feeds and tabs.
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(shows) {
         return Cow::Borrowed(text);
@@ -23,7 +23,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
         if shows(c) {
             out.push(c)
         } else {
-            // All of them have at most four hexadecimal digits.
+            // All escaped characters have at most four hexadecimal digits.
             _ = write!(out, "\\u{:04x}", u32::from(c))
         }
     }

@@ -210,7 +210,7 @@ impl Ascending {
         }
     }
 
-    /// The index of the value with `rank` smaller ones.
+    /// The index of the value that has `rank` smaller values.
     pub fn place(&self, rank: usize) -> usize {
         match &self.0 {
             Ranks::Listed(places) => places[rank],

@@ -173,7 +173,8 @@ pub(super) fn increases(issues: &Issues, column: &Quantities, list: &ListOf) -> 
 }
 
 impl Column {
-    /// Whether its unit, if any, measures the dimension `wanted`, or a known dimension if `None`; reports if not.
+    /// Whether the unit of the column, if any, has the dimension `wanted` (any known one if `None`). Reports a wrong
+    /// unit.
     pub fn unit_fits(&self, issues: &Issues, path: &str, wanted: Option<Dimension>) -> bool {
         let Some((unit, span)) = &self.unit else {
             return true;

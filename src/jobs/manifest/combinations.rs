@@ -5,7 +5,7 @@ use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use std::collections::{BTreeSet, HashMap};
 
-/// Largest number of axes whose ends are all combined; with more axes, only their common ends are.
+/// Largest number of axes for which all combinations of ends are corners. Further axes have their ends in common.
 const MOST_CORNERED: u32 = 8;
 
 /// The dimensions of the model keys of a grid.
@@ -15,16 +15,16 @@ pub(super) struct Combinations {
     pub lengths: Vec<usize>,
     /// The dimension of each model key.
     of_keys: Vec<usize>,
-    /// Equal places of each dimension along which values may repeat.
+    /// Equal positions of each dimension along which values may repeat.
     alike: Vec<Option<EqualPlaces>>,
 }
 
-/// Groups of places along a dimension with equal values of all model keys.
+/// Groups of positions along a dimension with equal values of all model keys.
 #[derive(Debug)]
 struct EqualPlaces {
-    /// For each place, the first place with the same values.
+    /// For each position, the first position with the same values.
     first: Vec<u32>,
-    /// These first places, ascending.
+    /// The first positions of all groups, ascending.
     distinct: Vec<u32>,
 }
 
@@ -69,13 +69,13 @@ impl Combinations {
         }
     }
 
-    /// The place on each model key of a combination.
+    /// The index of the value of each model key in a combination.
     pub fn places(&self, number: usize) -> Vec<usize> {
         let places = GridDimension::places(&self.lengths, number);
         self.of_keys.iter().map(|&own| places[own]).collect()
     }
 
-    /// The combination at these places along the dimensions.
+    /// The combination at these positions along the dimensions.
     fn number(&self, places: impl Iterator<Item = usize>) -> usize {
         (self.lengths.iter().zip(places)).fold(0, |number, (length, place)| number * length + place)
     }
@@ -110,7 +110,7 @@ impl Combinations {
     }
 }
 
-/// The combinations that are judged, of `all`: the corners, and as many as fit evenly between.
+/// Numbers of the combinations among `all` that are resolved in advance: the corners, and `budget` evenly spaced ones.
 pub(super) fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
     let cornered = lengths
         .len()

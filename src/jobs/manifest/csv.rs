@@ -7,11 +7,11 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 /// Words of messages about a list of points.
 #[derive(Debug)]
 pub(super) struct ListOf {
-    /// The key that holds it or names its file.
+    /// The key that holds the list or names its file.
     pub path: &'static str,
-    /// A point in the manifest.
+    /// Example of a point in the manifest.
     pub row: &'static str,
-    /// A header line of a file.
+    /// Example of a header line of a file.
     pub header: &'static str,
 }
 

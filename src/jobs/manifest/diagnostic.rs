@@ -15,10 +15,10 @@ const MOST_KEPT: usize = 100;
 /// Number of warnings that are kept; further ones are dropped, so that there is always room for errors.
 const MOST_WARNED: usize = MOST_KEPT / 2;
 
-/// Characters of a sentence; longer ones quote too much of the file.
+/// Largest number of characters of a sentence; longer ones quote too much of the file.
 const MOST_CHARACTERS: usize = 1000;
 
-/// A sentence, clipped.
+/// Clips a sentence to [`MOST_CHARACTERS`].
 fn fit(text: impl Into<String>) -> String {
     let text = text.into();
     match clipped(&text, MOST_CHARACTERS) {
@@ -89,7 +89,7 @@ impl DiagnosticKind {
         self.into()
     }
 
-    /// Whether the job runs in spite of it.
+    /// Whether the job runs in spite of such a fault.
     pub fn is_warning(self) -> bool {
         matches!(self, Self::NoEffect | Self::Unusual)
     }
@@ -110,7 +110,7 @@ pub struct Diagnostic {
     pub key: String,
     /// Message, one sentence.
     pub message: String,
-    /// A few words below the place.
+    /// A few words that messages show below the place.
     pub label: String,
     /// Accepted values.
     pub accepted: Option<String>,
@@ -170,12 +170,12 @@ impl Diagnostic {
         self
     }
 
-    /// Records it.
+    /// Records the fault.
     pub(super) fn report(self, issues: &Issues) {
         issues.push(self);
     }
 
-    /// Records it; there is no value.
+    /// Records the fault and returns `None`.
     pub(super) fn fail<T>(self, issues: &Issues) -> Option<T> {
         issues.push(self);
         None
@@ -198,7 +198,7 @@ impl Diagnostic {
     }
 }
 
-/// The faults found so far, and their files. Every reader of a job shares it.
+/// The faults found so far, and their files. All readers of a job share them.
 #[derive(Debug, Default)]
 pub(super) struct Issues {
     pub sources: RefCell<Vec<Source>>,
@@ -206,7 +206,7 @@ pub(super) struct Issues {
     pub found: RefCell<Vec<Diagnostic>>,
     /// Number of further faults.
     pub more: Cell<usize>,
-    /// Start of the unread text of the last file, because of earlier faults.
+    /// Start of the text in the last file that remained unread because of earlier faults.
     pub unread: Cell<Option<usize>>,
 }
 
@@ -218,7 +218,7 @@ impl Issues {
         sources.len() - 1
     }
 
-    /// The text of a file; no other file is added meanwhile.
+    /// The text of a file. No file may be added while the text is borrowed.
     pub fn text(&self, source: usize) -> Ref<'_, str> {
         Ref::map(self.sources.borrow(), |sources| {
             sources[source].text.as_str()
@@ -233,7 +233,7 @@ impl Issues {
         }
     }
 
-    /// Records an error; its sentences are made only if it is kept.
+    /// Records an error. Builds its sentences only if the error is kept.
     pub fn push_with(&self, diagnostic: impl FnOnce() -> Diagnostic) {
         if self.found.borrow().len() < MOST_KEPT {
             let diagnostic = diagnostic();

@@ -61,7 +61,7 @@ impl Distribution {
         up_to - below
     }
 
-    /// The shares below the truncation and up to its end.
+    /// The shares of the law below the lower limit and up to the upper limit of the truncation.
     fn shares(&self) -> [f64; 2] {
         self.truncate.map_or([0.0, 1.0], |[low, high]| {
             [self.law.below(low), self.law.up_to(high)]

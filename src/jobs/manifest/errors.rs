@@ -14,7 +14,7 @@ const MOST_SHOWN: usize = 20;
 /// All faults of a job, with at least one error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ManifestErrors {
-    /// Their files; the manifest first.
+    /// The files of the faults; the manifest first.
     pub sources: Vec<Source>,
     /// The errors in the order of the text, then the warnings. Their number is limited.
     pub diagnostics: Vec<Diagnostic>,
@@ -56,7 +56,7 @@ impl ManifestErrors {
         self.render_by(plain)
     }
 
-    /// The same with ANSI colours for a terminal.
+    /// As [`Self::render`], with ANSI colours for a terminal.
     pub fn render_coloured(&self) -> String {
         self.render_by(coloured)
     }
@@ -108,7 +108,7 @@ impl Warnings {
         render(&self.sources, &self.diagnostics, 0, plain)
     }
 
-    /// The same with ANSI colours for a terminal.
+    /// As [`Self::render`], with ANSI colours for a terminal.
     pub fn render_coloured(&self) -> String {
         render(&self.sources, &self.diagnostics, 0, coloured)
     }

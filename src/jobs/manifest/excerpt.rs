@@ -6,7 +6,7 @@ use crate::input::printable;
 use codespan_reporting::files::{Error, Files};
 use std::ops::Range;
 
-/// Longest line that is shown completely \[characters\].
+/// Largest length of a line that is shown completely \[characters\].
 const MOST_COLUMNS: usize = 160;
 
 /// Characters before the place in a longer line.
@@ -19,7 +19,7 @@ pub(super) struct Excerpt {
     text: String,
     line: usize,
     column: usize,
-    /// The place in the line \[bytes\]; up to its end if the place continues.
+    /// Range of the place in the line \[bytes\]. It ends with the line if the place continues on the next one.
     pub spot: Range<usize>,
 }
 

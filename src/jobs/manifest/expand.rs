@@ -1,10 +1,10 @@
 //! How do the points of a grid follow from the manifest? Combinations of model-key values are put into the tree and
 //! resolved like text. Load and speed vary within a combination and need no resolution.
 //!
-//! Every combination is judged if that takes a fraction of a second. Otherwise some are judged: the corners of the grid
-//! and others evenly between. Rows of a list with equal values of the model keys are one combination. The range of each
-//! key was checked for all values at their place. Inconsistent values of other combinations are found when their point
-//! is requested.
+//! Every combination is judged, that is, resolved and searched for faults, if that takes a fraction of a second.
+//! Otherwise some are judged: the corners of the grid and others evenly between. Rows of a list with equal values of
+//! the model keys are one combination. The range of each key was checked for all values at their place. Inconsistent
+//! values of other combinations are found when their point is requested.
 
 use super::axis::AxisKey;
 use super::combinations::{Combinations, chosen};
@@ -45,7 +45,7 @@ type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 /// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Number of judged combinations of a larger grid, by the size of its text.
+/// Limits of the number of judged combinations of a larger grid; a larger text has fewer.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
 /// Number of resolved combinations that are kept beside the judged ones: some megabytes.
@@ -55,7 +55,7 @@ const MOST_KEPT: usize = 4096;
 #[derive(Debug)]
 pub(super) struct JudgedCombinations {
     variants: Vec<Variant>,
-    /// Their numbers; `None` if all combinations were judged.
+    /// Numbers of the judged combinations; `None` if all combinations were judged.
     numbers: Option<Vec<usize>>,
 }
 
@@ -81,7 +81,7 @@ pub(super) fn expand(
 ) -> JudgedCombinations {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
     let combinations = Combinations::new(axes, dimensions);
-    // A grid of an accepted size has a countable number of combinations.
+    // The number of combinations does not overflow for a grid of an accepted size.
     let all = if exhaustive { combinations.lengths.iter().product() } else { 1 };
     let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
     let in_part = all > budget;
@@ -132,7 +132,7 @@ pub(super) fn expand(
             }
             variants.insert(number, resolved);
         }
-        // If faults are no longer kept, those of further combinations do not help.
+        // Stop when faults are no longer kept: further combinations could not add any.
         if faulty >= MAX_FAULTY || issues.more.get() > 0 {
             break;
         }
@@ -189,7 +189,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
     fits
 }
 
-/// Drops faults of earlier combinations, and adds the combination to new ones.
+/// Drops faults that earlier combinations already have. Adds the name of the combination to new faults.
 fn keep_new_faults(
     issues: &Issues,
     before: usize,
@@ -266,7 +266,7 @@ impl PointResolver {
         dimensions: &[GridDimension],
         context: Context,
     ) -> Self {
-        // The tree now has the values of the axes; a point only needs the order from the grid.
+        // The tree now has the values of the axes. A point only needs the order from the grid.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
         let changed = modal_keys::detach(&mut tree);
         let file = || context.modal_files.values().flatten().next();
@@ -284,7 +284,7 @@ impl PointResolver {
         }))
     }
 
-    /// The same, with axes given by expressions.
+    /// This resolver, with axes given by expressions.
     pub(super) fn deriving(self, expressions: Vec<(String, Expression)>) -> Self {
         let own = |(name, expression): (String, Expression)| {
             let of_axis = |key: &&GridAxis| key.axis.name() == name;
@@ -347,7 +347,7 @@ impl PointResolver {
         self.0.keys.iter().position(|key| key.axis.name() == name)
     }
 
-    /// Resolves a point's values of the model keys, with some more nodes in the tree; a sentence if they are
+    /// Resolves a point's values of the model keys after adding some nodes to the tree. A sentence if the values are
     /// inconsistent.
     pub(super) fn resolved_with(
         &self,
@@ -415,7 +415,7 @@ impl PointResolver {
 pub(super) struct Expansion {
     judged: Arc<JudgedCombinations>,
     between: PointResolver,
-    /// Recently computed ones of the others, by number.
+    /// Recently resolved combinations that were not judged, by number.
     made: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
@@ -429,7 +429,7 @@ impl Expansion {
         }
     }
 
-    /// The judged ones.
+    /// The variants of the judged combinations.
     pub fn judged(&self) -> &[Variant] {
         &self.judged.variants
     }

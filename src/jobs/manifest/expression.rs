@@ -60,7 +60,7 @@ impl Expression {
         self.parsed.var_names()
     }
 
-    /// Its value in SI for these values of the axes.
+    /// The value of the expression in SI for these values of the axes.
     ///
     /// # Errors
     /// A sentence with the expression and the values if the result is not finite.

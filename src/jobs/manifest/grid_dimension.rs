@@ -8,11 +8,11 @@ use serde::Serialize;
 pub struct GridDimension {
     /// The axes along it, as indices into [`Job::axes`](super::Job::axes), ascending.
     pub axes: Vec<usize>,
-    /// Number of values of each of them.
+    /// Number of values of each axis along it.
     pub length: usize,
     /// Whether it varies a key of the model.
     pub model_keys: bool,
-    /// Whether its axes are distributions; the places along it are then rows of a design of samples.
+    /// Whether its axes are distributions. The positions along it are then rows of a design of samples.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub sampled: bool,
 }
@@ -55,7 +55,7 @@ impl GridDimension {
         all.iter().map(|dimension| dimension.length).product()
     }
 
-    /// The place along each dimension of a point in row-major order, the last dimension fastest.
+    /// The position of a point along each dimension, in row-major order with the last dimension fastest.
     pub(super) fn places(lengths: &[usize], number: usize) -> Vec<usize> {
         let mut rest = number;
         let mut places = vec![0; lengths.len()];

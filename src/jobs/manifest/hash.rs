@@ -43,8 +43,8 @@ impl JobHash {
         self.add(resolved);
     }
 
-    /// Adds the text of a manifest of which some combinations were not judged, except job and grid. Equal units differ
-    /// in this hash; layout and the order of keys do not matter.
+    /// Adds the text of a manifest of which some combinations were not resolved in advance, except job and grid. Equal
+    /// units differ in this hash; layout and the order of keys do not matter.
     pub fn in_part(&mut self, root: &Node) {
         let Plain::Table(mut entries) = Plain::of(root) else {
             return;

@@ -67,7 +67,7 @@ impl Job {
     }
 
     /// A point like `point` with another value on the swept axis. `None` without a carried state or requested
-    /// refinement, or if the key cannot have the value (a whole number between two).
+    /// refinement, or if the key cannot have the value (a whole number has no value between two neighbours).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
         let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();
@@ -83,7 +83,7 @@ impl Job {
         Some(between)
     }
 
-    /// Computes the values of axes given by expressions from the other axes; NaN if there is none.
+    /// Computes the values of axes given by expressions from the other axes; NaN if an expression has no value.
     pub fn derive(&self, values: &mut [f64]) {
         let place = |name: &str| self.axes.iter().position(|axis| axis.name() == name);
         for (own, _, expression) in self.between.derived() {

@@ -21,7 +21,7 @@ const NAMED: [&str; 5] = [
     "bearing",
 ];
 
-/// The matrix whose entries across the diagonal have opposite signs.
+/// The skew-symmetric matrix.
 const SKEW: &str = "gyroscopic_matrix";
 
 /// A parsed name.

@@ -7,8 +7,8 @@ use std::sync::Arc;
 /// A modal file that was read.
 #[derive(Debug)]
 pub(super) struct ModalFile {
-    /// Its text as a tree, with the places of values.
+    /// The text of the file as a tree, with the places of values.
     pub tree: Node,
-    /// Its structure.
+    /// The structure that the file describes.
     pub structure: Arc<ModalStructure>,
 }

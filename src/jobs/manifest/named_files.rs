@@ -18,7 +18,7 @@ const KEYS: [&str; 6] = [
 pub struct NamedFile {
     /// The key that names it, dotted, with quotes around a part that has dots.
     pub key: String,
-    /// Its path, as written.
+    /// Path of the file, as written.
     pub path: String,
 }
 
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!(named(&changes), ["model.file=a.toml", "grid.points=b.csv"]);
     }
 
-    /// The list above has every key with the name `file` and every key with a list of points.
+    /// [`KEYS`] has every key with the name `file` and every key with a list of points.
     #[test]
     fn every_key_that_names_a_file_is_known() {
         let names = |key: &&schema::Key| key.path.ends_with(".file") || key.kind == Kind::Points;

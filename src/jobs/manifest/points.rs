@@ -1,5 +1,5 @@
 //! The points of a job, computed on demand: a grid of ten million points needs no more memory than its axes and the
-//! judged combinations.
+//! combinations that were resolved in advance.
 
 use super::axis::{Ascending, AxisKey, AxisValues};
 use super::expand::Expansion;
@@ -17,7 +17,7 @@ pub struct Points {
     values: Vec<AxisValues>,
     /// The dimensions of the axes, those that vary model keys first.
     dimensions: Vec<GridDimension>,
-    /// The quantity of the last but one axis.
+    /// Quantity of the last axis but one: load or torque.
     load: AxisKey,
     /// Root of the random streams of points, unless an axis gives it.
     seed: u64,
@@ -84,13 +84,13 @@ impl Points {
         self.len() == 0
     }
 
-    /// The variants of points, which differ by model keys. If a grid has very many combinations, only the judged ones,
-    /// which include the ends of all axes.
+    /// The variants of points, which differ by model keys. If a grid has very many combinations, only those that were
+    /// resolved in advance, which include the ends of all axes.
     pub fn variants(&self) -> &[Variant] {
         self.variants.judged()
     }
 
-    /// The place of a point in the row-major grid, and the direction of its chain.
+    /// The position of a point in the row-major grid, and the direction of its chain.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         assert!(id < self.len(), "point {id} of {}", self.len());
         match (&self.chains, &self.nested) {
@@ -103,7 +103,7 @@ impl Points {
         }
     }
 
-    /// The combination of model keys at a place in the row-major grid.
+    /// The combination of model keys at a position in the row-major grid.
     fn combination(&self, place: usize) -> usize {
         let inside = self
             .dimensions
@@ -118,7 +118,7 @@ impl Points {
     }
 
     /// A variant with about as much work as that of this point: the same variant, or, if a grid has very many
-    /// combinations of model keys, a judged one near it. Resolves nothing.
+    /// combinations of model keys, one near it that was resolved in advance. Resolves nothing.
     ///
     /// # Panics
     /// `id` is not below [`Points::len`].
@@ -184,7 +184,7 @@ impl Points {
 }
 
 impl Chains {
-    /// The place of a point in the row-major grid, and the direction of its chain.
+    /// The position of a point in the row-major grid, and the direction of its chain.
     ///
     /// A *chain* has all points along the swept axis in sweep order, with the same values of other axes and the same
     /// direction. Other axes vary slowest, then the direction (up before down), then the swept axis.

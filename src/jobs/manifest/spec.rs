@@ -128,7 +128,7 @@ pub struct ModelSpec {
     pub modes: usize,
     /// Number of retained modes, at most `modes`.
     pub retained: usize,
-    /// Whether the omitted modes return as residual flexibility.
+    /// Whether residual flexibility represents the omitted modes.
     pub mta: bool,
 }
 
@@ -250,7 +250,7 @@ impl StructureSource {
 pub struct ExcitationSpec {
     /// Imposed error.
     pub transmission_error: Vec<MeshHarmonic>,
-    /// Imposed error of the coast flanks; `None`: the same.
+    /// Imposed error of the coast flanks; `None` if it equals that of the drive flanks.
     pub coast_transmission_error: Option<Vec<MeshHarmonic>>,
     /// Number of harmonics that represent the error of loaded flanks from a mesh table; `None`: the law has the exact
     /// error.

@@ -10,9 +10,9 @@ const MOST_BYTES: u64 = 16 << 20;
 
 /// Why could a text not be read?
 pub(super) enum TextError {
-    /// Its file cannot be read.
+    /// The file cannot be read.
     Unreadable(io::Error),
-    /// It is not UTF-8; reported at the place.
+    /// The text is not UTF-8; reported at the place of the fault.
     Reported,
 }
 

@@ -192,7 +192,7 @@ impl Node {
 pub(super) struct MissingElement {
     /// The path up to the node without such an element.
     pub holder: String,
-    /// What that node is: `has 1 entry`, `is a text`, `is not given`.
+    /// Reason as a predicate of that node: `has 1 entry`, `is a text`, `is not given`.
     pub why: String,
     /// The nearest existing path, if known.
     pub near: Option<String>,
@@ -203,7 +203,7 @@ pub(super) fn parse(source: usize, issues: &Issues) -> Node {
     let text = issues.text(source);
     let (table, errors) = match DeTable::parse(&text) {
         Ok(table) => (table, Vec::new()),
-        // Read only a limited part: every echo of a fault takes hundreds of bytes.
+        // Read only a limited part: every further message about a fault takes hundreds of bytes.
         Err(error) => {
             let read = looked_at(&text, &error);
             let unread = (read.len() < text.len()).then_some(read.len());

@@ -10,7 +10,7 @@ use arrow_select::interleave::interleave_record_batch;
 use super::{ResultTable, StoreError, TableKind};
 
 impl ResultTable {
-    /// As [`ResultTable::read`]; `None` if the folder has no such table.
+    /// A table in memory, as from [`ResultTable::read`]; `None` if the folder has no such table.
     ///
     /// # Errors
     /// As [`ResultTable::read`], except a missing table.

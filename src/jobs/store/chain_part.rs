@@ -10,8 +10,8 @@ pub struct ChainPart {
     pub upwards: bool,
     /// State at the end of the integration, for the next point; `None` if it diverged or failed.
     pub end: Option<ChainEnd>,
-    /// The change of motion since the last point with a verdict; `None` without a change, or if changes are not
-    /// refined.
+    /// The change of motion since the last point whose class of motion is known. `None` without a change, or if
+    /// changes are not refined.
     pub transition: Option<Transition>,
     /// Deflection that the next point is compared with; `None` if changes are not refined.
     pub level: Option<Level>,
@@ -53,7 +53,7 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// The word for what changes.
+    /// The word for the kind of change.
     pub(super) fn what(&self) -> &'static str {
         if self.jump.is_some() {
             "deflection"

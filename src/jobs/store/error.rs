@@ -12,16 +12,16 @@ use super::table_kind::{FOLLOW_RECORD, RUNUP_RECORD, TRACE_RECORD, TableKind};
 /// How a file differs from its record.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
-    /// There is no such file.
+    /// The file does not exist.
     #[error("it is missing, but the record of the run lists it")]
     Gone,
-    /// Something other than a file has its name.
+    /// Something other than a file has the name.
     #[error("it is not a file")]
     NoFile,
-    /// No record lists it.
+    /// No record lists the file.
     #[error("no record lists it, so the run that wrote it has not ended or was killed")]
     Unrecorded,
-    /// It was cut off or extended.
+    /// The file was cut off or extended.
     #[error("it has {found} bytes, but {written} were written")]
     Size {
         /// Actual size.
@@ -29,7 +29,7 @@ pub enum Damage {
         /// Recorded size.
         written: u64,
     },
-    /// Its bytes differ.
+    /// The bytes of the file differ from those in the record.
     #[error(
         "its bytes differ from the written bytes (BLAKE3 {}… instead of {}…)",
         .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
@@ -43,7 +43,7 @@ pub enum Damage {
     /// A record whose text does not match its hash.
     #[error("its text does not match the checksum at its end")]
     Unsealed,
-    /// It cannot be decoded, and there is no evidence of a change.
+    /// The file cannot be decoded, and there is no evidence of a change.
     #[error("the Parquet library cannot read it ({reason})")]
     Undecodable {
         /// Message of the library.
@@ -71,7 +71,7 @@ fn writer(path: &Path) -> &'static str {
 /// The command that computes a damaged file again.
 fn recompute_command(path: &Path) -> &'static str {
     match writer(path) {
-        // It always replaces its tables.
+        // `atlas follow` always replaces its tables.
         "atlas follow" => "`atlas follow`",
         _ => "--overwrite",
     }
@@ -109,7 +109,7 @@ pub enum StoreError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Difference from the expected format.
         detail: String,
     },
     /// The file differs from its record or is missing.
@@ -120,7 +120,7 @@ pub enum StoreError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Kind of damage.
         damage: Damage,
     },
     /// A table with a number that no run writes.
@@ -256,7 +256,7 @@ impl StoreError {
         IoFault::new(path, action, Purpose::Results, source).into()
     }
 
-    /// The same for an error of the Parquet library, which may wrap an error of the system.
+    /// A failure of the Parquet library, which may wrap an error of the system.
     pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
         match source {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {

@@ -92,7 +92,7 @@ pub(super) fn start_writer<W: Write + Send>(
         .set_offset_index_disabled(true)
         .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
         .build();
-    // Written twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
+    // The metadata is written twice: pyarrow shows that of the Arrow schema, other readers that of the file.
     let schema = Schema::new(schema.fields().clone())
         .with_metadata(metadata.iter().cloned().collect::<Metadata>());
     let mut writer = ArrowWriter::try_new(Hashed::new(sink), Arc::new(schema), Some(properties))
@@ -225,7 +225,8 @@ impl<R: Row> TableFile<R> {
     ) -> Result<Self, StoreError> {
         let path = table_path(folder, kind, shard);
         check_layout(folder, kind, shard)?;
-        // In the results folder even for a shard: polars cannot read a folder of shards with a stray file in it.
+        // The file is in the results folder even for a shard: polars cannot read a folder of shards with a stray file
+        // in it.
         let stem = shard.map_or_else(String::new, |shard| format!("{}.", shard.stem()));
         let (file, temporary) =
             temporary_file(folder, &format!(".{}.{stem}", kind.file_name()))?.into_parts();
@@ -325,7 +326,7 @@ pub(super) fn temporary_file(folder: &Path, prefix: &str) -> Result<NamedTempFil
     partial_file(folder, prefix).map_err(|source| StoreError::io(folder, "write", source))
 }
 
-/// The same, with the system's error.
+/// As [`temporary_file`], with the system's error.
 pub(super) fn partial_file(folder: &Path, prefix: &str) -> io::Result<NamedTempFile> {
     let file = tempfile::Builder::new()
         .prefix(prefix)

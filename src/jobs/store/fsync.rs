@@ -13,7 +13,7 @@ pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> io::Resu
     rename(temporary, path)
 }
 
-/// The same for a file whose bytes are already on the disk.
+/// As [`publish`], for a file whose bytes are already on the disk.
 pub(super) fn rename(temporary: TempPath, path: &Path) -> io::Result<()> {
     temporary.persist(path).map_err(|refused| refused.error)?;
     sync_folder_of(path)

@@ -44,7 +44,7 @@ pub(super) struct Interleaved {
     rows: u64,
 }
 
-/// The same, complete.
+/// A merged table that is complete, still without its final name.
 pub(super) struct Finished {
     table: Interleaved,
     pub record: TableRecord,
@@ -247,7 +247,7 @@ impl<'a> SourceReader<'a> {
 /// The output of a merge.
 struct Interleaver {
     table: Interleaved,
-    /// Source and row in its present batch of each row to be written next.
+    /// The rows to be written next: index of the source, and row in the source's present batch.
     picks: Vec<(usize, usize)>,
     rows_in_group: usize,
 }

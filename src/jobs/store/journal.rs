@@ -126,7 +126,7 @@ impl Journal {
                     .len();
                 Ok(journal)
             }
-            // Killed before the header was on disk: nothing is lost.
+            // The run was killed before the header was on disk: nothing is lost.
             None => journal.begin(&header),
         }
     }

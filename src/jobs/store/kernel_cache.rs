@@ -33,7 +33,7 @@ pub struct KernelArray {
     pub name: String,
     /// SI unit; `mixed` if the units of entries differ.
     pub unit: String,
-    /// Numbers.
+    /// The values of the array.
     #[serde(with = "aligned")]
     pub values: Aligned,
 }

@@ -54,7 +54,7 @@ pub enum MergeError {
         index: u32,
         /// Number of shards.
         count: u32,
-        /// Its folders.
+        /// The folders with this shard.
         folders: [PathBuf; 2],
     },
     /// Missing shards.
@@ -78,7 +78,7 @@ pub enum MergeError {
         index: u32,
         /// Number of shards.
         count: u32,
-        /// Its folder.
+        /// The folder with this shard.
         folder: PathBuf,
         /// Points that were not computed.
         points: u64,

@@ -34,9 +34,9 @@ impl PointRow {
     }
 }
 
-/// Columns as of [`columns`]. An expression after the description adds a column with the standard error, which is null
-/// if there are too few samples for an error bar. An empty list means that the statistic does not exist, and becomes
-/// null.
+/// Columns as [`columns`] makes them. An expression after the description adds a column with the standard error, which
+/// is null if there are too few samples for an error bar. An empty list means that the statistic does not exist, and
+/// becomes null.
 macro_rules! statistics {
     ($found:ident, $error:ident;
      $($type:ident $name:expr, $unit:expr, $value:expr, $text:expr $(, $stderr:expr)?;)*) => {{
@@ -61,7 +61,7 @@ macro_rules! statistics {
     (@error $type:ident $error:expr) => { Some($error).filter(|error| !error.is_infinite()) };
 }
 
-/// What the elements of a list belong to.
+/// The objects that have one element each in a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ListElement {
     /// An output of the structure.
@@ -70,7 +70,7 @@ pub enum ListElement {
     Contacts,
 }
 
-/// What the elements of a column's lists belong to, if they have names; includes standard errors.
+/// The objects that have one element each in a column's lists, if they have names. Includes standard errors.
 pub(super) fn listed(column: &str) -> Option<ListElement> {
     Some(match column.trim_end_matches("_stderr") {
         "bearing_mean" | "bearing_rms" => ListElement::Output(Quantity::BearingForce),

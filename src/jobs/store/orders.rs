@@ -12,7 +12,7 @@ use crate::analysis::OrderLine;
 pub struct OrderRow {
     /// The point.
     pub point_id: u64,
-    /// As in `spectra.parquet`; one text for all orders.
+    /// Name of the signal, as in `spectra.parquet`; one text for all orders.
     pub signal: Arc<str>,
     /// Unit of the signal; one text for all orders.
     pub unit: Arc<str>,

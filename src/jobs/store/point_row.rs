@@ -17,8 +17,8 @@ pub struct AxisColumn {
     pub unit: String,
 }
 
-/// Where and for how long a point was computed. Only these columns differ between runs; all others depend on the
-/// manifest alone.
+/// Worker, node and wall time of a point's computation. Only these columns differ between runs; all others depend on
+/// the manifest alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// Worker that computed the point, from 0.
@@ -52,7 +52,7 @@ pub struct PointRow {
     pub mesh: Option<MeshUnderLoad>,
     /// Name of the kernel that integrated it.
     pub kernel: String,
-    /// Where and for how long.
+    /// Worker, node and wall time of the computation.
     pub placement: Placement,
 }
 

@@ -13,7 +13,7 @@ pub struct RefinedColumns {
     pub nested: NestedGrid,
     /// Names of the axes of rows and columns.
     pub axes: [String; 2],
-    /// What points are compared by: `class, period`.
+    /// Criteria by which points are compared: `class, period`.
     pub by: String,
     /// Start of every point: `static`, `rest` or `modal`.
     pub start: String,

@@ -59,13 +59,13 @@ pub struct Exchange<'a> {
     pub folder: &'a Path,
     /// The part of a split job.
     pub shard: Option<Shard>,
-    /// Their tables.
+    /// Tables of the results that change.
     pub tables: &'a [TableRecord],
     /// The points.
     pub points: &'a BTreeSet<u64>,
     /// The results of an undivided run over these points.
     pub new_folder: &'a Path,
-    /// Its tables.
+    /// Tables of the new results.
     pub added: &'a [TableRecord],
 }
 

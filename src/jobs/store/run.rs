@@ -47,7 +47,7 @@ pub struct RunRecord {
     /// Later runs that computed failed points again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub retries: Vec<RetryRecord>,
-    /// What the user should know, one sentence each.
+    /// Warnings for the user, one sentence each.
     pub warnings: Vec<String>,
     /// Hash of all that affects the physics, hexadecimal.
     pub manifest_hash: String,
@@ -61,7 +61,7 @@ pub struct RunRecord {
 /// A kernel that was chosen for points of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KernelRecord {
-    /// Its name.
+    /// Name of the kernel.
     pub kernel: String,
     /// Points that it integrated.
     pub points: u64,
@@ -274,7 +274,7 @@ pub struct Totals {
     /// Points whose results did not settle within their cycles (status not_converged).
     #[serde(default)]
     pub not_converged: u64,
-    /// Points that failed, diverged, stormed or were inaccurate.
+    /// Points with status failed, diverged, event_storm or inaccurate.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,

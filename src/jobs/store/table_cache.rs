@@ -78,7 +78,7 @@ pub struct CacheHeader {
     pub kind: CacheKind,
     /// Program that computed it.
     pub program: String,
-    /// Its inputs: JSON with sorted keys.
+    /// Inputs of the table: JSON with sorted keys.
     pub inputs: String,
 }
 
@@ -142,7 +142,7 @@ impl CacheFault {
 /// A table file in memory, with every byte checked.
 #[derive(Debug)]
 pub struct TableFile {
-    /// Its header.
+    /// Header of the file.
     pub header: CacheHeader,
     bytes: Vec<u8>,
     /// Offset of the content.
@@ -254,7 +254,7 @@ pub struct TableStore {
 pub struct Fetched<T> {
     /// The table.
     pub table: T,
-    /// Its file, which exists unless the table was built in memory.
+    /// File of the table, which exists unless the table was built in memory.
     pub file: PathBuf,
     /// Origin of the table.
     pub origin: Origin,

@@ -108,7 +108,7 @@ impl TableKind {
         }
     }
 
-    /// How to obtain the table.
+    /// Sentence about how to obtain the table.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Points => "`atlas run` writes it",

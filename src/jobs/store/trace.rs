@@ -199,7 +199,7 @@ impl TraceSink for TraceTables {
     }
 }
 
-/// What does a trace describe? Metadata of both files.
+/// The drive and the point of a trace, for the metadata of both files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceLabel {
     /// Name of the job.

@@ -34,7 +34,7 @@ impl Row for PointRow {
         });
         let covariant = self.covariant.as_ref().map_or(0, list_length);
         let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
-            // With their standard errors.
+            // Each of these lists has a list of standard errors.
             let lists = [
                 &found.harmonics,
                 &found.suborders,

@@ -35,7 +35,7 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
-    /// The same for a further mesh of a train.
+    /// The mesh of further gears of a train cannot be computed from their drawing.
     #[error(transparent)]
     FurtherMesh(#[from] FurtherMeshError),
     /// The law of friction cannot be applied.
@@ -76,9 +76,9 @@ const MOST_WINDOWS: f64 = 20_000.0;
 /// Checks that a kernel needs reasonable time for a mesh cycle of a model.
 ///
 /// # Errors
-/// [`BuildError::TooFast`] if the structured kernel would need too many windows.
+/// [`BuildError::TooFast`] if the kernel `volterra` would need too many windows.
 pub fn check_window_count(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
-    // Closed modes need about as many blocks.
+    // The kernel `closed_modes` needs about as many blocks.
     if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());
     }
@@ -105,7 +105,7 @@ impl BuildError {
     }
 }
 
-/// Advice on the structured kernel if it can integrate a model that the tables do not fit.
+/// Advice on the kernel `volterra` for a model that the tables do not fit.
 fn structured_instead(model: &Model) -> String {
     let windows = Volterra::windows_needed(model, f64::EPSILON);
     if windows <= MOST_WINDOWS {
@@ -192,7 +192,7 @@ pub fn mean_model(
     with_mean(&structure, point, mean)
 }
 
-/// The same at several speeds \[rad/s\], with one search for the stiffness.
+/// As [`mean_model`], at several speeds \[rad/s\] with one search for the stiffness.
 pub fn mean_models(
     structure: &ModalStructure,
     point: &PointSpec,

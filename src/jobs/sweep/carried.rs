@@ -21,7 +21,7 @@ pub(super) struct CarriedState<'a> {
 }
 
 impl CarriedState<'_> {
-    /// The start of a point. Displacements without an effect on the motion stay the same.
+    /// The start of a point. Components of the state that have no effect on the motion are not displaced.
     pub fn start(self, model: &Model, seed: PointSeed) -> TrajectoryState {
         let end = TrajectoryState::new(model, self.end.state.clone(), self.end.cycle);
         if self.displacement > 0.0 {

@@ -1,11 +1,10 @@
 //! Points of a chain: each starts next to the end of the previous one (see [`CarriedState`]), and points between
 //! neighbours narrow down changes of motion.
 //!
-//! A change is found by halving the interval between the last point with a verdict and the present one. Every trial
-//! starts from the state of the near side, as the sweep would with a finer grid. A trial with the motion of the near
-//! side becomes the near side. A trial without a verdict (near a bifurcation, motions settle ever more slowly) ends the
-//! search with the present bracket.
-//!
+//! A change is found by halving the interval between the last point with a verdict and the present one. A point has a
+//! verdict if the class of its motion is known. Every trial starts from the state of the near side, as the sweep would
+//! with a finer grid. A trial with the motion of the near side becomes the near side. A trial without a verdict (near
+//! a bifurcation, motions settle ever more slowly) ends the search with the present bracket.
 //! Neighbours of one class and period may still lie on different branches. If the deflection changes much more between
 //! them than between the points before, the interval is halved as well: a jump keeps its size, a continuous change is
 //! halved with it.
@@ -31,13 +30,13 @@ use std::time::Instant;
 /// Change of the deflection's mean or RMS, relative to the RMS, above which a jump is searched for.
 const NOTABLE: f64 = 0.1;
 
-/// Smallest ratio of such a change to the previous one.
+/// Smallest ratio of a change to the previous change, above which a jump is searched for.
 const STANDS_OUT: f64 = 4.0;
 
-/// Fraction of the first change that must remain for a jump when it is bracketed.
+/// Smallest part of the first change that remains across the final bracket of a jump.
 const JUMPS: f64 = 0.5;
 
-/// Fewest halvings that distinguish a jump from a continuous change.
+/// Smallest number of halvings that distinguishes a jump from a continuous change.
 const FEWEST_HALVINGS: u32 = 3;
 
 /// Two levels count as equal up to this number of standard errors of their difference.
@@ -55,7 +54,7 @@ pub struct ChainState {
     end: Option<ChainEnd>,
     /// Status of the last point if it left no state.
     trouble: Option<Status>,
-    /// The last point with a verdict.
+    /// The last point whose class of motion is known.
     near: Option<LastVerdict>,
 }
 
@@ -67,9 +66,9 @@ struct LastVerdict {
     class: Class,
     end: ChainEnd,
     level: Option<Level>,
-    /// Change of the level since the previous verdict.
+    /// Change of the level since the previous point with a verdict.
     step: Option<f64>,
-    /// Whether the previous verdict had the same class.
+    /// Whether that point had the same class.
     alike: bool,
 }
 
@@ -166,7 +165,7 @@ pub fn chain_state_before(
     Ok(link)
 }
 
-/// The class of motion if there is a verdict. Chaos is one class: chance decides which trajectories leave it.
+/// The class of motion, if it is known. Chaos is one class: chance decides which trajectories leave it.
 pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     match outcome.class? {
         Class::NotConverged => None,
@@ -175,7 +174,7 @@ pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     }
 }
 
-/// Mean and RMS of a point's deflection, if the point was asked for them.
+/// Mean and RMS of a point's deflection, if requested.
 fn level(outcome: &PointOutcome) -> Option<Level> {
     let nvh = outcome.nvh.as_ref()?;
     let error = |pick: fn(&NvhErrors) -> f64| nvh.stderr.as_ref().map_or(0.0, pick);
@@ -378,7 +377,7 @@ impl Search<'_> {
         Ok(Some(found))
     }
 
-    /// The point with only the requests for a verdict and, if `levelled`, its level.
+    /// The point with only the requests that give its class of motion and, if `levelled`, its level.
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);

@@ -21,7 +21,7 @@ enum Chains {
         step: usize,
         count: usize,
     },
-    /// These chains.
+    /// The chains with these numbers.
     Listed(Vec<usize>),
 }
 
@@ -37,7 +37,7 @@ impl ChainSelection {
         Self::every(points, job.chain_length(), shard)
     }
 
-    /// These independent points.
+    /// A selection of independent points.
     pub(super) fn of_points(points: Vec<usize>) -> Self {
         Self {
             length: 1,
@@ -101,9 +101,9 @@ impl ChainSelection {
 /// A chain to be computed, or the rest of one.
 #[derive(Debug)]
 pub(super) struct ChainTask {
-    /// Its place among the chains of this run.
+    /// Index of the chain among the chains of this run.
     pub place: usize,
-    /// Its first point.
+    /// Index of the first point of the chain that is still to be computed.
     pub first: usize,
     /// State of the chain from an earlier run.
     pub link: ChainState,

@@ -27,10 +27,10 @@ const ONSETS: usize = 201;
 /// Kinds of bifurcation that curves follow.
 const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
 
-/// Why no orbits are followed.
+/// Reason why orbits cannot be followed.
 #[derive(Debug, thiserror::Error)]
 pub enum FollowError {
-    /// The manifest does not ask for it.
+    /// The manifest has no `[continuation]`.
     #[error("the manifest has no [continuation]; add it, for example with over = \"speed\"")]
     NotAsked,
     /// An axis is not a parameter.
@@ -43,7 +43,7 @@ pub enum FollowError {
     StateLength {
         /// Number of the state.
         number: usize,
-        /// Its length.
+        /// Number of its displacements.
         given: usize,
         /// Number of modes.
         modes: usize,

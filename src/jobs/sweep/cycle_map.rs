@@ -32,7 +32,7 @@ pub struct CycleMap {
     parts: Arc<Prepared>,
 }
 
-/// The structured kernel is kept between calls; others borrow their model and are built for each call.
+/// The kernel `volterra` is kept between calls. Other kernels borrow their model and are built for each call.
 #[derive(Debug)]
 enum MapKernel {
     Kept(Box<Volterra<'static>>),
@@ -55,7 +55,7 @@ pub enum MapError {
 pub enum MapTangents<'a> {
     /// None.
     None,
-    /// Those along all coordinates: the result is the matrix `∂end_i/∂start_j`, row by row.
+    /// Tangents along all coordinates: the result is the matrix `∂end_i/∂start_j`, row by row.
     Jacobian,
     /// Given tangents of each state, one after the other (n × count × 2N).
     Given {
@@ -215,7 +215,7 @@ impl CycleMap {
     }
 }
 
-/// A request that a kernel is being built for.
+/// A request to the map, until its kernel is built.
 struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,

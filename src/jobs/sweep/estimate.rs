@@ -1,6 +1,6 @@
 //! How long do all points take, given the times of some?
 //!
-//! The ratio of a sample's time to the work that the manifest requests holds for all work (a ratio estimate). The
+//! Time per requested work is assumed to be the same for the sample and for all points (a ratio estimate). The
 //! interval is Student's at 95 % for a sample from a finite number of points, so few or very different points make it
 //! wide. If every point was computed, only their order is uncertain. Samples are drawn over the grid by the golden
 //! ratio, which avoids periods of the grid.
@@ -32,11 +32,11 @@ const LONE: f64 = 2.0;
 /// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PointTime {
-    /// Its actual or expected time \[s\].
+    /// Actual or expected time of the point \[s\].
     pub time: f64,
     /// Standard deviation of the expected time \[s\]; 0 if it was computed.
     pub spread: f64,
-    /// Its work, in cycles times modes.
+    /// Work of the point, in cycles times modes.
     pub work: f64,
 }
 
@@ -178,7 +178,7 @@ fn schedule(points: &[PointTime], threads: usize) -> f64 {
 }
 
 impl Interval {
-    /// The same time shared evenly by `threads` threads.
+    /// This interval, if `threads` threads share the time evenly.
     fn over(self, threads: f64) -> Self {
         Self {
             low: self.low / threads,
@@ -187,7 +187,7 @@ impl Interval {
         }
     }
 
-    /// The same, later by `time`.
+    /// This interval, later by `time`.
     pub fn after(self, time: f64) -> Self {
         Self {
             low: time + self.low,

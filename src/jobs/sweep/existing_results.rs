@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// What a folder already contains of the requested run.
 #[derive(Debug)]
 pub enum ExistingResults {
-    /// Nothing that counts; its journal may have points of an interrupted run.
+    /// No complete results; a journal may have points of an interrupted run.
     Nothing,
     /// All of it, with every table as written.
     Complete(Box<RunRecord>),
@@ -44,9 +44,9 @@ pub enum ExistingResultsError {
     OtherParts {
         /// The folder.
         folder: PathBuf,
-        /// What it contains.
+        /// The contents of the folder, in words.
         found: String,
-        /// What is requested.
+        /// The requested results, in words.
         wanted: String,
     },
 }
@@ -70,7 +70,7 @@ pub fn inspect(
     for path in record_paths(folder)? {
         match read_run(&path) {
             Ok(record) => records.push(record),
-            // It is replaced anyway.
+            // `fresh` replaces this record, so its faults do not matter.
             Err(_) if fresh && path == own => {}
             Err(error) => return Err(error.into()),
         }

@@ -16,7 +16,7 @@ const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
 /// One-sided differences of the sixth order, in 60ths, for a parameter that may change in one direction only.
 const ONE_SIDED: [f64; 7] = [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0];
 
-/// Size of a parameter with the value zero, in its SI unit divided by the point's natural scale.
+/// Assumed size of a parameter with the value zero, in its SI unit divided by the point's natural scale.
 const OF_NOTHING: f64 = 1e-2;
 
 /// The drives of a point for varied parameters.
@@ -49,7 +49,7 @@ impl<'a> PointFamily<'a> {
         }
     }
 
-    /// The same for a point whose keys `held` have other values than in the manifest.
+    /// This family, for a point whose keys `held` have other values than in the manifest.
     pub fn holding(mut self, held: &[(Parameter, f64)]) -> Self {
         self.held = held.to_vec();
         self

@@ -1,10 +1,10 @@
 //! What will a run take? Its time with an interval, its memory and its disk space, from a few points that are tried out
 //! beforehand.
 //!
-//! Points are drawn over the grid until the time is known accurately enough, or [`SHARE`] of it is spent. A point of a
-//! chain is tried out after the point before it, which is treated as the first. The timed point thus starts from a
-//! settled motion, as in a sweep. Refinement adds time for every change between neighbours of the sample: most points
-//! have no change, so a few points would be a poor estimate of the number.
+//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken [`SHARE`] of
+//! it. A point of a chain is tried out after the point before it, which is treated as the first. The timed point thus
+//! starts from a settled motion, as in a sweep. Refinement adds time for every change between neighbours of the
+//! sample: most points have no change, so a few points would be a poor estimate of the number.
 
 use super::chain_tasks::ChainSelection;
 use super::estimate::{Interval, PointTime, Workload, drawn};
@@ -45,7 +45,8 @@ const MOST_A_WORKER: usize = 64;
 /// Smallest sample of a larger job: fewer points may all have motion that settles quickly.
 const FEWEST: usize = 8;
 
-/// Processor time of the calibration, divided by the least time of the run; one point is tried out in any case.
+/// Processor time of the calibration, divided by the smallest expected time of the run. One point is tried out in any
+/// case.
 const SHARE: f64 = 0.03;
 
 /// Processor time that the calibration may take in any case \[s\].
@@ -68,7 +69,7 @@ pub struct Forecast {
     pub tables: u64,
     /// Worker threads.
     pub threads: u64,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub placement: String,
     /// Number of points that were tried out.
     pub calibrated: u64,
@@ -154,7 +155,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
     let journal = (row_bytes * all as f64) as u64;
     let most_cycles = (job.points.variants().iter()).map(|variant| variant.run.cycles);
     let records = threads as u64 * CYCLE_BYTES * most_cycles.max().unwrap_or(0).min(MOST_CYCLES);
-    // Before the memory is measured, because encoding also takes memory.
+    // Predict the disk space before the memory is measured, because encoding also takes memory.
     let disk = disk(job, all, rows, scratch)?;
     let memory = peak_memory().map(|peak| memory(peak + records, journal));
     Ok(Some(Forecast {
@@ -223,7 +224,7 @@ impl Calibration<'_> {
                     topology,
                 };
                 if self.workload.shared && worker.index > 0 {
-                    // The other workers help with the point.
+                    // The other workers help the first one with its point.
                     return;
                 }
                 while let Some(&id) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -350,7 +351,7 @@ fn memory(peak: u64, journal: u64) -> u64 {
     /// Memory of a row that waits and is encoded, divided by its size in the journal, where a small number takes one
     /// byte.
     const ENCODED: u64 = 6;
-    /// A group of this size is written.
+    /// Upper limit of the memory of rows: a row group of list data of this size is written.
     const MOST: u64 = 8 * GROUP_BYTES as u64;
     (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST)
 }

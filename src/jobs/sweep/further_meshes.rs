@@ -15,7 +15,7 @@ const NO_FORCE: f64 = 1e-9;
 #[derive(Debug, thiserror::Error)]
 #[error("the mesh of {} and {} cannot be computed: {error}", gears[0], gears[1])]
 pub struct FurtherMeshError {
-    /// Its gears.
+    /// Names of the two gears.
     pub gears: [String; 2],
     /// Reason.
     pub error: MeshError,
@@ -36,7 +36,7 @@ pub(super) fn with_laws<'s>(
     })
 }
 
-/// The same with their mean stiffness. The shafts do not tilt.
+/// The structure of a point, with the mean stiffness of its further meshes. The shafts do not tilt.
 pub(super) fn with_means<'s>(
     structure: &'s ModalStructure,
     point: &PointSpec,

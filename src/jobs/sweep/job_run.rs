@@ -142,7 +142,7 @@ impl JobRun<'_> {
             set: job.changes.clone(),
         };
         write_run(folder, &record).map_err(JobRunError::Record)?;
-        // Last: until the record is written, the next run continues from the journal.
+        // Remove the journal last: until the record is written, the next run continues from the journal.
         if record.state == RunState::Complete {
             journal.remove().map_err(JobRunError::Record)?;
         }

@@ -20,12 +20,12 @@ struct Common {
     warnings: Mutex<BTreeSet<String>>,
 }
 
-/// Kernel tables at hand. Only the most recently used ones stay in memory, so that memory does not grow with the grid;
-/// the others remain as files.
+/// Kernel tables in memory. Only the most recently used ones stay in memory, so that memory does not grow with the
+/// grid; the others remain as files.
 #[derive(Debug)]
 pub struct KernelTables {
     common: Arc<Common>,
-    /// The most recently used ones, latest first.
+    /// The most recently used tables, latest first.
     at_hand: Mutex<VecDeque<(PathBuf, Arc<KernelArrays>)>>,
     /// For the workers of one NUMA node: its room for copies.
     room: Option<CopyRoom>,
@@ -45,7 +45,7 @@ impl KernelTables {
         }
     }
 
-    /// The same tables; the workers of one NUMA node make copies of them if there is room.
+    /// Shares the tables with the workers of one NUMA node, which make copies of them if there is room.
     pub fn on_node(&self, room: CopyRoom) -> Self {
         Self {
             common: self.common.clone(),
@@ -72,14 +72,14 @@ impl KernelTables {
         let pays = self
             .room
             .is_some_and(|room| room.should_copy(common.bytes() as u64));
-        // Written by the calling thread, so that the pages belong to its node.
+        // The calling thread writes the copy, so that its pages belong to the node.
         let near = if pays { Arc::new(common.copied()) } else { common };
         at_hand.push_front((path, near.clone()));
         at_hand.truncate(TABLES_AT_HAND);
         Ok(near)
     }
 
-    /// A table at hand, which becomes the most recently used one.
+    /// A table in memory, which becomes the most recently used one.
     fn found(&self, path: &Path) -> Option<Arc<KernelArrays>> {
         let mut at_hand = lock(&self.at_hand);
         let place = at_hand.iter().position(|(known, _)| known == path)?;

@@ -58,8 +58,8 @@ pub(super) fn spring_divisions(
         .collect()
 }
 
-/// The tangent's means over equal segments. With `with_error`, segments have the exact error of loaded flanks and are
-/// divided at its kinks and steps.
+/// Means of the tangent stiffness over equal segments. With `with_error`, segments have the exact error of loaded
+/// flanks and are divided at its kinks and steps.
 pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> Vec<Division> {
     let pieces = cycle.pieces();
     (segment_ends(cycle, count, with_error).windows(2))
@@ -81,8 +81,8 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
         .collect()
 }
 
-/// The course for integrating a mesh, unless it uses the tangent's means over segments. Its pieces are at least as long
-/// as a segment.
+/// The course for integrating a mesh, unless it uses means of the tangent stiffness over segments. Its pieces are at
+/// least as long as a segment.
 pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
     cycle.course(CourseAccuracy {
         stiffness: COURSE_TOLERANCE,

@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
 const LONGEST_PIECE: f64 = 0.25;
 
-/// Largest relative error of a table: a tenth of its course's.
+/// Largest relative error of a table: a tenth of the tolerance of its course.
 const TABLE_TOLERANCE: f64 = 1e-6;
 
 /// Why a point has no mesh.
@@ -38,7 +38,7 @@ pub enum MeshError {
     /// The load under some misalignment cannot be shared.
     #[error(transparent)]
     Table(#[from] MeshTableError),
-    /// There is no table.
+    /// The table can neither be read nor computed.
     #[error(transparent)]
     Fetch(#[from] MeshFetchError),
     /// No misalignment of the flanks under load agrees with the tilt of the shafts.
@@ -121,7 +121,7 @@ impl MeshTables {
         }
     }
 
-    /// The same tables; the workers of one NUMA node make copies of them.
+    /// Shares the tables with the workers of one NUMA node, which make copies of them.
     pub(super) fn on_node(&self) -> Self {
         Self {
             common: self.common.clone(),
@@ -237,8 +237,8 @@ impl MeshTables {
         })
     }
 
-    /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damper's mean
-    /// stiffness is that under the mean load, or under the rated load if the mean is zero.
+    /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damping is for the
+    /// mean stiffness under the mean load, or under the rated load if the mean load is zero.
     fn pairs(
         &self,
         point: &PointSpec,
@@ -431,7 +431,7 @@ impl Common {
         Ok(found)
     }
 
-    /// The cycle of a key, fetched if it is not at hand.
+    /// The cycle of a key, fetched if it is not in memory.
     fn cycle(
         &self,
         key: &str,

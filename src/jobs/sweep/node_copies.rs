@@ -21,7 +21,7 @@ impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
         if let Some(copy) = copies.get(&key) {
             return Ok(copy.clone());
         }
-        // Written by the calling thread: a clone of the pointer would stay on the other node.
+        // The calling thread writes the copy. A clone of the pointer would leave the data on the other node.
         let copy = Arc::new((*far()?).clone());
         copies.insert(key, copy.clone());
         Ok(copy)

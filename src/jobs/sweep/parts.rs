@@ -1,4 +1,4 @@
-//! Structures and mesh tables at hand: most points of a grid share them, and so do workers.
+//! Structures and mesh tables in memory: most points of a grid share them, and so do workers.
 //!
 //! On a machine with several NUMA nodes, the workers of a node may read copies in its memory. The first worker of the
 //! node that needs a copy makes it, so that its pages belong to the node.
@@ -50,7 +50,7 @@ pub fn needed_tables(job: &Job, points: impl IntoIterator<Item = usize>) -> usiz
     needed_meshes(job, points).count()
 }
 
-/// Addresses of a structure's source, and its number of modes and retained modes.
+/// Address of a structure's source, number of modes, number of retained modes, and [`ModelSpec::mta`].
 type Place = (usize, usize, usize, bool);
 
 fn place(spec: &ModelSpec) -> Place {
@@ -64,7 +64,7 @@ fn place(spec: &ModelSpec) -> Place {
 }
 
 /// Number of different structures of a job. If a grid has very many combinations of model keys, only those that were
-/// judged count.
+/// resolved in advance count.
 pub fn structures(job: &Job) -> usize {
     let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
     places.collect::<HashSet<_>>().len()
@@ -97,8 +97,8 @@ impl Structures {
     }
 }
 
-/// A number for the table that a kernel reads at a point while it integrates; `None` if the kernel has no table. Equal
-/// numbers of different tables would only affect the order of chains.
+/// A number for the table that a kernel reads at a point while it integrates; `None` if the kernel has no table. If
+/// different tables had equal numbers, only the order of chains would change.
 pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
     let (KernelSetting::Auto | KernelSetting::Named(KernelChoice::ClosedModes)) = point.run.kernel
     else {
@@ -108,12 +108,12 @@ pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
     let load =
         matches!(point.mesh.stiffness, StiffnessSpec::Table(_)).then(|| point.load.to_bits());
     let mut hash = DefaultHasher::new();
-    // By text: addresses would change the order between runs.
+    // Hash the text: addresses would change the order between runs.
     format!("{:?} {:?} {load:?}", point.model, point.mesh).hash(&mut hash);
     Some(hash.finish())
 }
 
-/// Structures and mesh tables at hand.
+/// Structures and mesh tables in memory.
 #[derive(Debug)]
 pub struct Prepared {
     structures: Arc<Mutex<Structures>>,
@@ -143,8 +143,8 @@ impl Prepared {
         parts
     }
 
-    /// The same parts; the workers of one NUMA node make copies of them. Kernel tables are copied only if there is
-    /// room; otherwise all nodes share them.
+    /// Shares the parts with the workers of one NUMA node, which make copies of them. Kernel tables are copied only if
+    /// there is room; otherwise all nodes share them.
     pub fn on_node(&self, room: CopyRoom) -> Self {
         Self {
             structures: self.structures.clone(),
@@ -193,7 +193,7 @@ impl Prepared {
         Ok(self.model_and_mesh(point)?.0)
     }
 
-    /// The same, and the mesh under the mean load if it is computed from the gears.
+    /// The piecewise-linear system of a point, and its mesh under the mean load if it is computed from the gears.
     ///
     /// # Errors
     /// As [`Self::model`].

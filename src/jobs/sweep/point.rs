@@ -193,12 +193,12 @@ fn build_and_compute(
     }
 }
 
-/// All requests to a point.
+/// The computation of a point whose model and starts are known.
 struct PointTask<'a> {
     model: &'a Model,
-    /// Name of its kernel.
+    /// Name of the kernel.
     kernel: &'static str,
-    /// Its mesh under the mean load.
+    /// The point's mesh under the mean load.
     mesh: Option<MeshUnderLoad>,
     /// Start of the point's trajectory.
     start: TrajectoryState,

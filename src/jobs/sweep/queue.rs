@@ -6,8 +6,9 @@
 //! Without finished neighbours, the mean is over all finished chains. The order does not affect results: they depend on
 //! the chain alone.
 //!
-//! On a machine with several NUMA nodes whose workers have separate kernel tables, chains with tables at hand come
-//! first. Then follow chains whose tables have this node as home, then others. The longest is chosen among the nearest.
+//! On a machine with several NUMA nodes whose workers have separate kernel tables, chains whose tables the node has in
+//! memory come first. Then follow chains whose tables have this node as home, then others. The longest is chosen among
+//! the nearest.
 //!
 //! Only a window of chains is in memory, for any number of chains.
 

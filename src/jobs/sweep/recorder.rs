@@ -16,9 +16,9 @@ pub struct SweepPlan<'a> {
     pub progress: Progress,
     /// Worker threads.
     pub threads: usize,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub asked: &'a str,
-    /// Their actual placement, in words.
+    /// Actual placement of the threads, in words.
     pub obtained: &'a str,
 }
 
@@ -66,7 +66,7 @@ impl Progress {
     }
 }
 
-/// Receives the progress of a sweep; points on the writer's thread.
+/// Receives the progress of a sweep. Finished points arrive on the writer's thread.
 pub trait ProgressObserver: Send {
     /// Workers are ready and points of an earlier run were read; nothing has been computed yet.
     fn begun(&mut self, begun: &SweepPlan<'_>);
@@ -74,7 +74,7 @@ pub trait ProgressObserver: Send {
     /// A warning for the user, one sentence.
     fn warning(&mut self, sentence: &str);
 
-    /// The mesh tables are at hand, and the first point has not started.
+    /// All mesh tables were read or computed, and the first point has not started.
     fn prepared(&mut self, _tables: u64) {}
 
     /// No more points are computed; the finished ones are being written.

@@ -1,13 +1,14 @@
 //! Which points does a refined plane need? It is divided where points on the edges of its cells differ.
 //!
-//! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the same
-//! time. A cell is halved along an axis if two points differ on one of its edges along this axis, between corners or
-//! points of smaller neighbours. So no cell is divided along a straight boundary, only across it, and a boundary that
-//! leaves a divided cell through an edge is followed into the next cell, whatever its size. The points of a round depend
-//! only on earlier results, not on the time of their computation: a journal is read first, and rounds omit its points.
+//! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the
+//! same time. An edge of a cell has points at its corners and at the corners of smaller neighbours. A cell is halved
+//! along an axis if two points differ on one of its edges along this axis. So no cell is divided along a straight
+//! boundary, only across it. A boundary that leaves a divided cell through an edge is followed into the next cell,
+//! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
+//! journal is read first, and rounds omit its points.
 //!
-//! A class that does not hold is compared with nothing: no verdict, transient chaos, or chaos whose exponent is within
-//! its error of 0. On a map, a long period counts as quasi-periodic.
+//! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its error of
+//! 0. On a map, a long period counts as quasi-periodic.
 
 use crate::analysis::{Class, NvhErrors, NvhOutcome};
 use crate::manifest::{Criterion, Refine};
@@ -24,7 +25,7 @@ const SIGMAS: f64 = 5.0;
 /// The data by which a point is compared.
 #[derive(Debug, Clone, PartialEq)]
 struct ComparedData {
-    /// `None` if it is unknown or does not hold.
+    /// `None` if the class is unknown or uncertain.
     class: Option<Class>,
     /// Value and standard error of every number that is compared.
     numbers: Vec<Option<[f64; 2]>>,
@@ -180,7 +181,7 @@ pub(super) fn lock(refinement: &Mutex<Refinement>) -> MutexGuard<'_, Refinement>
     refinement.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The class of a point, if it holds.
+/// The class of a point, if it is certain.
 fn verdict(row: &PointRow, longest_period: u32) -> Option<Class> {
     let exponent = number(row, Criterion::LambdaMax);
     match row.outcome.class? {

@@ -51,9 +51,9 @@ pub struct Finished {
     pub written: Written,
     /// Worker threads used.
     pub threads: usize,
-    /// Their intended placement, in words.
+    /// Intended placement of the threads, in words.
     pub asked: String,
-    /// Their actual placement.
+    /// Actual placement of the threads, in words.
     pub obtained: String,
     /// Intended copies of structures and mesh tables, in words.
     pub copies_asked: String,
@@ -163,7 +163,7 @@ impl Sweep<'_> {
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
         let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
         let written = AtomicU64::new(match &resumed.refinement {
-            // Its points do not wait in memory for others.
+            // Points of a refined grid do not wait in memory for others.
             Some(_) => u64::MAX / 2,
             None => resumed.progress.done - resumed.writer.waiting() as u64,
         });
@@ -393,9 +393,9 @@ impl Shared<'_> {
 pub(super) struct Workers {
     pub pool: rayon::ThreadPool,
     pub threads: usize,
-    /// Their intended places.
+    /// Intended places of the threads.
     pub places: Plan,
-    /// Their actual placement, in words.
+    /// Actual placement of the threads, in words.
     pub obtained: String,
 }
 

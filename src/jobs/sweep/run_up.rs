@@ -21,11 +21,11 @@ pub struct PointRunUp<'a> {
     pub point: &'a PointSpec,
     /// The run-up.
     pub spec: &'a RunUpSpec,
-    /// Structures and tables at hand.
+    /// Structures and tables that points share.
     pub parts: &'a Prepared,
 }
 
-/// Why was a drive not run up?
+/// Reason why a run-up cannot be recorded.
 #[derive(Debug, thiserror::Error)]
 pub enum RunUpError {
     /// The drive cannot be built.
@@ -39,7 +39,7 @@ pub enum RunUpError {
         "a run-up with torques needs a rated torque, but a modal file has none; give the column `load`, a fraction of rated_force"
     )]
     NoRatedTorque,
-    /// It was interrupted.
+    /// The run-up was interrupted.
     #[error("interrupted")]
     CalledOff,
 }

@@ -44,25 +44,25 @@ const APART: u64 = 50;
 pub struct Sensitivity {
     /// The key.
     pub key: String,
-    /// Its unit.
+    /// SI unit of the key.
     pub key_unit: &'static str,
-    /// Its value.
+    /// Value of the key.
     pub at: f64,
     /// The quantity.
     pub quantity: String,
-    /// Its unit.
+    /// SI unit of the quantity.
     pub unit: &'static str,
-    /// Its value.
+    /// Value of the quantity.
     pub value: f64,
-    /// Its derivative by the key, in SI; `None` if it has none.
+    /// Derivative of the quantity by the key, in SI; `None` if it does not exist.
     pub by: Option<f64>,
     /// The same derivative from differences, or from a step twice as large.
     pub check: Option<f64>,
-    /// Standard error of an estimate.
+    /// Standard error of the derivative, if it is an estimate.
     pub error: Option<f64>,
     /// The method: `orbit` (exact), `difference` or `ensemble`.
     pub method: &'static str,
-    /// Why there is no derivative.
+    /// Reason for a missing derivative, or doubts about it.
     pub note: String,
 }
 
@@ -101,7 +101,7 @@ pub enum SensitivityError {
     /// The orbit cannot be integrated.
     #[error(transparent)]
     Stop(#[from] Stop),
-    /// It was interrupted.
+    /// The computation was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }

@@ -21,17 +21,17 @@ pub struct PointTrace<'a> {
     pub swept: bool,
     /// The trajectory and its samples.
     pub config: TraceConfig,
-    /// Structures and tables at hand.
+    /// Structures and tables that points share.
     pub parts: &'a Prepared,
 }
 
-/// Why was nothing recorded?
+/// Reason why a trajectory cannot be recorded.
 #[derive(Debug, thiserror::Error)]
 pub enum PointTraceError<E: std::error::Error + 'static> {
     /// The drive or its kernel cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// It was interrupted before anything was recorded.
+    /// The recording was interrupted before it began.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// The sink refuses a sample.
@@ -82,7 +82,7 @@ impl PointTrace<'_> {
     }
 }
 
-/// A recording that a kernel is being built for.
+/// A recording, until its kernel is built.
 struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,

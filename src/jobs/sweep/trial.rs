@@ -31,7 +31,7 @@ const TIMED: u64 = 128;
 /// Other analyses are reduced by this factor.
 const PART: u32 = 32;
 
-/// Fewest cells along each side of a slice.
+/// Smallest number of cells along each side of a slice.
 const CELLS: u32 = 8;
 
 /// Relative standard deviation of a time that is extrapolated from a reduced analysis.
@@ -40,12 +40,12 @@ const UNEVEN: f64 = 0.5;
 /// A point that was tried out.
 pub(super) struct TriedPoint {
     pub id: usize,
-    /// Processor time of mesh tables and structures that were not at hand \[s\].
+    /// Processor time for mesh tables and structures that were not in memory yet \[s\].
     pub prepared: f64,
     pub sampled: PointTime,
-    /// Its time if it did not settle \[s\].
+    /// Expected time of the point if its motion did not settle \[s\].
     pub most: f64,
-    /// Its motion, if there is a verdict; motion that did not settle counts as chaos.
+    /// Class of its motion, if it is known; motion that did not settle counts as chaos.
     pub motion: Option<Class>,
     /// `None` if the point was abandoned.
     pub row: Option<PointRow>,

@@ -1,11 +1,11 @@
 //! Which worker should take which work? Chains read tables of kernels. A worker prefers tables that its NUMA node has
-//! at hand, then tables whose home is this node, then others.
+//! in memory ("at hand"), then tables whose home is this node, then others.
 //!
 //! Pure bookkeeping. The choice of a worker does not change results.
 
 use std::collections::VecDeque;
 
-/// Most tables that a node keeps at hand; the least recently used one is dropped.
+/// Largest number of tables that a node keeps at hand; the least recently used one is dropped.
 pub const TABLES_AT_HAND: usize = 4;
 
 /// Distance of a table to a worker, nearest first.
@@ -19,7 +19,7 @@ pub enum TableDistance {
     Elsewhere,
 }
 
-/// Which tables lie on which node.
+/// The tables that each node has at hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeTables {
     /// Tables at hand of every node, most recently used first.

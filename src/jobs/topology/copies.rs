@@ -45,11 +45,11 @@ pub struct CopyRoom {
 }
 
 impl CopyRoom {
-    /// Copies take at most one in this number of bytes of the free memory.
+    /// Copies take at most this part, `1/SHARE`, of the free memory.
     const SHARE: u64 = 8;
 
-    /// Whether a copy of a table of `bytes` on this node pays. A table that fits in a core's private cache is read from
-    /// afar only once. All tables at hand must leave most of the free memory to others.
+    /// Whether a copy of a table of `bytes` on this node saves time. A table that fits in a core's private cache is
+    /// read from another node only once. All tables at hand must leave most of the free memory to others.
     pub fn should_copy(&self, bytes: u64) -> bool {
         let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
         let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);

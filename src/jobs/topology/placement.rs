@@ -2,8 +2,8 @@
 //!
 //! A pure decision over a list of cores. Each core gets one worker, fast cores first, spread over NUMA nodes and
 //! packages if cores outnumber workers. Second hardware threads are used only if workers outnumber cores. Workers are
-//! pinned if they take every core. With fewer workers, the system may move them away from other programs, and from
-//! other shards of the job, which would use the same cores.
+//! pinned if they take every core. Fewer workers are not pinned: the system may move them away from other programs,
+//! and from other shards of the job, which would use the same cores.
 
 use super::Core;
 use std::cmp::Reverse;

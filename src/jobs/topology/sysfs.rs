@@ -22,7 +22,7 @@ const LEVELS: std::ops::RangeInclusive<usize> = 1..=3;
 /// differ by their turbo frequencies.
 const ALIKE: f64 = 0.9;
 
-/// This machine.
+/// The machine that the program runs on.
 ///
 /// # Errors
 /// The system reports no processor.

@@ -191,7 +191,7 @@ proptest! {
         let _ = parse_any(&text);
     }
 
-    /// No unit-like text makes it panic either.
+    /// No unit-like text makes the parser panic.
     #[test]
     fn any_unit_like_text_is_answered(text in "[-+]?[0-9._]{0,4}[eE]?[-+0-9]{0,3} ?[mNkgsradPu°µ%^*/ 0-9²³]{0,9}") {
         if let Ok((value, _)) = parse_any(&text) {

@@ -1,5 +1,5 @@
-//! What in a valid manifest deserves advice? Keys without effect, and values that no gear drive has. Nothing here is
-//! refused.
+//! Advice about a valid manifest: keys without effect, and values that no gear drive has. Advice never refuses a
+//! manifest.
 
 mod idle;
 mod sizes;

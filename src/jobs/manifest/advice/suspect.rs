@@ -20,46 +20,46 @@ pub(super) struct LargestOperation {
     pub speed: f64,
 }
 
-/// Half gap in modules; drives have 0.01 to 0.1.
+/// Upper bound of the half gap in modules; drives have 0.01 to 0.1.
 const MOST_GAP: f64 = 0.2;
-/// Half gap without a drawing \[m\].
+/// Upper bound of the half gap without a drawing \[m\].
 const MOST_GAP_LENGTH: f64 = 1e-3;
-/// Half gap without a drawing, divided by the mesh deflection under the rated force; drives have 1 to 1000. So do
-/// dimensionless oscillators, whatever their gap is in metres.
+/// Upper bound of the half gap without a drawing, divided by the mesh deflection under the rated force. Drives have 1
+/// to 1000. Dimensionless oscillators have similar ratios, whatever their gap is in metres.
 const MOST_GAP_DEFLECTIONS: f64 = 1e3;
-/// Smallest half gap \[m\]: less than roughness.
+/// Lower bound of the half gap \[m\], below roughness.
 const LEAST_GAP: f64 = 1e-7;
 /// Modules \[m\].
 const MODULE: [f64; 2] = [1e-4, 0.1];
-/// Face width, divided by the pinion's reference diameter; 0.2 to 1.5 is usual.
+/// Upper bound of the face width, divided by the pinion's reference diameter; 0.2 to 1.5 is usual.
 const MOST_WIDTH: f64 = 4.0;
 /// Mesh stiffness per face width \[N/m²\]; steel has 1e10 to 2.5e10, plastic 1e8.
 const STIFFNESS: [f64; 2] = [2e7, 1e11];
-/// Contact damping ratio; measured values are 0.01 to 0.2.
+/// Upper bound of the contact damping ratio; measured values are 0.01 to 0.2.
 const MOST_DAMPING: f64 = 0.5;
-/// Damping ratio of elastic modes.
+/// Upper bound of the damping ratio of elastic modes.
 const MOST_MODAL_DAMPING: f64 = 0.3;
-/// Coefficient of friction.
+/// Upper bound of the coefficient of friction.
 const MOST_FRICTION: f64 = 0.5;
-/// Hertzian pressure \[Pa\]; the static strength of case-hardened flanks is 2.5e9.
+/// Upper bound of the Hertzian pressure \[Pa\]; the static strength of case-hardened flanks is 2.5e9.
 const MOST_PRESSURE: f64 = 4e9;
-/// Nominal stress at the root \[Pa\]; case-hardened teeth withstand 1e9 a million times, 2.5e9 once.
+/// Upper bound of the nominal root stress \[Pa\]; case-hardened teeth withstand 1e9 in a million cycles, 2.5e9 in one.
 const MOST_ROOT_STRESS: f64 = 3e9;
 /// Form factor times stress correction of a tooth loaded at its tip, ISO 6336-3: 3.5 to 5.
 const ROOT_FACTOR: f64 = 4.3;
-/// Speed of the pitch circle \[m/s\]; turbo gears reach 200.
+/// Upper bound of the speed of the pitch circle \[m/s\]; turbo gears reach 200.
 const MOST_PITCH_SPEED: f64 = 300.0;
-/// Pinion speed without a drawing \[rad/s\].
+/// Upper bound of the pinion speed without a drawing \[rad/s\].
 const MOST_SPEED: f64 = 2e4;
-/// Amplitude of transmission error in modules.
+/// Upper bound of the amplitude of transmission error in modules.
 const MOST_ERROR: f64 = 0.05;
-/// The same without a drawing, in half gaps.
+/// Upper bound of the amplitude of transmission error without a drawing, in half gaps.
 const MOST_ERROR_GAPS: f64 = 100.0;
-/// Amplitude of torque ripple, divided by the rated torque.
+/// Upper bound of the amplitude of torque ripple, divided by the rated torque.
 const MOST_RIPPLE: f64 = 20.0;
-/// Density \[kg/m³\]: foamed plastic, tungsten.
+/// Density \[kg/m³\], from foamed plastic to tungsten.
 const DENSITY: [f64; 2] = [300.0, 2e4];
-/// Young's modulus \[Pa\]: soft plastic, tungsten carbide.
+/// Young's modulus \[Pa\], from soft plastic to tungsten carbide.
 const YOUNG: [f64; 2] = [1e8, 8e11];
 
 /// Keys with messages about them.
@@ -98,7 +98,7 @@ impl Words {
     }
 }
 
-/// A budget below the first look of verified error bars.
+/// A largest number of cycles below the first look, at which a point may end.
 fn budget(variant: &Variant, found: &mut Words) {
     let Some(config) = variant.analyses.lyapunov else {
         return;
@@ -276,7 +276,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
     );
 }
 
-/// Shafts, bodies, materials.
+/// Advice on shafts, bodies and materials.
 fn drive(variant: &Variant, found: &mut Words) {
     let (gears, shafts, density, young, damping) = match &variant.model.source {
         StructureSource::Flexible(drive) => (
@@ -343,7 +343,7 @@ fn drive(variant: &Variant, found: &mut Words) {
     }
 }
 
-/// Revolutions per minute.
+/// Converts rad/s to revolutions per minute.
 fn rpm(speed: f64) -> f64 {
     speed * 30.0 / PI
 }

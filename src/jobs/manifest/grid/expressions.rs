@@ -171,7 +171,7 @@ fn axis(
     })
 }
 
-/// Why does an expression have no value: an unknown name, or a circle of expressions?
+/// The fault of an expression without a value: an unknown name, or a circle of expressions.
 fn without_value(own: &Pending<'_>, pending: &[Pending<'_>], axes: &[GridAxis]) -> Diagnostic {
     let (names, text) = (own.expression.names(), own.expression.text());
     let known: Vec<&str> = (axes.iter().map(|axis| axis.axis.name()))

@@ -18,7 +18,7 @@ pub(in crate::manifest) struct GridAxis {
 }
 
 impl GridAxis {
-    /// A ratio that is the same at all points, for a place in the text without this ratio.
+    /// An axis with one ratio for all points. The text does not give this ratio; messages point to `span`.
     pub(super) fn single(key: AxisKey, value: f64, span: Span) -> Self {
         Self {
             axis: Axis {

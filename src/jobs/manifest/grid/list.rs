@@ -21,11 +21,11 @@ const POINTS: ListOf = ListOf {
 /// The axes from a list of points.
 #[derive(Debug, Default)]
 pub(super) struct List {
-    /// Its columns; all are tied.
+    /// The columns as axes; all are tied.
     pub axes: Vec<GridAxis>,
     /// Names of faulty columns.
     pub faulty: Vec<String>,
-    /// Whether the columns are unknown.
+    /// Whether the list cannot be read, so that its columns are unknown.
     pub unknown: bool,
 }
 

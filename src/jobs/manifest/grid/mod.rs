@@ -45,7 +45,7 @@ const NOT_AXES: [&str; 8] = [
 #[derive(Debug, Default)]
 pub(super) struct Axes {
     pub valid: Vec<GridAxis>,
-    /// Their dimensions.
+    /// The dimensions of the grid.
     pub dimensions: Vec<GridDimension>,
     /// Names of axes that are faulty or missing.
     pub faulty: Vec<String>,

@@ -92,7 +92,7 @@ pub(super) fn read(
     }
 }
 
-/// Why can an axis not be swept? Kind of fault, message, label.
+/// Kind of fault, message and label for an axis that cannot be swept.
 fn fault(
     axes: &[GridAxis],
     dimensions: &[GridDimension],

@@ -72,7 +72,7 @@ pub(super) fn read(
     })
 }
 
-/// The criteria of comparison; a column must be computed.
+/// The criteria of comparison. Reports a criterion that no requested analysis computes.
 fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     let words = section.choices_or_default("by")?;
     let named = |criterion: &&Criterion| words.contains(&criterion.name());
@@ -106,7 +106,7 @@ fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     Some(by)
 }
 
-/// The section for a key about the comparison of some criteria; without entries if `by` has none of these.
+/// The section for a key about the comparison of some criteria. It has no entries if `by` has none of these.
 fn section_for_criteria<'t>(section: &Section<'t>, key: &str, by: &[Criterion]) -> Section<'t> {
     let (of_numbers, why, remedy) = match key {
         "tolerance" => (

@@ -47,7 +47,7 @@ pub(super) struct Drawn {
 /// The drawn axes of a grid, with their samples.
 pub(super) struct DrawnAxes {
     pub axes: Vec<GridAxis>,
-    /// The distribution of each; indices count among these axes.
+    /// The samples. Their indices refer to `axes`.
     pub samples: Samples,
 }
 

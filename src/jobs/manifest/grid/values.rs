@@ -10,7 +10,7 @@ use crate::units::{self, Dimension};
 /// Keys of an axis written as a table.
 const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
 
-/// Most points of a grid, and so most values of an axis.
+/// Largest number of points of a grid, and of values of an axis.
 pub(super) const MAX_POINTS: u64 = 10_000_000;
 
 static COUNT: Key = schema::integer("count", 1.0, MAX_POINTS as f64, "8");
@@ -24,7 +24,7 @@ pub(super) enum Spans {
 
 /// Reads the values of one axis.
 pub(super) struct AxisReader<'a> {
-    /// Where faults are recorded.
+    /// The list in which faults are recorded.
     pub issues: &'a Issues,
     pub spec: &'static Key,
     pub path: &'a str,

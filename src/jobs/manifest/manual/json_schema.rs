@@ -110,7 +110,7 @@ fn node(path: &str, key: &Key) -> Value {
         _ => value(key),
     };
     describe(&mut node, key);
-    // Examples of lists in [gear] include the name of a gear.
+    // Examples of these lists name a gear, which the table of one gear does not allow.
     if of_one && key.kind == Kind::List("tables") {
         node.remove("examples");
     }

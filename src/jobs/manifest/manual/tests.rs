@@ -74,7 +74,7 @@ fn every_key_has_its_place_in_overview_page_and_help() {
 #[test]
 fn help_finds_what_is_meant() {
     let half_gap = explain("mesh.half_gap").unwrap();
-    // The name alone finds all keys with this name.
+    // The name alone finds all keys that have it.
     assert!(explain("half_gap").unwrap().contains(&half_gap));
     for part in [
         "mesh.half_gap",
@@ -359,7 +359,7 @@ fn analyses(text: &str, tables: &str) -> String {
 
 /// The text with a line in the table of a key; the table exists even if `line` is empty.
 fn with(text: &str, key: &Key, line: &str) -> String {
-    // A key of one shaft is tested with the wheel's.
+    // A key of either shaft is tested in the table of the wheel's shaft.
     let path = key.path.replace("<shaft>", "wheel");
     let (table, name) = path.rsplit_once('.').unwrap();
     if let Some(own) = ["body", "loose", "ball", "roller"]
@@ -425,7 +425,7 @@ fn hash(text: &str) -> String {
     }
 }
 
-/// What is wrong with the stated default `value` of a key.
+/// The fault of the stated default `value` of a key, if any.
 fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     let name = key.path.rsplit('.').next().unwrap();
     let with = |value: &str| hash(&with(text, key, &format!("{name} = {value}")));

@@ -7,7 +7,7 @@ use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
 
-/// Most contacts besides the two flanks.
+/// Largest number of contacts besides the two flanks.
 const MOST: usize = MOST_CONTACTS - 2;
 
 /// The contacts; empty if there are none.
@@ -109,7 +109,7 @@ fn contact(table: &Section, modes: Option<usize>) -> Option<(StructureContact, O
         rubbing: Default::default(),
         sliding: 0.0,
         participation,
-        // The schema bounds them far below the range of u32.
+        // The schema bounds the counts far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
         law,
         copies: None,

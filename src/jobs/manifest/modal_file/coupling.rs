@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(read, [0.0, 0.0, 0.0, 1e-10]);
         let drag = vec![1e-8, 4.1e-9, -4.1e-9, 0.0];
         assert_eq!(without_round_off(drag.clone(), &[0.0, 4000.0]), drag);
-        // Without an elastic mode there is no scale, and every drag counts.
+        // Without an elastic mode there is no scale, so every damping is kept.
         assert_eq!(without_round_off(vec![1e-24], &[0.0]), [1e-24]);
     }
 }

@@ -1,4 +1,4 @@
-//! What does a modal file without a mesh have instead? The displacement that results show, with a default.
+//! A modal file without a mesh (an oscillator): the displacement that results show, with a default.
 
 use super::{acting, acts, column, optional};
 use crate::manifest::reader::Section;

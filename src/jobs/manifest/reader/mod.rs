@@ -25,7 +25,7 @@ pub(super) struct Section<'t> {
     pub span: Span,
     entries: &'t [Entry],
     schema: Schema,
-    /// Where faults are recorded.
+    /// The list in which faults are recorded.
     pub issues: &'t Issues,
 }
 

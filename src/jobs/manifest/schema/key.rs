@@ -11,9 +11,10 @@ pub(in crate::manifest) struct Key {
     pub kind: Kind,
     pub bounds: Bounds,
     pub default: DefaultValue,
-    /// What it is, what it does, when it matters. Empty for the elements of a plain list, which the list describes.
+    /// Description: what the key is, what it does, and when it matters. Empty for the elements of a plain list, which
+    /// the list describes.
     pub about: &'static str,
-    /// A value as text for a file.
+    /// Example of a value, as text for a file.
     pub example: &'static str,
     /// Reason for the limits of the range, unless it is obvious.
     pub why: &'static str,
@@ -122,7 +123,7 @@ pub(in crate::manifest) const VARIABLE_TABLES: [&str; 8] = [
 /// The only key of another table that can be an axis.
 pub(in crate::manifest) const SEED: &str = "job.seed";
 
-/// Keys of those tables that cannot be axes, because all points share their values.
+/// Keys of [`VARIABLE_TABLES`] that cannot be axes, because all points share their values.
 const OF_THE_WHOLE_RUN: [(&str, &str); 2] = [
     (
         "analyses.multistability.slice.modes.*",

@@ -106,7 +106,7 @@ fn below(schema: Schema, pattern: &str, wanted: impl Fn(&Key) -> bool) -> Vec<&'
     names
 }
 
-/// Longest name \[bytes\] for which a similar name is searched.
+/// Length limit of a name for which a similar name is searched \[bytes\].
 const LONGEST_MISSPELT: usize = 120;
 
 /// The nearest of some names, if any is similar enough.

@@ -29,7 +29,7 @@ pub(super) struct MeshContext<'a> {
     pub source: Option<&'a StructureSource>,
 }
 
-/// The half gap \[m\] from the only key for it, or from the drawing.
+/// The half gap \[m\], from the only key that gives it or from the drawing.
 pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<f64> {
     let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
     let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();

@@ -128,7 +128,7 @@ pub(super) fn of_drawing(
     }))
 }
 
-/// Whether slices of the face support each other.
+/// Whether the slices of the face are elastically coupled.
 fn face(section: &Section, gears: Option<&GearPair>) -> Option<FaceLaw> {
     if gears.is_some_and(|pair| pair.helix_angle != 0.0 || pair.form.ring.is_some()) {
         section.without_effect(

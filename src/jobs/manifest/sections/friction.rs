@@ -16,8 +16,8 @@ pub(super) fn wants_gears(section: &Section) -> bool {
     section.has("friction") || matches!(law, Some(Value::Text(law)) if law == "schlenk")
 }
 
-/// Where pairs slide over the mesh cycle, for friction without a mesh table. An inner `None` if nothing depends on it;
-/// an outer one if the drawing has faults or does not determine it, which has been reported.
+/// Sliding of pairs over the mesh cycle, for friction without a mesh table. An inner `None` if nothing depends on it.
+/// An outer one if the drawing has faults or does not determine the sliding, which has been reported.
 pub(super) fn sliding(
     section: &Section,
     drive: MeshContext<'_>,

@@ -74,7 +74,7 @@ fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
     })
 }
 
-/// The teeth in the drawing of one gear of a train, for both gears of a pair alike. `pair` has two such gears.
+/// The tooth form of one gear of a train, repeated for both gears of a pair. `pair` has two such gears.
 pub(super) fn of_one(
     section: &Section,
     width: Option<f64>,

@@ -10,7 +10,7 @@ pub(in crate::manifest) struct JobHead {
     pub seed: u64,
 }
 
-/// Longest name; every file system must accept it, with suffixes, as a results folder.
+/// Largest length of a name. Every file system must accept it, with suffixes, as a results folder.
 const MAX_NAME: usize = 100;
 
 pub(in crate::manifest) fn read(root: &Section) -> Option<JobHead> {

@@ -5,7 +5,7 @@ use crate::analysis::{PoincareConfig, Section as PoincareSection, Surface};
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 
-/// Default number of kept samples of a strobe, if it has as many.
+/// Default number of kept samples of a strobe; a strobe with fewer samples keeps all.
 const MOST_SAMPLES: usize = 200;
 
 pub(super) fn read(

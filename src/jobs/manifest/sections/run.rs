@@ -10,7 +10,7 @@ use crate::model::InitialState;
 use crate::propagate::{KernelChoice, KernelSetting};
 use std::collections::BTreeSet;
 
-/// Number of mesh cycles of the audit, if as many are measured.
+/// Default number of mesh cycles of the energy audit. A shorter measurement is audited completely.
 const AUDIT_CYCLES: u64 = 20;
 
 pub(super) fn read(root: &Section, retained: Option<usize>) -> Option<RunSpec> {
@@ -64,7 +64,7 @@ fn default_cycles(root: &Section) -> u64 {
     }
 }
 
-/// `instructions`: those of this processor, or those of every processor.
+/// Whether `instructions` requests those of every processor instead of those of this one.
 fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
     let portable = section.choice_or_default("instructions")? == "portable";
     if let Some(KernelSetting::Named(kernel)) = kernel

@@ -139,7 +139,7 @@ fn line(section: &Section) -> Option<PointCourse> {
     Some(PointCourse::line([0.0, from], [duration?, to]))
 }
 
-/// The load from its own keys; `Some(None)` for the load of the operating point.
+/// The load from the keys for it; `Some(None)` for the load of the operating point.
 fn load(
     section: &Section,
     base_dir: &Path,
@@ -184,7 +184,7 @@ fn through(over: &Quantities, values: &Quantities, zero: f64) -> PointCourse {
 
 /// Reports a record that is too long.
 fn fits_in_memory(section: &Section, rate: u32, speed: &PointCourse) {
-    /// Most samples of one signal: a quarter of a gigabyte.
+    /// Largest number of samples of one signal: a quarter of a gigabyte.
     const MOST: f64 = 32e6;
     let longest = MOST / f64::from(rate);
     let duration = speed.points.last().map_or(0.0, |point| point[0]);

@@ -16,7 +16,7 @@ pub(super) struct ShaftSet {
     pub shafts: [Shaft; 2],
     pub pedestals: Option<[[Pedestal; 2]; 2]>,
     pub density: f64,
-    /// Complete for flexible shafts.
+    /// Elastic data. Only rigid model kinds accept `None`.
     pub elastic: Option<Elastic>,
 }
 

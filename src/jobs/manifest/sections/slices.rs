@@ -1,4 +1,4 @@
-//! What cannot be combined with springs of pairs on slices of the face?
+//! Reports keys that cannot be combined with springs of pairs on slices of the face.
 
 use crate::gear::CycleDivision;
 use crate::manifest::diagnostic::DiagnosticKind;

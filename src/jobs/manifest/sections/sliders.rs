@@ -1,4 +1,4 @@
-//! What cannot be combined with dry sliders or rigid stops?
+//! Reports keys that cannot be combined with dry sliders, rigid stops or dry friction.
 
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Child, Section};
@@ -13,18 +13,18 @@ pub(super) type Excluded<'a> = (
     &'a str,
 );
 
-/// The kernels that follow no part of a model beside its flanks.
+/// The kernels that integrate no part of a model except its flanks.
 pub(super) const fn excluded_kernel<'a>(why: &'a str, remedy: &'a str) -> Excluded<'a> {
     ("run", "kernel", &["closed_modes", "stepping"], why, remedy)
 }
 
-/// A part of a model that excludes the kernels without it, covariant vectors and followed orbits.
+/// A kind of part that some kernels, covariant vectors and followed orbits do not support.
 struct Part {
-    /// What a kernel cannot follow, and orbits cannot have.
+    /// Name of the part in messages.
     name: &'static str,
-    /// Why no covariant vector goes backwards.
+    /// Reason why covariant vectors cannot be integrated backwards.
     forgets: &'static str,
-    /// How to do without the part.
+    /// How to model the drive without the part.
     instead: &'static str,
 }
 

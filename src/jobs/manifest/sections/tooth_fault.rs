@@ -9,7 +9,7 @@ use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
 use crate::structure::MOST_BASE_CYCLES;
 use std::sync::Arc;
 
-/// The key.
+/// The key in `[mesh]`.
 const KEY: &str = "tooth_fault";
 
 /// Reports a fault of the key in `[mesh]`.

@@ -77,7 +77,7 @@ pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDriv
     train.pair = parts.drawing(section, &train, gears, "gears")?.0;
     train.bearing_load = bearing_load(section, &train)?;
     train.meshes = joints::meshes(section, &parts, &train)?;
-    // The layout checks the parts together; it is cheap.
+    // The layout checks all parts together, in little time.
     if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(&tables, &train, place, &error),

@@ -17,7 +17,7 @@ pub struct ContinuationSpec {
     pub transient: u64,
     /// Cycles of the search for returns.
     pub cycles: u64,
-    /// Longest period \[mesh cycles\].
+    /// Largest period of an orbit that is searched for \[mesh cycles\].
     pub longest_period: u32,
     /// Number of Newton searches for each period.
     pub guesses: usize,
@@ -25,7 +25,7 @@ pub struct ContinuationSpec {
     pub orbits: usize,
     /// Largest number of branches for each combination of the other axes.
     pub branches: usize,
-    /// Longest step, as a fraction of the axis's length.
+    /// Largest step along a branch, as a fraction of the axis's length.
     pub step: f64,
     /// Initial states.
     pub states: Vec<GivenState>,

@@ -22,12 +22,12 @@ pub struct MeshSpec {
     pub damping: DampingSpec,
     /// Coulomb friction on the flank, which reverses at the pitch point.
     pub friction: FrictionSpec,
-    /// Where pairs slide over the mesh cycle; `None` without friction, or with a table, which includes it.
+    /// Sliding of pairs over the mesh cycle; `None` without friction, or with a table, which includes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sliding: Option<EvenSharing>,
     /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0 without a table.
     pub misalignment: f64,
-    /// Line of contact of the coast flanks.
+    /// Line of action of the coast flanks.
     pub coast: CoastSpec,
     /// Rule for opening a closed contact.
     pub release: Release,
@@ -45,7 +45,7 @@ impl MeshSpec {
         self.length.unwrap_or(self.half_gap)
     }
 
-    /// The same mesh of an oscillator with this length scale \[m\]: its flanks are out of reach.
+    /// This mesh of an oscillator with another length scale \[m\]. Its flanks are out of reach.
     pub fn measured_by(&self, length: f64) -> Self {
         Self {
             half_gap: OUT_OF_REACH * length,
@@ -98,9 +98,9 @@ impl FrictionSpec {
 /// The line of action of the coast flanks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum CoastSpec {
-    /// That of the drive flanks, pushed from behind.
+    /// The line of action of the drive flanks, with a force in the opposite direction.
     SameLine,
-    /// Its mirror image, at mirrored mesh phases.
+    /// The mirror image of the drive flanks' line of action, at mirrored mesh phases.
     Mirrored {
         /// Mesh phase at which a tooth of the pinion is on the line of centres, in cycles.
         symmetry: f64,
@@ -119,7 +119,7 @@ pub enum StiffnessSpec {
     /// `single_pair_drop`, `segments`) becomes this: the double-pair level over the first `contact_ratio − 1` of the
     /// cycle, and `(1 − drop)` times this level over the rest, with the given mean.
     Piecewise(Arc<[f64]>),
-    /// The same law with the exact transition, not on a segment's border.
+    /// The two-level law with the exact transition, not on a segment's border.
     Continuous(TwoLevels),
     /// A Fourier series: its mean \[N/m\] and its harmonics.
     Fourier(f64, Arc<[StiffnessHarmonic]>),
@@ -183,7 +183,7 @@ impl StiffnessSpec {
 pub struct TwoLevels {
     /// Stiffness before the transition \[N/m\].
     pub double_pair: f64,
-    /// Stiffness after it \[N/m\].
+    /// Stiffness after the transition \[N/m\].
     pub single_pair: f64,
     /// Mesh phase of the transition, in cycles, in \[0, 1\].
     pub transition: f64,

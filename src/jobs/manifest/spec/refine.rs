@@ -1,4 +1,4 @@
-//! How is a plane of points refined, and by what are its points compared?
+//! The refinement of a plane of points, and the criteria by which points are compared.
 
 use crate::numerics::nested_grid::NestedGrid;
 use serde::Serialize;
@@ -14,7 +14,7 @@ pub struct Refine {
     pub by: Vec<Criterion>,
     /// Largest ignored difference of columns, as a fraction of their range over level 0.
     pub tolerance: f64,
-    /// Longest period \[mesh cycles\] that is distinguished from others.
+    /// Largest period that is distinguished from others \[mesh cycles\].
     pub longest_period: u32,
 }
 

@@ -57,11 +57,11 @@ pub struct Description {
 /// A NUMA node.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NodeRecord {
-    /// Number by the system.
+    /// Number of the node in the system.
     pub index: u32,
-    /// Memory it reports \[bytes\].
+    /// Memory that the node reports \[bytes\].
     pub memory: Option<u64>,
-    /// Hardware threads near it that this process may use.
+    /// Hardware threads near the node that this process may use.
     pub threads: usize,
     /// Distances to all nodes, in the order of their numbers; 10 to the node itself.
     pub distances: Vec<u32>,

@@ -4,7 +4,7 @@ use crate::store::file::Row;
 use crate::store::table::{Table, columns};
 use serde::{Deserialize, Serialize};
 
-/// A kernel below the limits of arithmetic and bandwidth; one thread.
+/// A kernel in the roofline model, which limits its rate by arithmetic and bandwidth; one thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RoofRow {
     /// The kernel.
@@ -18,7 +18,7 @@ pub struct RoofRow {
     /// Bytes of different table entries that a cycle reads. Memory must deliver these if nothing stays in a cache
     /// between cycles.
     pub bytes_distinct: f64,
-    /// Operations divided by different bytes.
+    /// Operations divided by `bytes_distinct` \[1/byte\].
     pub intensity: f64,
     /// Operations per second.
     pub rate: f64,

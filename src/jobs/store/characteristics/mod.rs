@@ -102,7 +102,7 @@ impl Characteristics {
         publish(&file, temporary, &path)
     }
 
-    /// Reads what [`Self::write`] wrote.
+    /// Reads the results that [`Self::write`] wrote.
     ///
     /// # Errors
     /// The folder has no record, or it cannot be read, or it was not written by this program.

@@ -351,7 +351,7 @@ fn only_an_empty_journal_is_abandoned() {
     journal.append(&row(0, &[1.0])).unwrap();
     journal.abandon();
     assert!(path.exists());
-    // Not read yet, but not empty either.
+    // A journal with points stays, even if they were not read yet.
     open(folder.path()).abandon();
     assert_eq!(ids(&mut open(folder.path())), [0]);
 }

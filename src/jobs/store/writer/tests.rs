@@ -544,7 +544,7 @@ fn columns_units_and_descriptions() {
         refined,
         ..layout()
     };
-    // One column more than for a full grid, after the axes, and another numbering.
+    // A refined plane has one more column after the axes than a full grid, and another numbering.
     let (own, full) = (points(plane), points(layout()));
     let more: Vec<&str> = own.lines().filter(|line| !full.contains(*line)).collect();
     assert_eq!(more.len(), 2, "{more:?}");
@@ -1207,7 +1207,7 @@ fn arrival_order_leaves_no_trace() {
     let [ascending, scattered] = [(), ()].map(|()| tempfile::tempdir().unwrap());
     let row = |id| if id % 7 == 3 { failed(id) } else { full(id) };
     write(ascending.path(), &layout(), (0..500).map(row).collect());
-    // 211 and 500 are coprime, so this visits every point once.
+    // 211 and 500 are coprime, so every point is visited once.
     write(
         scattered.path(),
         &layout(),

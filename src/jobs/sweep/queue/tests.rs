@@ -108,7 +108,7 @@ struct Simulated {
     end: f64,
 }
 
-/// Simulates a run: each chain takes some time, plus a fixed time for a table that the node does not have at hand.
+/// Simulates a run: each chain takes some time, plus a fixed time for a table that the node does not have in memory.
 fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
     const FETCH: f64 = 1.0;
     let selection = ChainSelection::of_shard(job, None);

@@ -5,7 +5,7 @@ use crate::manifest::schema::key::{
 };
 use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio, Velocity};
 
-/// Fewest measured cycles for an exponent with an error bar: 32 blocks of ten.
+/// Smallest number of measured cycles for an exponent with an error bar: 32 blocks of ten.
 pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
 
 const ABSENT: &str = "not computed";

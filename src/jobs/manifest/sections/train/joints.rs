@@ -194,7 +194,7 @@ fn mesh(
     let symmetry = if table.has("coast_symmetry") {
         table.quantity("coast_symmetry")?
     } else if steady && friction == 0.0 {
-        // Nothing depends on it.
+        // Nothing depends on the phase of symmetry.
         0.0
     } else {
         let drawn = drawing.symmetry();
@@ -324,12 +324,11 @@ fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
     phase.unwrap_or(0.0)
 }
 
-/// Phase of the ring's mesh with the first planet relative to the sun's, the first mesh, for a driving sun with a
-/// drawing.
+/// Phase of the ring's mesh with the first planet, relative to the mesh of a driving sun with this planet.
 ///
-/// The planet's space is on the line of centres half the backlash after the sun's tooth, whose flank has come first.
-/// Half the planet's teeth farther, on its other side, there is a space again if their number is even, otherwise a
-/// tooth.
+/// The sun drives with the leading flank of its tooth. The planet's space is therefore on the line of centres half the
+/// backlash after the sun's tooth. On the opposite side of the planet, half its teeth farther, there is again a space
+/// if their number is even, otherwise a tooth.
 fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     let base_pitch = PI * sun.module * sun.pressure_angle.cos();
     let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / base_pitch;
@@ -337,7 +336,7 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
-/// Where pairs slide over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
+/// Sliding of pairs over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
 fn sliding(table: &Section, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
         Drawing::Ring(_, _, false) => {

@@ -27,11 +27,11 @@ pub(super) type SunMesh = ([GearPlace; 2], Option<usize>);
 /// Planets of a set, with their angles.
 pub(super) struct Planets {
     pub set: PlanetarySet,
-    /// Their common name in the manifest.
+    /// Common name of the planets in the manifest.
     pub name: String,
     /// Angles from the first planet \[rad\].
     pub angles: Vec<f64>,
-    /// Their mesh with an external gear.
+    /// Mesh of the planets with an external gear.
     pub sun: Option<SunMesh>,
 }
 
@@ -89,7 +89,7 @@ impl Parts<'_> {
     ) -> Option<GearPair> {
         match planets.sun? {
             (_, None) => Some(train.pair.clone()),
-            // Faults are reported for that mesh.
+            // The reader of that mesh reports its faults.
             (gears, _) => {
                 let none = Issues::default();
                 let drawing = self.drawing(&section.recording_in(&none), train, gears, "gears");
@@ -231,8 +231,8 @@ impl Parts<'_> {
         GearPair { form, ..pair }
     }
 
-    /// A gear and the ring around it on their axes, in either order. Their common face is that of gears with the ring
-    /// as the second.
+    /// A gear and the ring around it on their axes, in either order. The common face is that of the pair with the ring
+    /// as its second gear.
     pub fn ring(
         &self,
         section: &Section,

@@ -229,7 +229,7 @@ fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
 }
 
 impl Parts<'_> {
-    /// The mesh of a set with an external gear, the first in the manifest.
+    /// The mesh of a set's planets with an external gear, the sun; the first one in the manifest.
     fn sun_of(&self, section: &Section, set: usize) -> Option<Option<SunMesh>> {
         let first = (self.gears(section, "gears")?, None);
         let tables = section.tables("mesh")?;
