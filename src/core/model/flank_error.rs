@@ -27,7 +27,7 @@ impl FlankError {
         &self.series
     }
 
-    /// The same, mutable.
+    /// Its Legendre coefficients \[m\], mutable.
     pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
         &mut self.series
     }

@@ -3,8 +3,8 @@
 use super::{Division, FlankError, Stiffness};
 use crate::numerics::legendre;
 
-/// A boundary within this distance of one of equal parts, in parts, is on it: the difference is
-/// rounding.
+/// A breakpoint within this distance of a boundary of equal parts, in lengths of a part, is on this boundary:
+/// the difference is rounding.
 const ON_BOUNDARY: f64 = 1e-9;
 
 /// A stretch of the mesh cycle with one formula of stiffness and one direction of the mesh force.

@@ -175,7 +175,7 @@ impl Model {
         }
     }
 
-    /// Changes the rates of a state at constraints to the rates `levels` \[m/s\], or those of a tangent.
+    /// Changes the rates of a state or a tangent at constraints to the rates `levels` \[m/s\].
     pub fn set_rates(
         &self,
         constraints: &[Constraint],
