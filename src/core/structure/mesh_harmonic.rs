@@ -24,7 +24,7 @@ impl MeshHarmonic {
         }
     }
 
-    /// The same with `turned` added to the phase \[rad\].
+    /// This harmonic with `turned` added to the phase \[rad\].
     #[must_use]
     pub fn with_phase_lead(self, turned: f64) -> Self {
         Self {
