@@ -290,7 +290,7 @@ impl<const P: usize> Transforms<P> {
         &self.nodes
     }
 
-    /// The weights of these nodes.
+    /// The weights at the Gauss nodes.
     pub fn weights(&self) -> &[f64; P] {
         &self.weights
     }
