@@ -169,8 +169,9 @@ pub trait Kernel {
     /// and adds the work to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also if the
-    /// kernel has no table, or the observer calls the integration off. `trajectory` is then unspecified.
+    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also
+    /// if the kernel has no table, or the observer interrupts the integration. `trajectory` is then
+    /// unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -183,7 +184,7 @@ pub trait Kernel {
     /// Integrates some mesh cycles without tangents.
     ///
     /// # Errors
-    /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before.
+    /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before the error.
     fn advance<O: Observer>(
         &self,
         cycles: u64,

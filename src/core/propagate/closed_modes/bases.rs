@@ -15,12 +15,13 @@ pub enum Bases<'t> {
     All {
         /// One per system, in order.
         bases: Vec<Arc<Basis<'t>>>,
-        /// For each system the maps to closed neighbours: contact, its state afterwards, map.
+        /// For each system the maps to systems that a change of one contact leads to, except free flight:
+        /// contact, its state afterwards, map.
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
     /// The bases of the systems that are met.
     Met {
-        /// Fastest rate of all \[1/s\].
+        /// Fastest rate of all systems \[1/s\].
         fastest: f64,
         /// The bases computed so far.
         met: Arc<MetSets>,
@@ -110,8 +111,8 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// The map from a closed set to a closed neighbour, in which a contact has another state; `None` without such a
-    /// table.
+    /// The map from a closed set to another closed set, in which one contact has another state; `None` if no
+    /// such map is tabulated.
     #[inline]
     pub fn change(&self, set: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
         let Self::All { changes, .. } = self else {

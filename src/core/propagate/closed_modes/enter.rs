@@ -70,8 +70,8 @@ impl<'m> ClosedModes<'m> {
         })
     }
 
-    /// Counts the bytes of systems that a motion meets. The count depends on nothing else, so every point stops at the
-    /// same place.
+    /// Counts the bytes of the systems that a motion meets. The count depends on nothing else, so a motion
+    /// that is repeated ends at the same system.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
         if taken <= MOST_BYTES {

@@ -32,7 +32,7 @@ pub const SHARES: Powers = {
     all
 };
 
-/// A series, `j! a_j`, after as many zeros: a delay of the series is a read from an earlier position.
+/// A series, `j! a_j`, after [`TERMS`] zeros. It is delayed by reading it from an earlier position.
 pub type Delayed = [f64; 2 * TERMS];
 
 /// The inputs for computing responses.

@@ -275,7 +275,7 @@ impl Volterra<'_> {
                 ),
             };
             if index > 0 {
-                // The forces of stops that let go end with the impulse.
+                // The forces of stops that release the structure end with the impulse.
                 for &(direction, force) in &released {
                     model.push_along(
                         direction,

@@ -24,7 +24,7 @@ struct Stretch {
     series: Series,
     /// Series of its derivative by the position in the window \[m\].
     slope: Series,
-    /// Round-off of the first \[m\].
+    /// Round-off of `series` \[m\].
     noise: f64,
 }
 

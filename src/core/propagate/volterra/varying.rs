@@ -91,7 +91,7 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// Before the first window.
+    /// Zeros, before the first window.
     pub const NONE: Self = Self {
         lower: [Row::ZERO; TERMS],
         upper: [Row::ZERO; TERMS],
