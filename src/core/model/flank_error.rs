@@ -60,7 +60,7 @@ impl FlankError {
         legendre::evaluate(&self.series, x)
     }
 
-    /// The series of its derivative by x \[m\].
+    /// The series of its derivative with respect to x \[m\].
     pub fn slope(&self) -> [f64; STIFFNESS_TERMS] {
         legendre::derivative(&self.series)
     }

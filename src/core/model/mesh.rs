@@ -52,8 +52,8 @@ impl Segment {
         [self.error.at(x), 2.0 * slope / (self.end - self.start)]
     }
 
-    /// Derivative of the mesh stiffness by the phase \[N/m\], and second derivative of the error of
-    /// loaded flanks by it \[m\], at a mesh phase within the segment.
+    /// Derivative of the mesh stiffness with respect to the phase \[N/m\], and second derivative of the error
+    /// of loaded flanks \[m\], at a mesh phase within the segment.
     pub fn bends_at(&self, phase: f64) -> [f64; 2] {
         let (x, places) = (self.place(phase), 2.0 / (self.end - self.start));
         let stiffening = legendre::evaluate(&self.stiffness.slope(), x);

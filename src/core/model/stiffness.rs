@@ -82,7 +82,7 @@ impl Stiffness {
         }
     }
 
-    /// The series of its derivative by x \[N/m\].
+    /// The series of its derivative with respect to x \[N/m\].
     pub fn slope(&self) -> [f64; STIFFNESS_TERMS] {
         legendre::derivative(&self.series)
     }

@@ -35,7 +35,8 @@ impl Model {
         self.contacts[contact].release == Release::Rest
     }
 
-    /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of dry friction.
+    /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of
+    /// dry friction.
     pub fn is_constraint(&self, contact: usize) -> bool {
         matches!(
             self.contacts[contact].release,
