@@ -50,7 +50,7 @@ pub struct ModalStructure {
     /// Participation of the mesh deflection, along the line of action of the drive flanks
     /// \[1/√kg\].
     pub mesh: Vec<f64>,
-    /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
+    /// Derivative of `mesh` with respect to the load centroid z_c \[1/(m √kg)\].
     pub mesh_tilt: Vec<f64>,
     /// Modal force of a unit static mesh force \[1/√kg\]: torques `+r₁` on the pinion
     /// side and `−r₂` on the wheel side.
@@ -187,7 +187,8 @@ pub struct StructureContact {
     /// Negative modal force of a unit contact force, without friction that reverses, one entry per mode
     /// \[1/√kg\]: mostly equal to the participation.
     pub force: Vec<f64>,
-    /// Derivative of participation and force by the load centroid z_c \[1/(m √kg)\]; empty if it stays at mid-face.
+    /// Derivative of participation and force with respect to the load centroid z_c \[1/(m √kg)\]; empty for
+    /// mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tilt: Vec<f64>,
     /// Contribution of friction by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty
@@ -311,7 +312,7 @@ impl ContactLaw {
 pub struct FlankParticipation {
     /// Participation of the deflection along the line of action \[1/√kg\].
     pub mesh: Vec<f64>,
-    /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
+    /// Derivative of `mesh` with respect to the load centroid z_c \[1/(m √kg)\].
     pub tilt: Vec<f64>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
@@ -352,8 +353,8 @@ pub struct BearingGain {
 }
 
 /// The torque in a shaft or a coupling, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and its damper, in the
-/// direction of rotation. In a drive of two shafts it counts from the motor to the pinion and from the wheel to the
-/// load, in a train from the lower position to the higher one.
+/// direction of rotation. In a drive of two shafts a positive torque acts from the motor on the pinion and from the
+/// wheel on the load, in a train from the lower position on the higher one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TorqueGain {
     /// Shaft or coupling.

@@ -4,8 +4,8 @@
 /// `Σ gain f/ω²` with the modal force f of the load. A force of a flank acts with a minus sign.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct OmittedModeForces {
-    /// Per unit force on the drive flanks: at mid-face and without friction \[1\], by the load centroid
-    /// \[1/m\], by the friction force \[1\], by its lever \[1/m\].
+    /// Per unit force on the drive flanks: at mid-face without friction \[1\], its derivative with respect to
+    /// the load centroid \[1/m\], of the friction force \[1\], of its lever \[1/m\].
     pub drive: [f64; 4],
     /// Per unit force on the coast flanks.
     pub coast: [f64; 4],
