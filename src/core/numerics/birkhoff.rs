@@ -110,7 +110,7 @@ fn refine(weighted: &[f64], start: f64, step: f64) -> f64 {
     at
 }
 
-/// First and second derivative of |S|²/2 by 2πf.
+/// First and second derivative of |S|²/2 with respect to 2πf.
 ///
 /// Times are taken from the middle of the record, where S varies least.
 fn slope_of_square(weighted: &[f64], frequency: f64) -> [f64; 2] {

@@ -84,8 +84,8 @@ impl NestedGrid {
         }
     }
 
-    /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along an axis if
-    /// `known` holds for the middles of both its edges along this axis.
+    /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along
+    /// an axis if `known` holds for the middles of both its edges along this axis.
     pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
         let side = 1 << self.levels;
         let mut leaves = Vec::new();
