@@ -59,7 +59,7 @@ const MOST_MODES: usize = 24;
 const MOST_MODES_MET: usize = 80;
 
 /// Largest number of sets of closed contacts at which measured runs of closed modes cost less. With more
-/// sets, a motion meets too many of them.
+/// sets, a motion reaches too many of them.
 const MOST_SETS_MET: usize = 1 << 20;
 
 /// Why `auto` chooses a kernel.
@@ -72,14 +72,14 @@ pub enum Why {
         /// The tables.
         size: TableSize,
     },
-    /// Closed modes: there are many contacts, but a motion will meet few of their sets.
+    /// Closed modes: there are many contacts, but a motion will reach few of their sets.
     Met {
         /// Modes of the structure.
         modes: usize,
         /// Sets of closed contacts.
         sets: usize,
     },
-    /// A motion has met a set of closed contacts without a table.
+    /// A motion has reached a set of closed contacts without a table.
     NoTable,
     /// Gyroscopic terms change the structure with the speed: every speed would need separate tables.
     Turns,
@@ -90,7 +90,8 @@ pub enum Why {
         /// Largest number for closed modes.
         most: usize,
     },
-    /// The structured kernel costs less: a motion meets many sets, and each is computed when it is met.
+    /// The structured kernel costs less: a motion reaches many sets, and closed modes compute each of them on
+    /// demand.
     ManySets {
         /// Sets of closed contacts.
         sets: usize,

@@ -19,7 +19,7 @@ pub enum Bases<'t> {
         /// contact, its state afterwards, map.
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
-    /// The bases of the systems that are met.
+    /// The bases of the systems that motions reach.
     Met {
         /// Fastest rate of all systems \[1/s\].
         fastest: f64,
@@ -60,8 +60,8 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases that they meet in
-    /// `beside`.
+    /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases of the sets
+    /// that they reach in `beside`.
     ///
     /// # Errors
     /// They belong to another model.
@@ -103,7 +103,7 @@ impl<'t> Bases<'t> {
     /// The basis of a set.
     ///
     /// # Errors
-    /// The set is met for the first time, and its eigenvectors are too nearly parallel.
+    /// The set is reached for the first time, and its eigenvectors are too nearly parallel.
     pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, TableError> {
         match self {
             Self::All { bases, .. } => Ok(bases[set].clone()),
@@ -197,7 +197,8 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
     sets.changes(set).into_iter().filter(closed)
 }
 
-/// Size of the arrays for a number of modes. With many sets, the size that each set takes when it is met.
+/// Size of the arrays for a number of modes. With many sets, the size that each set takes when a motion
+/// reaches it.
 pub fn size(modes: usize, sets: &Sets) -> TableSize {
     let maps = |set| match set {
         Sets::FREE => 0,

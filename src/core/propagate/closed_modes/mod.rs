@@ -6,10 +6,10 @@
 //! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
 //! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
 //! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
-//! bases of the sets that a motion meets ([`enter`]).
+//! bases of the sets that a motion reaches ([`enter`]).
 //!
-//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]): a state
-//! is `z = y + steady · inputs`, and y moves without any input.
+//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form
+//! ([`excitation`]): a state is `z = y + steady · inputs`, and y moves without any input.
 
 mod bases;
 mod basis;
@@ -52,7 +52,7 @@ pub struct ClosedModes<'m> {
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
-    /// The systems met so far at this operating point.
+    /// The systems reached so far at this operating point.
     slots: Slots<Slot<'m>>,
     /// Bytes of the bases of these systems.
     taken: AtomicUsize,
@@ -74,7 +74,7 @@ pub struct ClosedModes<'m> {
 
 impl<'m> ClosedModes<'m> {
     /// Largest number of sets of closed contacts for which all tables are computed. With more sets, tables
-    /// are computed only for the sets that a motion meets.
+    /// are computed only for the sets that a motion reaches.
     pub const FEW: usize = Sets::FEW;
 
     /// Builds the kernel of a model, bases included.

@@ -214,7 +214,7 @@ pub struct CyclePosition {
 }
 
 impl CyclePosition {
-    /// The error of a motion that has met a system without a table.
+    /// The error of a motion that has reached a system without a table.
     pub fn refused(&self, error: TableError) -> Stop {
         Stop::Refused {
             cycle: self.cycle,

@@ -83,7 +83,7 @@ pub fn square(a: &Course) -> Course {
     std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
 }
 
-/// `−f''/r²` of a series f, with derivatives by u, without its last two terms: `cos(r u)` remains itself.
+/// `−f''/r²` of a series f of u, without its last two terms: `cos(r u)` remains itself.
 pub fn second_derivative(series: &Powers, r: f64) -> Powers {
     std::array::from_fn(|k| {
         let next = series.get(k + 2).copied().unwrap_or(0.0);

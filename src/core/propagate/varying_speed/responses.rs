@@ -53,7 +53,8 @@ pub struct ResponseInputs<'a> {
 /// The responses along one direction.
 #[derive(Debug, Clone)]
 pub struct DirectionResponses {
-    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second components.
+    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second
+    /// components.
     states: Aligned,
     /// Responses `w (A/ω)^{m−1} b` to forces along every direction.
     pub forces: Vec<Powers>,

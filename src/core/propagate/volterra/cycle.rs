@@ -409,7 +409,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Moves trajectory and tangents to `end`, a place in the present window.
+    /// Moves trajectory and tangents to `end`, a position in the present window.
     pub(super) fn move_to_cut<O: Observer>(
         &self,
         end: f64,

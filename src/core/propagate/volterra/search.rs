@@ -1,4 +1,4 @@
-//! At which place of a window does an event happen, and which parts of the window do observers see?
+//! At which position in a window does an event happen, and which parts of the window do observers see?
 
 use super::Volterra;
 use super::lanes::{self, Solution};
