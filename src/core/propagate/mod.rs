@@ -234,7 +234,7 @@ mod tests {
             stop(&model, &Stepping::new(&model, 400, 1000)),
         ];
         for found in found {
-            // e^{140 t} takes a micrometre to ten kilometres, or as many metres, in 630 or 440 mesh cycles.
+            // In 630 mesh cycles e^{140 t} takes a micrometre to ten kilometres, in 440 to ten metres.
             let Stop::Diverged { cycle } = found else {
                 panic!("{found:?}");
             };

@@ -101,7 +101,8 @@ impl ClosedModes<'_> {
         }
         let to = self.sets.with(w.set, contact, state);
         let behind = self.enter(to)?;
-        // The coordinates of free flight are modes, so the other system's maps lead there and back.
+        // The coordinates of free flight are modes, so the maps of the other system to and from modes
+        // suffice.
         let direct = match (own.basis.to_modes(), behind.basis.of_modes()) {
             (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
             (leads, None) | (None, leads) => leads,

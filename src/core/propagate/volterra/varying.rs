@@ -22,7 +22,7 @@ use std::sync::LazyLock;
 pub struct Nodal {
     /// B, from values at the nodes to values at the nodes.
     pub response: [Row; TERMS],
-    /// B', likewise.
+    /// B', from values at the nodes to values at the nodes.
     pub response_rate: [Row; TERMS],
     /// B, from series to series.
     pub series_response: [Row; TERMS],
