@@ -13,8 +13,8 @@ use crate::structure::{
     FlankParticipation, FrictionPart, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
 };
 
-/// A tilt of a rotation about the shafts below this part of the largest of any mode is
-/// round-off.
+/// A rotation about the shafts does not tilt them. Its tilt is round-off below this part of the largest tilt
+/// of any mode.
 const TILT_NOISE: f64 = 1e-9;
 
 /// Input of the assembly of contacts.
@@ -31,7 +31,7 @@ pub struct Assembly<'a> {
 /// The contacts, and the directions of their forces on the blocks.
 pub struct Assembled {
     pub contacts: Vec<Contact>,
-    /// Number of springs of the flanks among them.
+    /// Number of contacts of the flanks: springs, then layers of the film.
     pub flank_springs: usize,
     pub directions: Directions,
 }
@@ -40,7 +40,7 @@ pub struct Assembled {
 struct Side {
     flank: FlankParticipation,
     error: Vec<TransmissionErrorHarmonic>,
-    /// Static forces on every bearing per unit of its force.
+    /// Static force on every bearing per unit force of the flank.
     on_bearings: Vec<[f64; 4]>,
 }
 
@@ -70,7 +70,7 @@ impl Assembly<'_> {
         })
     }
 
-    /// The springs of both flanks, alternating.
+    /// The springs of both flanks, alternating, then the layers of the film.
     fn flanks(&self, directions: &mut Directions) -> Result<Vec<Contact>, ModelError> {
         let (structure, drive) = (self.structure, self.drive);
         let of_drive_flank = structure.drive_flank();
@@ -196,7 +196,8 @@ impl Assembly<'_> {
             .collect()
     }
 
-    /// Participations of a flank in the rotated modes. Rotations that do not move the flank have exactly zero.
+    /// Participations of a flank in the rotated modes. Rotations that do not deflect the flank have exactly
+    /// zero.
     fn turned(&self, flank: &FlankParticipation) -> FlankParticipation {
         let basis = self.basis;
         let independent =
@@ -245,8 +246,8 @@ fn release(asked: Release, damping: f64) -> Release {
     if damping > 0.0 { asked } else { Release::Deflection }
 }
 
-/// A participation without round-off of the rotation: by construction of the basis those of the rigid blocks that
-/// deflect no mesh are zero.
+/// A participation without round-off of the rotation. By construction of the basis, the entries of rigid
+/// blocks that deflect no mesh are zero.
 fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     for &i in rigid {
         mesh[i] = 0.0;

@@ -11,7 +11,7 @@ use super::{Block, MeshGain};
 use crate::numerics::decoupling::decouple;
 use crate::structure::ModalStructure;
 
-/// Generators of blocks, row by row.
+/// Generator matrix of each block, row by row.
 type Generators = Vec<[[f64; 2]; 2]>;
 
 /// The transformation between modes and blocks.
@@ -22,7 +22,7 @@ pub struct Basis {
     /// Rows: the rigid motions in use, in the structure's rigid modes (orthogonal). First those that
     /// deflect no contact, then those that deflect further contacts; the last one deflects the mesh.
     turned: Vec<Vec<f64>>,
-    /// Number of those that deflect no contact.
+    /// Number of rigid motions in use that deflect no contact.
     unfelt: usize,
     /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
@@ -39,7 +39,7 @@ pub struct Coupled {
     pub from_modes: Vec<f64>,
     /// Frequencies of the uncoupled modes \[rad/s\]; 0 for rigid ones.
     pub frequency: Vec<f64>,
-    /// Whether gyroscopic terms make it depend on the speed.
+    /// Whether gyroscopic terms make the coupling depend on the speed.
     pub turns: bool,
     /// All damping and gyroscopic terms \[1/s\], N × N row by row.
     pub damping: Vec<f64>,

@@ -15,7 +15,7 @@ pub struct BearingOutput {
     pub gain: Vec<[f64; 2]>,
     /// Static force of the omitted modes under the mean load \[N\].
     pub constant: f64,
-    /// Amplitude of their force under each of [`super::Model::ripple`] \[N\].
+    /// Amplitude of the static force of the omitted modes under each of [`super::Model::ripple`] \[N\].
     pub by_ripple: Vec<f64>,
 }
 

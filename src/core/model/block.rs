@@ -43,8 +43,8 @@ impl Block {
         (square >= 0.0).then(|| square.sqrt())
     }
 
-    /// Rate σ > 0 \[1/s\] with `(A − growth I)² = σ² I` of an overdamped block, whose eigenvalues
-    /// are `growth ± σ`; `None` for the others.
+    /// Rate σ > 0 \[1/s\] with `(A − growth I)² = σ² I` of an overdamped block, whose eigenvalues are `growth
+    /// ± σ`; `None` for other blocks.
     pub fn spread(&self) -> Option<f64> {
         let m = self.traceless();
         let square = m[0][0] * m[0][0] + m[0][1] * m[1][0];

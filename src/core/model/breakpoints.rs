@@ -2,17 +2,18 @@
 
 use super::{ActiveSet, Contact, DRIVE_FLANK, Model, SAME_PHASE, Segment};
 
-/// Gap, in scales of lengths, of a flank that does not exist: larger than any motion before it counts as diverged.
+/// Gap of a flank that does not exist, in units of the model's half gap. Motion counts as diverged before it
+/// reaches such a gap.
 pub const OUT_OF_REACH: f64 = 1e12;
 
 impl Model {
-    /// Whether motion can reach the flanks: an oscillator has none.
+    /// Whether motion can reach the flanks. A plain oscillator has no flanks.
     pub fn has_flanks(&self) -> bool {
         self.contacts[DRIVE_FLANK].half_gap < OUT_OF_REACH * self.half_gap
     }
 
-    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the mesh if
-    /// those have no gap or are out of reach.
+    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the mesh
+    /// if these contacts have no gap or are out of reach.
     pub fn gap_on(&self, line: usize) -> f64 {
         let on_line = |contact: &&Contact| {
             let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
@@ -68,8 +69,9 @@ impl Model {
         })
     }
 
-    /// Whether a contact is open, and cannot close before another one opens: that one is on the other side
-    /// of its line, or the contact is a film layer that has been passed. Every contact is on its segment.
+    /// Whether a contact is open, and cannot close before another contact opens. The other contact is on the
+    /// opposite side of the line, or the contact is a film layer that has been passed. `segments` has the
+    /// segment of every contact.
     pub fn is_out_of_reach(&self, contact: usize, segments: &[Segment], active: ActiveSet) -> bool {
         let line = |contact: usize| self.line(&segments[contact]);
         let opposite = |other: usize| {
@@ -79,7 +81,7 @@ impl Model {
         !active.holds(contact) && (active.iter().any(opposite) || self.is_passed(contact, active))
     }
 
-    /// Whether there is such a change anywhere in a contact's cycles.
+    /// Whether the line or the gap of a contact changes at the start of any segment of its cycles.
     pub fn ever_turns(&self, contact: &Contact) -> bool {
         (0..contact.cycles.len() as u64).any(|cycle| {
             let segments = contact.cycle(cycle).segments.len();

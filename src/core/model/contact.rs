@@ -9,13 +9,13 @@ pub const DRIVE_FLANK: usize = 0;
 /// Index of the coast (back) flank among the contacts of a gear pair.
 pub const COAST_FLANK: usize = 1;
 
-/// Most contacts of a model.
+/// Largest number of contacts of a model.
 pub const MOST_CONTACTS: usize = 128;
 
 /// Contacts per word of a set.
 const WORD: usize = u64::BITS as usize;
 
-/// Usually no more contacts are closed at once. Up to this number smaller arrays suffice.
+/// Largest number of contacts that are usually closed at once. Up to this number smaller arrays suffice.
 pub const SEVERAL_CONTACTS: usize = 16;
 
 /// The set of closed contacts of a model, by their indices in [`super::Model::contacts`].
@@ -40,7 +40,7 @@ impl ActiveSet {
         Self(self.0 | other.0)
     }
 
-    /// The contacts that another set does not hold.
+    /// The contacts of this set that another set does not contain.
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
@@ -78,7 +78,7 @@ impl ActiveSet {
         (self.count() == 1).then(|| self.0.trailing_zeros() as usize)
     }
 
-    /// +1 on the drive flank, −1 on the coast flank, 0 in free flight and between both.
+    /// +1 on the drive flank, −1 on the coast flank, 0 in free flight and if both flanks touch.
     pub fn sign(self) -> f64 {
         match self.flanks() {
             Flanks::Drive => 1.0,
@@ -107,7 +107,7 @@ impl ActiveSet {
         [self.0 as u64, (self.0 >> WORD) as u64]
     }
 
-    /// The set of these words.
+    /// The set from its [`Self::words`].
     pub fn of_words([first, further]: [u64; 2]) -> Self {
         Self(u128::from(first) | u128::from(further) << WORD)
     }
@@ -167,13 +167,14 @@ pub struct Contact {
     pub half_gap: f64,
     /// Its mesh cycles in a base period, which repeat in turn.
     pub cycles: Vec<MeshCycle>,
-    /// Rule for opening. Without a damper both rules are equal, and it is [`Release::Deflection`].
+    /// Rule for opening. Without a damper, release by deflection and by force are equal; it is then
+    /// [`Release::Deflection`].
     pub release: Release,
     /// Depth from which the next layer of a film replaces it \[m\]; infinite for other contacts.
     pub band: f64,
 }
 
-/// Mesh cycles after which all given contacts repeat.
+/// Number of mesh cycles after which all given contacts repeat.
 pub(super) fn base_cycles(contacts: &[Contact]) -> usize {
     let lengths = contacts.iter().map(|contact| contact.cycles.len());
     lengths.fold(1, least_multiple)
@@ -211,8 +212,8 @@ impl Contact {
         }
     }
 
-    /// Whether a deflection and its rate close it at a time \[s\] within its segment. Neither rule needs memory: a
-    /// contact that opened under compression has a damper that would pull.
+    /// Whether a deflection and its rate close the contact at a time \[s\] within its segment. Neither
+    /// release rule needs the history: a contact that opened under compression has a damper that would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
         let pushes = || self.side * self.force(segment, time, deflection, rate) > 0.0;
         let gap = self.gap(segment, time);

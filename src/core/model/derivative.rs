@@ -36,7 +36,7 @@ impl Model {
         Ok(sum)
     }
 
-    /// The derivative by a parameter without effect: all numbers are zero.
+    /// The derivative with respect to a parameter without effect: all numbers are zero.
     pub fn unchanged(&self) -> Self {
         let mut zero_derivative = self.clone();
         zero_derivative.each_number(&mut |number| *number = 0.0);

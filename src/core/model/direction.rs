@@ -37,8 +37,8 @@ impl Direction {
         [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
     }
 
-    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along that one on the rate
-    /// of this one's deflection and on its acceleration \[1/kg\].
+    /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along the other
+    /// direction on the rate and on the acceleration of the deflection along this one \[1/kg\].
     pub fn effect_of(&self, other: &Self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             let pairs = self.gains.iter().zip(&other.gains);
@@ -58,8 +58,9 @@ impl Direction {
 pub struct Line {
     /// Harmonics of the imposed transmission error e.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
-    /// Immediate effect of an input of each block: empty for deflections, which inputs move only later. It is not empty
-    /// if the line shows the force of a rigid stop on which the structure rests ([`super::Stop`]).
+    /// Immediate effect of an input of each block on the quantity that the line shows. It is empty for
+    /// deflections, which inputs change only through the state. It is not empty if the line shows the force
+    /// of a constraint, such as a rigid stop on which the structure rests ([`super::Stop`]).
     pub direct: Vec<[f64; 2]>,
 }
 
@@ -85,9 +86,9 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
-    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: one index per division. `left_out` are the shares
-    /// of each bearing in a unit force of the flank ([`crate::structure::OmittedModeForces`]).
+    /// The directions of a flank's divisions, `w = mesh + z_c tilt` and `g = w + μ (Λ₀ friction + Λ₁ lever)`
+    /// of every block: one index per division. `left_out` has the static forces on each bearing per unit
+    /// force of the flank ([`crate::structure::OmittedModeForces`]).
     pub fn of_flank(
         &mut self,
         flank: &FlankParticipation,

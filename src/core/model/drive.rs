@@ -6,10 +6,10 @@ use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Breakpoints closer than this \[cycles\] coincide. Values of twelve digits put equal ones up to some 6e-12 apart:
-/// half a unit of the last digit of each, twice that of a symmetry. Moving a step Δk of a stiffness by this distance
-/// changes the rate of a deflection x by `1e-11 T Δk x/m`. In units of ω x this is 1e-11 Δk/k times the phase ω T of
-/// the contact's oscillation per cycle \[rad\].
+/// Breakpoints closer than this \[cycles\] coincide. Values of twelve digits put equal breakpoints up to
+/// 6e-12 apart: half a unit of the last digit of each, twice that for a symmetry. Moving a step Δk of a
+/// stiffness by this distance changes the rate of a deflection x by `1e-11 T Δk x/m`. In units of ω x this is
+/// 1e-11 Δk/k times the phase ω T of the contact's oscillation per cycle \[rad\].
 pub const SAME_PHASE: f64 = 1e-11;
 
 /// A gap that no deflection closes \[m\].
@@ -85,7 +85,7 @@ pub struct CoastFlank {
     pub transmission_error: Vec<MeshHarmonic>,
 }
 
-/// A division of the mesh cycle: the stretch from the end of the previous one to its end.
+/// A division of the mesh cycle: the interval from the end of the previous division to its own end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division {
     /// Mesh phase at its end, in cycles.
@@ -126,7 +126,7 @@ impl Division {
         }
     }
 
-    /// The same without spring and friction.
+    /// This division without spring and friction.
     pub(super) fn without_spring(&self) -> Self {
         Self {
             stiffness: Stiffness::constant(0.0),
@@ -191,9 +191,9 @@ impl Division {
         }
     }
 
-    /// Divisions of a stiffness given as a Fourier series, a mean \[N/m\] and its harmonics. On each
-    /// of equal divisions it is the polynomial through its values at the Gauss nodes. Their number makes
-    /// the error 1e-12 of the amplitudes.
+    /// Divisions of equal length for a stiffness given as a Fourier series, a mean \[N/m\] and its harmonics.
+    /// On each division the stiffness is the polynomial through its values at the Gauss nodes. The number of
+    /// divisions makes the error 1e-12 of the amplitudes.
     pub fn fourier(mean: f64, harmonics: &[StiffnessHarmonic]) -> Vec<Self> {
         let highest = harmonics.iter().map(|h| h.harmonic).max().unwrap_or(0);
         let count = (PIECES_A_HARMONIC * highest).max(1);

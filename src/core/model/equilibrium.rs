@@ -15,7 +15,7 @@ const RIGID: f64 = 1e8;
 
 /// A contact in a static state, in the rotated modes.
 struct RotatedStaticContact {
-    /// +1 or −1, as that of the contact.
+    /// Side of the contact, +1 or −1.
     side: f64,
     /// Participation w of its deflection.
     deflection: Vec<f64>,
@@ -69,8 +69,9 @@ impl RotatedStaticContact {
         stretch > ROUND_OFF * (self.shut.abs() + dot_of_moduli(&self.deflection, modes))
     }
 
-    /// The contact as a bearer: `at_load` are displacements of the elastic modes under the load, `push` its force on
-    /// the modes, `yielding` its displacement by the forces of all contacts, `rigid_motions` the rigid motions that deflect
+    /// The contact as an input of the search ([`super::rest`]). `at_load` are displacements of the elastic
+    /// modes under the load, `push` is the effect of its force on the modes, and `yielding` is its
+    /// displacement by the forces of all contacts. `rigid_motions` are the rigid motions that deflect
     /// contacts.
     fn static_contact(
         &self,
@@ -89,7 +90,7 @@ impl RotatedStaticContact {
         }
     }
 
-    /// Its participations in rigid motions, along its side and without round-off.
+    /// Participations of the contact in rigid motions, along its side and without round-off.
     fn rigid_part(&self, values: &[f64], rigid_motions: &[usize]) -> Vec<f64> {
         let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
         (rigid_motions.iter())
@@ -111,7 +112,7 @@ pub(super) struct Equilibrium {
 }
 
 impl Model {
-    /// The fastest rate of a block \[1/s\], and of the mesh cycle.
+    /// The fastest rate of the blocks and of the mesh cycle \[1/s\].
     fn fastest_rate(&self) -> f64 {
         let rates = self.blocks.iter().map(Block::fastest);
         rates.fold(TAU / self.period(), f64::max)
@@ -131,8 +132,8 @@ impl Model {
             .unwrap_or_else(|error| panic!("a model changed since it was made: {error}"))
     }
 
-    /// Static equilibrium under the mean torques with all contacts at the start of their cycles. It is on
-    /// one of the flanks if that closes nothing else, otherwise on all contacts that share
+    /// Static equilibrium under the mean torques with all contacts at the start of their cycles. One of the
+    /// flanks carries the load if this closes no other contact. Otherwise all contacts that it closes share
     /// the load.
     ///
     /// # Errors
@@ -219,7 +220,7 @@ impl Model {
         })
     }
 
-    /// Modal displacements as a start of the search, without forces.
+    /// The state of given modal displacements without forces, as a start of the search.
     fn sought_from(
         &self,
         all: &[RotatedStaticContact],
@@ -470,7 +471,8 @@ mod tests {
         assert_eq!(closed(&structure, 1.0), [2]);
     }
 
-    /// Friction rotates the whole drive, which deflects no contact beyond round-off: it does not drift into one.
+    /// Friction rotates the whole drive. This rotation deflects no contact beyond round-off, so it does not
+    /// drift into one.
     #[test]
     fn what_no_contact_feels_stays() {
         let mut structure = ModalStructure {

@@ -52,7 +52,7 @@ pub enum ModelError {
          of the stop"
     )]
     Jammed {
-        /// Size of the overlap; \[rad\] for stops against rotation \[m\].
+        /// Size of the overlap \[m\]; \[rad\] for stops against rotation.
         lack: f64,
     },
     /// Dry friction beside rigid stops.
@@ -67,7 +67,7 @@ pub enum ModelError {
          before it: combine elements along one line, and give at most one element per mode"
     )]
     FrictionsAlike {
-        /// Which one, from 1.
+        /// Number of the element, from 1.
         element: usize,
     },
     /// No static equilibrium under the mean load.
@@ -83,9 +83,9 @@ pub enum ModelError {
     NoEquilibrium {
         /// The contacts that pull or overlap, from 0.
         contacts: Vec<usize>,
-        /// Largest size \[m\].
+        /// Largest size of a pull or an overlap \[m\].
         excess: f64,
-        /// Part of the friction, and of unsymmetric terms, at which there is none.
+        /// Part of the friction, and of unsymmetric terms, at which there is no equilibrium.
         friction: f64,
         /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
         untried: Option<[usize; 2]>,

@@ -54,7 +54,8 @@ pub struct Ripple {
     pub phase: f64,
     /// Amplitude of the input to each block.
     pub input: Vec<[f64; 2]>,
-    /// Whether it is a second derivative in time: its amplitude then grows with the square of the speed.
+    /// Whether the input is a second derivative in time: its amplitude then grows with the square of the
+    /// speed.
     pub of_motion: bool,
 }
 

@@ -49,7 +49,7 @@ impl Model {
                 .is_some_and(|own| self.film_of(other) == Some(own))
     }
 
-    /// Whether a contact is a layer that the film has passed: a thinner layer is closed, or the flank.
+    /// Whether a contact is a layer that the film has passed: a thinner layer or the flank is closed.
     pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
         let behind = |other: usize| {
             self.are_in_same_film(contact, other) && (other > contact || other <= COAST_FLANK)

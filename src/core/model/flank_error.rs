@@ -27,7 +27,7 @@ impl FlankError {
         &self.series
     }
 
-    /// The same, mutable.
+    /// Its Legendre coefficients \[m\], mutable.
     pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
         &mut self.series
     }
@@ -60,7 +60,7 @@ impl FlankError {
         legendre::evaluate(&self.series, x)
     }
 
-    /// The series of its derivative by x \[m\].
+    /// The series of its derivative with respect to x \[m\].
     pub fn slope(&self) -> [f64; STIFFNESS_TERMS] {
         legendre::derivative(&self.series)
     }

@@ -18,7 +18,8 @@ use super::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::structure::FlankParticipation;
 
-/// Gaps that are out of order by less than this \[m\] count as in order: the polynomials through them cause it.
+/// Gaps that are out of order by less than this \[m\] count as in order. The polynomials through the gaps
+/// cause such differences.
 const IN_ORDER: f64 = 1e-11;
 
 /// The springs of a flank, the first and further ones in their order of contact, behind a
@@ -75,7 +76,8 @@ fn on_one_line(one: &Division, other: &Division) -> bool {
     one.end == other.end && one.load_centre == other.load_centre
 }
 
-/// The divisions of one stretch; `None` if their order of contact is different.
+/// The springs in one division, behind a flexibility \[m/N\]. `None` if their order of contact differs from
+/// the order of `springs`.
 fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
     let mut stiffness = vec![[0.0; STIFFNESS_TERMS]; springs.len()];
     let mut gap = stiffness.clone();
@@ -98,7 +100,7 @@ fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
             before = behind;
         }
     }
-    // Friction uses mean stiffnesses, as before.
+    // Friction uses mean stiffnesses.
     let (mut sum, mut before) = (0.0, [0.0; 2]);
     let (mut turned, mut behind) = ([0.0; 2], 0.0);
     for (l, spring) in springs.iter().enumerate() {

@@ -12,7 +12,7 @@ pub enum LoadTerm {
     Constant,
     /// The speed Ω of the operating point \[rad/s\].
     Speed,
-    /// Its square.
+    /// The square of the speed \[rad²/s²\].
     SpeedSquared,
     /// A torque on the pinion's shaft \[N m\], besides the rated load.
     PinionTorque,
@@ -23,12 +23,13 @@ pub enum LoadTerm {
 /// Number of load terms.
 pub const LOAD_TERMS: usize = 6;
 
-/// The inputs of a model by their quantities, without the mean rotation: blocks that do not deflect the mesh have none.
+/// The inputs of a model by load term, without the mean rotation: blocks that do not deflect the mesh have
+/// none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadTerms {
     /// Inputs of the blocks per unit of each [`LoadTerm`], in their order.
     pub inputs: [Vec<[f64; 2]>; LOAD_TERMS],
-    /// Static force of omitted modes on every bearing, per unit of each \[N\].
+    /// Static force of omitted modes on every bearing, per unit of each load term \[N\].
     pub on_bearings: Vec<[f64; LOAD_TERMS]>,
     /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, with the
     /// drive as a rigid body \[1/(kg m²)\]. `None` if it does not rotate freely or the positions of the torques are
@@ -37,7 +38,7 @@ pub struct LoadTerms {
 }
 
 impl Model {
-    /// Its inputs by their quantities; `structure` is the structure of the model.
+    /// The inputs of this model by load term; `structure` is the structure of the model.
     pub fn load_terms(&self, structure: &ModalStructure) -> LoadTerms {
         let basis = &self.basis;
         let block_inputs = |values: &[f64], scale: f64| -> Vec<[f64; 2]> {

@@ -3,8 +3,8 @@
 use super::{Division, FlankError, Stiffness};
 use crate::numerics::legendre;
 
-/// A boundary within this distance of one of equal parts, in parts, is on it: the difference is
-/// rounding.
+/// A breakpoint within this distance of a boundary of equal parts, in lengths of a part, is on this boundary:
+/// the difference is rounding.
 const ON_BOUNDARY: f64 = 1e-9;
 
 /// A stretch of the mesh cycle with one formula of stiffness and one direction of the mesh force.
@@ -52,8 +52,8 @@ impl Segment {
         [self.error.at(x), 2.0 * slope / (self.end - self.start)]
     }
 
-    /// Derivative of the mesh stiffness by the phase \[N/m\], and second derivative of the error of
-    /// loaded flanks by it \[m\], at a mesh phase within the segment.
+    /// Derivative of the mesh stiffness with respect to the phase \[N/m\], and second derivative of the error
+    /// of loaded flanks \[m\], at a mesh phase within the segment.
     pub fn bends_at(&self, phase: f64) -> [f64; 2] {
         let (x, places) = (self.place(phase), 2.0 / (self.end - self.start));
         let stiffening = legendre::evaluate(&self.stiffness.slope(), x);

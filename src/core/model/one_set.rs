@@ -26,9 +26,10 @@ impl Breakpoints {
     }
 }
 
-/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart. Those of the
-/// first contact stay, those of the next ones move onto them. A segment whose ends coincide is removed. Otherwise
-/// breakpoints that differ by rounding would require windows of that length.
+/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart.
+/// Breakpoints of the first contact stay, those of the next contacts move onto them. A segment whose ends
+/// coincide is removed. Otherwise breakpoints that differ by rounding would require windows as short as this
+/// difference.
 pub(super) fn merge(contacts: &mut [Contact]) {
     let ends = [0.0_f64, 1.0].map(f64::to_bits);
     let mut breakpoints = Breakpoints(BTreeSet::from(ends));
@@ -60,7 +61,8 @@ mod tests {
         }
     }
 
-    /// Ends up to 1e-11 apart move to those of the first contact, whatever was between them; others stay.
+    /// Ends up to 1e-11 apart move to those of the first contact, whatever lies between them; other ends
+    /// stay.
     #[test]
     fn breakpoints_that_nearly_coincide_are_one() {
         let next = 0.3_f64.next_up();

@@ -50,7 +50,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it is the rate of the sum of its gains.
+    /// Whether an output of this kind is the rate of the sum of its gains.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::Acceleration | Self::AngularAcceleration)
     }
@@ -63,7 +63,7 @@ pub struct NamedMesh {
     pub name: String,
     /// Its drive flank and its coast flank, as indices of the model's contacts.
     pub flanks: [usize; 2],
-    /// Its cycles, `[p, q]`: p in q of the first mesh.
+    /// Its cycles, `[p, q]`: p cycles in q cycles of the first mesh.
     pub cycles: [u32; 2],
 }
 

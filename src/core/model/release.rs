@@ -4,8 +4,8 @@ use serde::Serialize;
 
 /// The rule for opening a closed contact.
 ///
-/// Its damper pulls on the way out: `k (δ − s b) + c (δ' − s b')` changes its sign while the contact
-/// is still compressed.
+/// The damper of a contact pulls while the contact opens: `k (δ − s b) + c (δ' − s b')` changes its sign
+/// while the contact is still compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub enum Release {
     /// Where δ falls back to the gap: the force of spring and damper may have either sign.

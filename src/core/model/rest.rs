@@ -41,7 +41,7 @@ const MOST_TRIED: usize = 16;
 /// Number of renewals of the load by friction after which a part of it is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// First part of the friction that is added at once, and the smallest one.
+/// Part of the friction that is added in the first step, and the smallest part of a step.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
 /// `Σ a b` over the common length.
@@ -128,9 +128,9 @@ pub(super) struct StaticState {
 /// Contacts without a static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct NoStaticState {
-    /// Those that pull or overlap.
+    /// Contacts that pull or overlap.
     pub contacts: Vec<usize>,
-    /// Largest size \[m\].
+    /// Largest size of a pull or an overlap \[m\].
     pub excess: f64,
     /// Part of the friction that was too large, 0 to 1.
     pub friction: f64,
@@ -325,7 +325,7 @@ impl Contacts {
         add(place, step, way[1]);
     }
 
-    /// These contacts, without friction, with a part of the friction of others.
+    /// These contacts, which have no friction, with a part of the friction of `other`.
     fn towards(&self, other: &Self, part: f64) -> Self {
         let mixed = |own: &[f64], other: &[f64]| -> Vec<f64> {
             let pairs = own.iter().zip(other);
@@ -346,7 +346,7 @@ impl Contacts {
         }
     }
 
-    /// These contacts, with the additional effect of contacts with friction, under their forces, as a load.
+    /// These contacts, with the additional effect of the friction of `other` under given forces as a load.
     fn loaded_by(&self, other: &Self, forces: &[f64]) -> Self {
         let mut loaded = self.clone();
         for (own, other) in loaded

@@ -1,7 +1,7 @@
 //! Rolling and sliding of the gears of the mesh at the mean speed.
 
-/// Speeds that determine losses. Vibration would add the mesh deflection to the rotations, a
-/// hundredth of them or less, which is neglected.
+/// Speeds that determine losses. Vibration changes the rotations by a hundredth of them or less, which is
+/// neglected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rolling {
     /// Speed of the flanks along the line of action, `r_b1 Ω₁` \[m/s\].

@@ -33,7 +33,7 @@ impl Stiffness {
         &self.series
     }
 
-    /// The same, mutable.
+    /// Its Legendre coefficients \[N/m\], mutable.
     pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
         &mut self.series
     }
@@ -82,7 +82,7 @@ impl Stiffness {
         }
     }
 
-    /// The series of its derivative by x \[N/m\].
+    /// The series of its derivative with respect to x \[N/m\].
     pub fn slope(&self) -> [f64; STIFFNESS_TERMS] {
         legendre::derivative(&self.series)
     }
@@ -92,7 +92,7 @@ impl Stiffness {
         self.series.iter().map(|a| a.abs()).sum()
     }
 
-    /// The smallest of its values at the ends and at the nodes of a fine rule \[N/m\].
+    /// The smallest of its values at the ends and at the nodes of a fine quadrature rule \[N/m\].
     pub fn smallest(&self) -> f64 {
         if self.is_constant() {
             return self.series[0];

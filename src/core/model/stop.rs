@@ -44,7 +44,7 @@ pub struct Constraint {
 /// Deviation of a cosine from −1 at which the lines of two stops count as opposite.
 const OPPOSITE: f64 = 1e-12;
 
-/// Products of gains with a pair of components.
+/// Product of a pair of gains with a pair of components.
 pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
 }

@@ -35,7 +35,8 @@ impl Model {
         self.contacts[contact].release == Release::Rest
     }
 
-    /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of dry friction.
+    /// Whether a contact is a constraint that holds the structure: the rest on a rigid stop, or the stick of
+    /// dry friction.
     pub fn is_constraint(&self, contact: usize) -> bool {
         matches!(
             self.contacts[contact].release,
@@ -175,7 +176,7 @@ impl Model {
         }
     }
 
-    /// Changes the rates of a state at constraints to the rates `levels` \[m/s\], or those of a tangent.
+    /// Changes the rates of a state or a tangent at constraints to the rates `levels` \[m/s\].
     pub fn set_rates(
         &self,
         constraints: &[Constraint],

@@ -35,7 +35,8 @@ pub(super) fn with_complete_law<'c>(
             contact: contact.name.clone(),
         });
     }
-    // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
+    // The phase is relative to the contact's deflection. On coast flanks it grows as the deflection of drive
+    // flanks falls.
     let turned = if flank == COAST_FLANK { PI } else { 0.0 };
     let law = ContactLaw {
         gap: drive.half_gap,
@@ -87,7 +88,8 @@ impl ContactLaw {
             gap: self.gap,
             damping: self.damping,
             phase: self.phase,
-            // Relative to the contact's deflection, which on coast flanks grows as that of the drive flanks falls.
+            // The error is relative to the contact's deflection. On coast flanks it grows as the deflection
+            // of drive flanks falls.
             error: self
                 .error
                 .iter()

@@ -14,7 +14,7 @@ use super::{clearance, drive as laws};
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 
-/// The shafts of a structure with known turns.
+/// Names and turns of the shafts of a structure, as in [`Model::shafts`].
 fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
     let of_gear = |name: &str, teeth: u32| (name.to_owned(), [1, teeth]);
     let pinion = std::iter::once(of_gear("pinion", structure.teeth));
@@ -68,10 +68,10 @@ pub struct Model {
     /// Mass m_e in an impact of the flanks, along the line of action \[kg\]:
     /// `1/m_e = Σ mesh²` over the rigid modes, or over all modes if no rigid one deflects the mesh.
     pub effective_mass: f64,
-    /// Its meshes, the first one first.
+    /// Meshes of the structure, the first mesh first.
     pub meshes: Vec<NamedMesh>,
-    /// Names of shafts with different speeds, each with its turns, `[p, q]`: p in q mesh cycles; pinion and wheel
-    /// first, if their teeth are known.
+    /// Names of shafts with different speeds, each with its turns, `[p, q]`: p turns in q mesh cycles; pinion
+    /// and wheel first, if their teeth are known.
     pub shafts: Vec<(String, [u32; 2])>,
     /// Dry sliders in series with springs.
     pub sliders: Vec<Slider>,
@@ -282,8 +282,8 @@ impl Model {
         (deflection, rate)
     }
 
-    /// The contacts that a state closes at a time \[s\] within mesh cycle `cycle`, with every contact
-    /// on its segment.
+    /// The contacts that a state closes at a time \[s\] within mesh cycle `cycle`. `segments` has the segment
+    /// of every contact.
     pub fn active_set(
         &self,
         segments: &[Segment],
@@ -311,8 +311,8 @@ impl Model {
         self.with_frictions(segments, active, (cycle, time), state)
     }
 
-    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, with every
-    /// contact on its segment and the `active` ones closed.
+    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, with the `active`
+    /// contacts closed. `segments` has the segment of every contact.
     pub fn derivative(
         &self,
         segments: &[Segment],
@@ -406,7 +406,7 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
     Ok(())
 }
 
-/// Mean loads of the rotated modes: their part of the rated ones, and the contribution of the speed.
+/// Mean loads on the rotated modes: the part of the rated loads, constant loads, and loads due to the speed.
 fn mean_load(
     structure: &ModalStructure,
     basis: &Basis,
@@ -414,7 +414,7 @@ fn mean_load(
     point: OperatingPoint,
 ) -> Vec<f64> {
     let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
-    // The mean drag is added to the part proportional to the load.
+    // The mean drag and the load of a rotating frame are added to the part proportional to the load.
     let speed = point.speed;
     for (factor, column) in [
         (1.0, &structure.constant_load),

@@ -9,9 +9,9 @@ const UNFELT: f64 = 1e-12;
 const AT_REST: f64 = 1e-9;
 
 impl Model {
-    /// Displacements, in states, that deflect no contact and cause no force, except the neutral pair: under drag, the
-    /// rotation of the whole drive. Dry sliders may move with them: a body that only sliders restrain has no fixed
-    /// position.
+    /// States with a displacement that deflects no contact and causes no force, such as a rotation of the
+    /// whole drive under drag. Neutral blocks are excluded. Dry sliders may move with the displacement: a
+    /// body that only sliders restrain has no fixed position.
     pub fn unrestrained_displacements(&self) -> Vec<Vec<f64>> {
         let n = self.modes();
         let is_deflected = |contact: usize| {

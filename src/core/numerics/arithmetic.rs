@@ -18,7 +18,7 @@ pub trait Arithmetic<const P: usize> {
     /// Values at the ends, and the variation.
     fn bounds(series: &[f64; P]) -> Bounds;
 
-    /// The derivative by x.
+    /// The derivative with respect to x.
     fn derivative(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; P];
 
     /// The quotient by 1 + x, with the value at x = −1 taken as zero.
@@ -33,7 +33,7 @@ pub trait Arithmetic<const P: usize> {
     /// Values at [`legendre::sample_place`] of all samples.
     fn samples(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; SAMPLES];
 
-    /// Value at x and its first two derivatives by x.
+    /// Value at x and its first two derivatives with respect to x.
     fn derivatives_at(series: &[f64; P], x: f64) -> [f64; 3];
 }
 

@@ -86,7 +86,7 @@ fn downwards(x: &Lanes, largest: f64, sin: &Lanes, cos: &Lanes, out: &mut [Lanes
         now = below;
     }
     out[0] = now;
-    // Both are never small at the same time.
+    // j₀ and j₁ are never small at the same time.
     let exact = lowest(x, sin, cos);
     let mut scale = [0.0; LANES];
     for i in 0..LANES {

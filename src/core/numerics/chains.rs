@@ -93,9 +93,8 @@ pub fn ess(chains: &[&[f64]]) -> Option<f64> {
     size.is_finite().then_some(size)
 }
 
-/// Correlations by lag until a pair of neighbours has a negative sum (Geyer's initial positive
-/// sequence). Of the last pair only the first counts, if it is positive or the
-/// series ended first.
+/// Correlations by lag until a pair of neighbours has a negative sum (Geyer's initial positive sequence).
+/// Only the first value of the last pair counts. It is set to 0 if it and the sum of the pair are negative.
 fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f64> {
     let mut found = vec![1.0, correlation(1)];
     let mut pair = [found[0], found[1]];

@@ -96,10 +96,10 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     }
 }
 
-/// Coefficients below this part of the largest are below round-off: a sixteenth of it.
+/// Coefficients below this part of the largest are negligible: a sixteenth of round-off.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
-/// Number of terms of a series before all the rest are negligible.
+/// Number of terms of a series up to the last that is not negligible.
 pub fn significant(series: &[f64]) -> usize {
     let largest = series.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
     let matters = |a: &f64| a.abs() > NEGLIGIBLE * largest;

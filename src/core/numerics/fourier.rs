@@ -69,7 +69,7 @@ fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
 /// Cosines and sines of the multiples of an angle, in groups of sixteen.
 struct AngleMultiples {
     angle: f64,
-    /// Those of the multiples 1 … 16.
+    /// Cosines and sines of the multiples 1 … 16.
     low: [Lanes; 2],
     /// Number of groups already returned.
     given: usize,

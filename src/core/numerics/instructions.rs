@@ -1,9 +1,9 @@
 //! Which instructions does this process use: all those of its processor, or only those that every
 //! processor has, so that equal jobs give equal bits everywhere?
 //!
-//! A fused multiply-add rounds once, a product and a sum round twice. Wider vectors add
-//! in another order. Code with several such loops asks here. The choice applies to the process, as
-//! that of the system's mathematical library does.
+//! A fused multiply-add rounds once, a product and a sum round twice. Wider vectors add in another order.
+//! Loops in several versions read the choice here. The choice applies to the whole process, as that of the
+//! system's mathematical library does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -37,7 +37,7 @@ fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Value of the series at x with its first two derivatives by x.
+/// Value of the series at x with its first two derivatives with respect to x.
 #[inline(always)]
 pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
     series: &[f64; P],
@@ -79,7 +79,7 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
     }
 }
 
-/// Coefficients of the derivative by x: `d[n] = (2n+1) Σ a[j]` over j = n+1, n+3, ….
+/// Coefficients of the derivative with respect to x: `d[n] = (2n+1) Σ a[j]` over j = n+1, n+3, ….
 #[inline(always)]
 pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut out = [0.0; P];
@@ -175,7 +175,7 @@ pub struct Transforms<const P: usize> {
     to_series: [[f64; P]; P],
     /// The series on the left and right half of the interval.
     halves: [Box<Columns<P>>; 2],
-    /// The derivative by x.
+    /// The derivative with respect to x.
     derivative: Box<Columns<P>>,
     /// The quotient by 1 + x.
     quotient: Box<Columns<P>>,
@@ -290,7 +290,7 @@ impl<const P: usize> Transforms<P> {
         &self.nodes
     }
 
-    /// The weights of these nodes.
+    /// The weights at the Gauss nodes.
     pub fn weights(&self) -> &[f64; P] {
         &self.weights
     }
@@ -300,7 +300,7 @@ impl<const P: usize> Transforms<P> {
         &self.halves[side]
     }
 
-    /// The map to the derivative by x.
+    /// The map to the derivative with respect to x.
     pub fn to_derivative(&self) -> &Columns<P> {
         &self.derivative
     }

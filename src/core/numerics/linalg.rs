@@ -169,9 +169,9 @@ const MOST_INVERSE_STEPS: usize = 12;
 /// Residual, relative to the matrix, of a converged eigenvector.
 const EIGENVECTOR_RESIDUAL: f64 = 1e-13;
 
-/// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration. It needs
-/// one factorisation, a whole decomposition takes some twenty. `None` if the matrix is
-/// not finite or the iteration does not converge.
+/// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration. It needs one
+/// factorisation; a whole decomposition takes as long as about twenty. `None` if the matrix is not finite or
+/// the iteration does not converge.
 pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> {
     let n = matrix.nrows();
     // A maximum, whose bits do not depend on the order.

@@ -1,6 +1,6 @@
 //! Numerical tools independent of gears: quadrature, Legendre series and their
-//! roots, exponentials as Legendre series, courses through points, convolution, small dense algebra, statistics of
-//! series, chains and rare events, weighted Birkhoff averages, random streams, integers, nested grids.
+//! roots, exponentials as Legendre series, functions through points, convolution, small dense algebra, statistics
+//! of series, chains and rare events, weighted Birkhoff averages, random streams, integers, nested grids.
 
 pub mod arithmetic;
 pub mod bessel;

@@ -1,6 +1,6 @@
 //! How are the places of a plane numbered if parts of it are halved repeatedly?
 //!
-//! Level 0 is a grid of `rows × columns` places. Level l has `2^l` intervals for each of its
+//! Level 0 is a grid of `rows × columns` places. Level l divides each interval of level 0 into `2^l`
 //! intervals. Places are numbered level by level, each place at its first level, and row
 //! by row within a level. Numbers do not change if further levels follow, and those of level 0
 //! are the numbers of the grid without levels. Coordinates `[row, column]` count the intervals of
@@ -84,8 +84,8 @@ impl NestedGrid {
         }
     }
 
-    /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along an axis if
-    /// `known` holds for the middles of both its edges along this axis.
+    /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along
+    /// an axis if `known` holds for the middles of both its edges along this axis.
     pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
         let side = 1 << self.levels;
         let mut leaves = Vec::new();

@@ -31,7 +31,7 @@ pub struct PairResponse<const P: usize> {
 pub type PairSeries<const P: usize> = [[f64; P]; 2];
 
 impl<const P: usize> PairResponse<P> {
-    /// For `z' = matrix z + v` on a window of length `tau`.
+    /// The elimination for `z' = matrix z + v` on a window of length `tau`.
     pub fn new(matrix: &Square, tau: f64) -> Self {
         let half = 0.5 * tau;
         let scaled = matrix.map(|row| row.map(|a| half * a));

@@ -1,7 +1,7 @@
-//! Courses through points: piecewise linear, or cubics without overshoot.
+//! Courses (functions) through points: piecewise linear, or cubics without overshoot.
 
-/// A course through points, drawn or measured; 0 without points. Outside their range it has the value of the nearer
-/// end.
+/// A function through points, drawn or measured; 0 without points. Outside their range it has the value of
+/// the nearer end.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct PointCourse {
     /// Positions, increasing, each with its value.

@@ -18,7 +18,7 @@ use faer::Mat;
 /// Largest number of sweeps. After this many a block splits if neighbouring moduli differ by a third.
 const MOST_SWEEPS: usize = 60;
 
-/// Largest number of multiplications of all sweeps, a second or two.
+/// Largest number of multiplications of all sweeps. They take a second or two.
 const MOST_WORK: f64 = 2e9;
 
 /// Entry of W below which a block is separate: it changes eigenvalues by this part.
@@ -98,7 +98,7 @@ struct Sweep {
 }
 
 impl Sweep {
-    /// `None` if columns become dependent.
+    /// Applies the factors. `None` if columns become dependent.
     fn new(factors: &[Mat<f64>], start: Mat<f64>) -> Option<Self> {
         let n = start.nrows();
         let mut end = start.clone();

@@ -3,7 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-/// A stream of normal deviates tied to (seed, point, probe).
+/// A stream of normal deviates that is determined by (seed, point, probe).
 pub struct Stream(Pcg64);
 
 /// The numbers of a point that determine its random streams.

@@ -14,7 +14,7 @@ use super::legendre::{self, SAMPLES, Transforms, sample_place};
 pub struct Search {
     /// Where the margin becomes negative, in \[−1, limit\], if it does.
     pub exit: Option<f64>,
-    /// Number of tangencies before that.
+    /// Number of tangencies before the exit.
     pub grazings: u32,
     /// Whether the first certificate decided.
     pub certified: bool,

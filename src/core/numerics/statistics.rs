@@ -69,7 +69,7 @@ pub fn interval_factor(length: usize) -> f64 {
 /// e of the mean and the variance s² of the values. The mean is as uncertain as that of n/τ
 /// independent values (Sokal 1997, where τ is called 2 τ_int).
 ///
-/// The larger of two levels makes it 24 % too long on average. A constant series has τ = 0. The
+/// The choice of the larger of two errors makes it 24 % too long on average. A constant series has τ = 0. The
 /// result is never NaN. It is infinite if the series is shorter than [`FEWEST_VALUES`] or contains
 /// a value that is not finite.
 pub fn correlation_time(values: &[f64]) -> f64 {

@@ -54,11 +54,12 @@ impl Serialize for KernelSetting {
 /// (`benches/runs/2026-11-26-closed-modes-a68263b`).
 const MOST_MODES: usize = 24;
 
-/// The same with many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate above.
+/// This number with many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an
+/// estimate above.
 const MOST_MODES_MET: usize = 80;
 
-/// Largest number of sets of closed contacts at which closed modes were seen to cost less. With more, a motion meets
-/// too many.
+/// Largest number of sets of closed contacts at which measured runs of closed modes cost less. With more
+/// sets, a motion reaches too many of them.
 const MOST_SETS_MET: usize = 1 << 20;
 
 /// Why `auto` chooses a kernel.
@@ -71,16 +72,16 @@ pub enum Why {
         /// The tables.
         size: TableSize,
     },
-    /// Closed modes: there are many contacts, but a motion will meet few of their sets.
+    /// Closed modes: there are many contacts, but a motion will reach few of their sets.
     Met {
         /// Modes of the structure.
         modes: usize,
         /// Sets of closed contacts.
         sets: usize,
     },
-    /// A motion has met a set of closed contacts without a table.
+    /// A motion has reached a set of closed contacts without a table.
     NoTable,
-    /// Gyroscopic terms change the structure with the speed: every speed would need its own tables.
+    /// Gyroscopic terms change the structure with the speed: every speed would need separate tables.
     Turns,
     /// The structured kernel costs less.
     ManyModes {
@@ -89,7 +90,8 @@ pub enum Why {
         /// Largest number for closed modes.
         most: usize,
     },
-    /// The structured kernel costs less: a motion meets many sets, and each is computed when it is met.
+    /// The structured kernel costs less: a motion reaches many sets, and closed modes compute each of them on
+    /// demand.
     ManySets {
         /// Sets of closed contacts.
         sets: usize,
@@ -131,7 +133,8 @@ impl Why {
         }
     }
 
-    /// Which tables of closed modes a structure with these modes has.
+    /// Which kind of closed modes suits a structure with these modes: all tables at once ([`Why::Small`]), or
+    /// on demand.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
         let sets = size.systems;
         if sets <= ClosedModes::FEW {

@@ -50,7 +50,7 @@ impl KernelChoice {
 
     /// Builds the kernel of a model and uses it.
     ///
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     /// * `kept`: returns the tables of [`ClosedModes`], which are worth keeping.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl KernelChoice {
                 let set = InstructionSet::best();
                 let kernel = ClosedModes::from_kept(model, event_limit, &*systems, set)?;
                 let done = user.with(&kernel);
-                // Part of the result is missing.
+                // If a set of closed contacts has no table, part of the result is missing.
                 kernel.refusal().map_or(Ok(done), Err)?
             }
             Self::Stepping { .. } if !model.sliders.is_empty() => {

@@ -9,7 +9,7 @@ pub struct Counters {
     pub windows: u64,
     /// Windows cut by an event or a breakpoint.
     pub partial_windows: u64,
-    /// Windows whose guards were settled without a search.
+    /// Windows in which bounds exclude an event without a search.
     pub certified: u64,
     /// Series bisections while isolating roots.
     pub bisections: u64,
@@ -25,7 +25,7 @@ pub struct Counters {
     pub factorised: u64,
     /// Products of a dense operator with a state or tangent (table kernels).
     pub matvecs: u64,
-    /// Evaluations of a guard at a time (table kernels).
+    /// Evaluations of a margin at a time (table kernels).
     pub guard_evaluations: u64,
 }
 

@@ -1,4 +1,4 @@
-//! How does an integration end within a cycle, soon after it is called off?
+//! How does an integration end within a cycle, soon after it is interrupted?
 
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::TrajectoryState;

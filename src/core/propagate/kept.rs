@@ -78,7 +78,7 @@ pub struct KeptReader<'t> {
 }
 
 impl<'t> KeptReader<'t> {
-    /// Before the first number.
+    /// A reader before the first number.
     pub fn new(kept: &'t dyn KeptTables) -> Self {
         Self {
             kept,

@@ -169,8 +169,9 @@ pub trait Kernel {
     /// and adds the work to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also if the
-    /// kernel has no table, or the observer calls the integration off. `trajectory` is then unspecified.
+    /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also
+    /// if the kernel has no table, or the observer interrupts the integration. `trajectory` is then
+    /// unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -183,7 +184,7 @@ pub trait Kernel {
     /// Integrates some mesh cycles without tangents.
     ///
     /// # Errors
-    /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before.
+    /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before the error.
     fn advance<O: Observer>(
         &self,
         cycles: u64,
@@ -233,7 +234,7 @@ mod tests {
             stop(&model, &Stepping::new(&model, 400, 1000)),
         ];
         for found in found {
-            // e^{140 t} takes a micrometre to ten kilometres, or as many metres, in 630 or 440 mesh cycles.
+            // In 630 mesh cycles e^{140 t} takes a micrometre to ten kilometres, in 440 to ten metres.
             let Stop::Diverged { cycle } = found else {
                 panic!("{found:?}");
             };

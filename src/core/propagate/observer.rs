@@ -2,7 +2,7 @@
 
 use crate::model::{ActiveSet, Segment};
 
-/// A stretch of trajectory between breakpoints, as polynomials.
+/// A part of a trajectory between breakpoints, as polynomials.
 ///
 /// Series are Legendre coefficients on the window: with `x = 2 t / duration − 1`,
 /// `δ(t) = Σ deflection[n] P_n(x)`.

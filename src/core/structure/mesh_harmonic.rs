@@ -1,6 +1,7 @@
 //! The transmission error of a mesh, as harmonics.
 
-/// One component of the transmission error of a mesh: a harmonic of the mesh frequency, or an order of one of its shafts.
+/// One component of the transmission error of a mesh: a harmonic of the mesh frequency, or an order of a
+/// shaft.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MeshHarmonic {
     /// Number of periods in `cycles` cycles of the mesh, ≥ 1.
@@ -24,7 +25,7 @@ impl MeshHarmonic {
         }
     }
 
-    /// The same with `turned` added to the phase \[rad\].
+    /// This harmonic with `turned` added to the phase \[rad\].
     #[must_use]
     pub fn with_phase_lead(self, turned: f64) -> Self {
         Self {

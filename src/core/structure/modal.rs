@@ -50,7 +50,7 @@ pub struct ModalStructure {
     /// Participation of the mesh deflection, along the line of action of the drive flanks
     /// \[1/√kg\].
     pub mesh: Vec<f64>,
-    /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
+    /// Derivative of `mesh` with respect to the load centroid z_c \[1/(m √kg)\].
     pub mesh_tilt: Vec<f64>,
     /// Modal force of a unit static mesh force \[1/√kg\]: torques `+r₁` on the pinion
     /// side and `−r₂` on the wheel side.
@@ -61,7 +61,7 @@ pub struct ModalStructure {
     pub wheel_torque: Option<Vec<f64>>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
-    /// Its part linear in the position along the path of contact \[1/(m √kg)\].
+    /// Part of this participation that is linear in the position along the path of contact \[1/(m √kg)\].
     pub friction_lever: Vec<f64>,
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if none is
     /// omitted or it should be ignored (no modal-truncation augmentation).
@@ -88,11 +88,12 @@ pub struct ModalStructure {
     pub load_by_speed: Vec<f64>,
     /// Loads that vary with time.
     pub harmonic_loads: Vec<HarmonicLoad>,
-    /// Names of its meshes, the first one before those whose flanks are the first contacts, two each; empty with a
-    /// single mesh.
+    /// Names of the meshes, the first mesh first; empty with a single mesh. The flanks of the other meshes
+    /// are the first contacts, two per mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<String>,
-    /// Names of shafts besides those of the first mesh, each with its turns, `[p, q]`: p in q mesh cycles.
+    /// Names of shafts besides those of the first mesh, each with its turns, `[p, q]`: p turns in q mesh
+    /// cycles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shafts: Vec<(String, [u32; 2])>,
 }
@@ -186,22 +187,24 @@ pub struct StructureContact {
     /// Negative modal force of a unit contact force, without friction that reverses, one entry per mode
     /// \[1/√kg\]: mostly equal to the participation.
     pub force: Vec<f64>,
-    /// Derivative of participation and force by the load centroid z_c \[1/(m √kg)\]; empty if it stays at mid-face.
+    /// Derivative of participation and force with respect to the load centroid z_c \[1/(m √kg)\]; empty for
+    /// mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tilt: Vec<f64>,
-    /// Contribution of friction by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty without.
+    /// Contribution of friction by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty
+    /// without friction.
     #[serde(skip_serializing_if = "no_friction")]
     pub rubbing: [Vec<f64>; 2],
     /// Relative rotational speed of its two gears, over that of the gears of the first mesh \[1\]; 0 if it is not a
     /// mesh.
     #[serde(skip_serializing_if = "is_zero")]
     pub sliding: f64,
-    /// Number of its cycles, `[p, q]`: p in q cycles of the mesh.
+    /// Number of its cycles, `[p, q]`: p cycles in q cycles of the mesh.
     pub cycles: [u32; 2],
     /// Its force law.
     pub law: ContactLaw,
-    /// The flank of the first mesh that it copies, 0 for the drive flank and 1 for the coast flank. Only the phase
-    /// of `law` counts then; `rubbing` is for a unit of friction.
+    /// The flank of the first mesh that it copies, 0 for the drive flank and 1 for the coast flank. It then
+    /// uses only the phase of `law`; `rubbing` is for a friction coefficient of 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub copies: Option<usize>,
 }
@@ -281,7 +284,7 @@ pub struct ContactLaw {
     /// Its part of a rigid stop; `None` for an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopPart>,
-    /// The part of dry friction that it is; none of an ordinary contact.
+    /// Its part of an element of dry friction; `None` for an ordinary contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dry_friction: Option<FrictionPart>,
 }
@@ -309,11 +312,11 @@ impl ContactLaw {
 pub struct FlankParticipation {
     /// Participation of the deflection along the line of action \[1/√kg\].
     pub mesh: Vec<f64>,
-    /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
+    /// Derivative of `mesh` with respect to the load centroid z_c \[1/(m √kg)\].
     pub tilt: Vec<f64>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
-    /// Its part linear in the position along the path of contact \[1/(m √kg)\].
+    /// Part of this participation that is linear in the position along the path of contact \[1/(m √kg)\].
     pub lever: Vec<f64>,
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\].
     pub residual_flexibility: f64,
@@ -350,8 +353,8 @@ pub struct BearingGain {
 }
 
 /// The torque in a shaft or a coupling, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and its damper, in the
-/// direction of rotation. In a drive of two shafts it counts from the motor to the pinion and from the wheel to the
-/// load, in a train from the lower position to the higher one.
+/// direction of rotation. In a drive of two shafts a positive torque acts from the motor on the pinion and from the
+/// wheel on the load, in a train from the lower position on the higher one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TorqueGain {
     /// Shaft or coupling.
@@ -479,7 +482,7 @@ impl ModalStructure {
         }
     }
 
-    /// Names of its meshes, the first one's first.
+    /// Names of the meshes, the first mesh first.
     pub fn mesh_names(&self) -> Vec<String> {
         if self.meshes.is_empty() {
             vec!["pinion and wheel".to_owned()]
@@ -519,8 +522,8 @@ impl ModalStructure {
         self.rigid_modes() - self.contact_rotations().len()
     }
 
-    /// Number of positions and speeds of these rotations that still matter: the speed of each
-    /// with dampers or gyroscopic terms, both of each with springs.
+    /// Number of positions and speeds of neutral rotations that affect the motion: the speed of a rotation
+    /// with dampers or gyroscopic terms, position and speed of a rotation with springs.
     pub fn restrained_neutral_count(&self) -> usize {
         let Some(coupling) = &self.coupling else {
             return 0;
@@ -657,7 +660,7 @@ impl ModalStructure {
 /// than `noise`.
 fn widen(units: &mut Vec<Vec<f64>>, row: &[f64], noise: f64) -> bool {
     let mut rest = row.to_vec();
-    // Twice, against round-off.
+    // Twice, to remove round-off.
     for unit in units.iter().chain(&*units) {
         let part: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
         for (r, u) in rest.iter_mut().zip(unit) {

@@ -157,8 +157,8 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
     );
 }
 
-/// Under drag the rotation of the whole drive is not a neutral pair: it stays at any position, unless a
-/// spring restrains it.
+/// Under drag the rotation of the whole drive is not neutral: it stays at any position, unless a spring
+/// restrains it.
 #[test]
 fn a_rotation_under_drag_rests_anywhere() {
     let mesh = [0.52, -0.43, 0.31];
@@ -189,7 +189,7 @@ fn a_rotation_under_drag_rests_anywhere() {
         let [state] = &model.unrestrained_displacements()[..] else {
             panic!("one displacement expected under {drag:?}");
         };
-        // Along the line that does not deflect the mesh, and at rest there.
+        // Along the line that does not deflect the mesh, and without velocity.
         let [place, speed] = model.basis.modes(state);
         let along: f64 = place.iter().zip(mesh).map(|(q, w)| q * w).sum();
         let size = place[0].hypot(place[1]);

@@ -44,7 +44,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
         let t = columns(blocks);
         let e = t.partial_piv_lu().solve(&current);
         let mut x = Mat::<f64>::zeros(size, size);
-        // A column without a residual is exact and stays so.
+        // A column without a residual is exact and is not changed.
         let exact: Vec<bool> = (0..size)
             .map(|c| (0..size).all(|k| current[(k, c)] == 0.0))
             .collect();
@@ -59,7 +59,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
                 target,
                 [exact[2 * j], exact[2 * j + 1]],
             );
-            // Blocks with common eigenvalues may be mixed arbitrarily, and stay as they are.
+            // Blocks with common eigenvalues may be mixed arbitrarily, so they are not changed.
             if step.as_flattened().iter().all(|v| v.abs() < 0.5) {
                 for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     x[(2 * i + p, 2 * j + q)] = step[p][q];

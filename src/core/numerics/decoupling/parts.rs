@@ -24,7 +24,7 @@ pub(super) const COMPLEX: f64 = 1e-9;
 pub(super) const EQUAL: f64 = 1e-10;
 /// Complex eigenvalues closer than this fraction of the matrix norm are separated together.
 pub(super) const ALIKE: f64 = 1e-11;
-/// Distance of the shift of their inverse iteration from them, as a fraction of the matrix norm.
+/// Distance of the shift of inverse iteration from such eigenvalues, as a fraction of the matrix norm.
 pub(super) const BESIDE: f64 = 1e-9;
 /// Deviation from a multiple of the identity, as a fraction of the matrix norm, that is round-off.
 pub(super) const SCALAR: f64 = 1e-14;
@@ -74,7 +74,7 @@ fn list(modes: &[usize]) -> String {
 /// Exact knowledge of a rigid direction `r`, after the rotation that isolates it.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Direction {
-    /// None; every elastic mode has this kind.
+    /// Nothing is known; every elastic mode has this kind.
     General,
     /// `D r = 0` and `S r = 0`: the columns of both its displacement and its velocity are known.
     Free,

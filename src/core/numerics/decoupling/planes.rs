@@ -87,7 +87,7 @@ impl<'a> Columns<'a> {
         separate(inner, &values, &mut vectors, COMPLEX * size);
         let mut real = Vec::new();
         for (k, value) in values.into_iter().enumerate() {
-            // Its conjugate has the same plane.
+            // The conjugate eigenvalue has the same plane.
             if value.im < 0.0 {
                 continue;
             }
@@ -213,7 +213,7 @@ impl<'a> Columns<'a> {
         self.lift_with_displacements(&self.zero, y, b, rotation)
     }
 
-    /// The same with only some of the unsprung displacements.
+    /// As [`Self::lift`], with only some of the unsprung displacements.
     fn lift_with_displacements(
         &self,
         zero: &[usize],
@@ -254,7 +254,7 @@ impl<'a> Columns<'a> {
         let generator = if rotation || rest.len() == 2 * m {
             b
         } else {
-            // The longer columns are orthonormalised again, and the block is recomputed.
+            // The columns with the added coordinates are orthonormalised again, and the block is recomputed.
             full = orthonormal(full);
             project(a, &full)
         };

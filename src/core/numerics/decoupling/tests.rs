@@ -413,7 +413,7 @@ fn axisymmetric_structures_with_repeated_eigenvalues() {
     }
 }
 
-/// The pushed rigid mode is a free direction at any position.
+/// The pushed rigid mode is a free direction at any index.
 #[test]
 fn a_free_direction_stands_anywhere() {
     let w = [0.0, 20.0, 31.0];
@@ -445,8 +445,8 @@ fn three_nearly_parallel_eigenvectors_are_paired_once() {
     }
 }
 
-/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry: all but one of each
-/// chain's pairs occur once less than there are planets, and vectors due to round-off would be nearly parallel.
+/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry. Most
+/// eigenvalues repeat, once less than there are planets. Vectors due to round-off would be nearly parallel.
 #[test]
 fn equal_bodies_have_independent_eigenvectors() {
     for planets in [3, 4, 5, 7] {

@@ -6,9 +6,9 @@ use multiversion::multiversion;
 use num_complex::{Complex64, c64};
 use std::ops::Range;
 
-/// Largest number of steps for one eigenvalue. Among several nearly equal, nearly double
-/// eigenvalues shifts wander until one hits. Many such matrices take more than the 300 steps of LAPACK, and
-/// every 180 steps a third of them remain.
+/// Largest number of steps for one eigenvalue. Among several nearly equal, nearly double eigenvalues, shifts
+/// wander until one hits. Many such matrices take more than the 300 steps of LAPACK. Of these, a third
+/// remains after every further 180 steps.
 const MOST_STEPS: usize = 3000;
 
 /// Number of steps for one eigenvalue between exceptional shifts, which keep steps from repeating forever.
@@ -151,8 +151,8 @@ impl Reflection {
     }
 }
 
-/// Eigenvalues of a 2 × 2 matrix with the last diagonal entry x, the other one y, and the product w of
-/// the off-diagonal entries; of real ones the nearer to x last.
+/// Eigenvalues of a 2 × 2 matrix with the last diagonal entry x, the other one y, and the product w of the
+/// off-diagonal entries. If they are real, the nearer to x is last.
 fn of_two(x: f64, y: f64, w: f64) -> [Complex64; 2] {
     let p = 0.5 * (y - x);
     let q = p * p + w;

@@ -125,7 +125,7 @@ fn diagonal(v: &mut Mat<f64>, d: &mut [f64], e: &mut [f64]) -> Option<()> {
     for l in 0..n {
         size = size.max(d[l].abs() + e[l].abs());
         let small = |e: f64| e.abs() <= f64::EPSILON * size;
-        // The last one is zero.
+        // The last subdiagonal entry is zero.
         let m = (l..n).find(|&m| small(e[m]))?;
         let mut steps = 0;
         while m > l && !small(e[l]) {

@@ -15,12 +15,13 @@ pub enum Bases<'t> {
     All {
         /// One per system, in order.
         bases: Vec<Arc<Basis<'t>>>,
-        /// For each system the maps to closed neighbours: contact, its state afterwards, map.
+        /// For each system the maps to systems that a change of one contact leads to, except free flight:
+        /// contact, its state afterwards, map.
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
-    /// The bases of the systems that are met.
+    /// The bases of the systems that motions reach.
     Met {
-        /// Fastest rate of all \[1/s\].
+        /// Fastest rate of all systems \[1/s\].
         fastest: f64,
         /// The bases computed so far.
         met: Arc<MetSets>,
@@ -59,8 +60,8 @@ impl<'t> Bases<'t> {
         })
     }
 
-    /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases that they meet in
-    /// `beside`.
+    /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases of the sets
+    /// that they reach in `beside`.
     ///
     /// # Errors
     /// They belong to another model.
@@ -102,7 +103,7 @@ impl<'t> Bases<'t> {
     /// The basis of a set.
     ///
     /// # Errors
-    /// The set is met for the first time, and its eigenvectors are too nearly parallel.
+    /// The set is reached for the first time, and its eigenvectors are too nearly parallel.
     pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, TableError> {
         match self {
             Self::All { bases, .. } => Ok(bases[set].clone()),
@@ -110,8 +111,8 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// The map from a closed set to a closed neighbour, in which a contact has another state; `None` without such a
-    /// table.
+    /// The map from a closed set to another closed set, in which one contact has another state; `None` if no
+    /// such map is tabulated.
     #[inline]
     pub fn change(&self, set: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
         let Self::All { changes, .. } = self else {
@@ -196,7 +197,8 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
     sets.changes(set).into_iter().filter(closed)
 }
 
-/// Size of the arrays for a number of modes. With many sets, the size that each set takes when it is met.
+/// Size of the arrays for a number of modes. With many sets, the size that each set takes when a motion
+/// reaches it.
 pub fn size(modes: usize, sets: &Sets) -> TableSize {
     let maps = |set| match set {
         Sets::FREE => 0,

@@ -17,7 +17,7 @@ pub const BEYOND: u32 = 1 << LANES;
 
 /// Inputs and outputs of the check of a block.
 pub struct BlockCheck<'a> {
-    /// The system in force.
+    /// The present system.
     pub system: &'a System,
     /// State of the trajectory at the start of the block.
     pub state: &'a [f64],

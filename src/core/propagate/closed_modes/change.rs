@@ -1,4 +1,4 @@
-//! Changes from one system to another, at events and stops, and conversions to modal states and back.
+//! Changes from one system to another, at events and breakpoints, and conversions to modal states and back.
 
 use super::ClosedModes;
 use super::block_check;
@@ -9,7 +9,7 @@ use crate::model::TrajectoryState;
 use crate::propagate::{TableError, Tangents};
 
 impl ClosedModes<'_> {
-    /// Converts trajectory and tangents to the coordinates of the system in force at the start of a cycle.
+    /// Converts trajectory and tangents to the coordinates of the present system at the start of a cycle.
     pub(super) fn begin(
         &self,
         trajectory: &TrajectoryState,
@@ -101,7 +101,8 @@ impl ClosedModes<'_> {
         }
         let to = self.sets.with(w.set, contact, state);
         let behind = self.enter(to)?;
-        // The coordinates of free flight are modes, so the other system's maps lead there and back.
+        // The coordinates of free flight are modes, so the maps of the other system to and from modes
+        // suffice.
         let direct = match (own.basis.to_modes(), behind.basis.of_modes()) {
             (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
             (leads, None) | (None, leads) => leads,
@@ -133,7 +134,7 @@ impl ClosedModes<'_> {
         );
     }
 
-    /// Finds the next stop of this cycle that concerns the present system.
+    /// Finds the next breakpoint of this cycle that concerns the present system.
     pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
         let stops = &self.stops[(cycle % self.stops.len() as u64) as usize];
         let past = |stop: &CycleStop| stop.time < time;

@@ -1,7 +1,8 @@
-//! Integration from one event to the next: blocks and stops.
+//! Integration from one event to the next: blocks and breakpoints.
 //!
-//! A block starts at the end of the last one, at an event or at a stop. At a stop a closed contact changes its class or
-//! a contact its line. A block ends at its eighth node, at the next event or at the next stop.
+//! A block starts at the end of the last one, at an event or at a breakpoint. At a breakpoint a closed
+//! contact changes its class or a contact its line. A block ends at its eighth node, at the next event or at
+//! the next breakpoint.
 
 use super::ClosedModes;
 use super::block_check::{Rates, evaluate_line_states_body};
@@ -49,7 +50,7 @@ pub enum ReturnReason {
 }
 
 for_each_set! {
-    /// Passes blocks and stops up to the next block or event that observers may see.
+    /// Passes blocks and breakpoints up to the next block or event that observers may see.
     fn pass(integration: &mut CycleIntegration<'_, '_>) -> Result<ReturnReason, End> = pass_body
 }
 
@@ -270,7 +271,7 @@ impl ClosedModes<'_> {
         );
     }
 
-    /// Stops a motion whose deflections are out of range.
+    /// Ends the integration of a motion whose deflections are out of range.
     #[inline(always)]
     fn check_range(&self, place: &CyclePosition, w: &Workspace) -> Result<(), End> {
         for &line in &w.lines {

@@ -1,4 +1,4 @@
-//! When are systems built? When a motion first meets them, and beforehand if there are few.
+//! When are systems built? When a motion first reaches them, and beforehand if there are few.
 
 use super::ClosedModes;
 use super::excitation::unresonant;
@@ -26,11 +26,11 @@ impl<'m> ClosedModes<'m> {
         &self.slot(set).system
     }
 
-    /// Returns the slot of a system and builds it if a motion meets it for the first time.
+    /// Returns the slot of a system and builds it if a motion reaches it for the first time.
     ///
     /// # Errors
-    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the systems met
-    /// take too much memory.
+    /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the
+    /// systems built so far take too much memory.
     #[inline]
     pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, TableError> {
         match self.slots.get(set) {
@@ -70,8 +70,8 @@ impl<'m> ClosedModes<'m> {
         })
     }
 
-    /// Counts the bytes of systems that a motion meets. The count depends on nothing else, so every point stops at the
-    /// same place.
+    /// Counts the bytes of the systems that a motion reaches. The count depends on nothing else, so a
+    /// repeated motion ends at the same system.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
         if taken <= MOST_BYTES {

@@ -1,8 +1,8 @@
 //! The excitation of a system at one operating point, and its steady responses.
 //!
 //! Inputs are 1 and (cos θ, sin θ) of each frequency of loads and transmission errors. The state of a system is
-//! `z = y + Σ steady · inputs`, with `y' = G y`. Very slow blocks would come to rest far away; they keep their constant
-//! input.
+//! `z = y + Σ steady · inputs`, with `y' = G y`. The rest positions of very slow blocks are far away; these
+//! blocks keep their constant input.
 
 use super::basis::{Basis, padded};
 use super::sets::ContactClass;

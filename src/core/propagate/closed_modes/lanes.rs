@@ -112,8 +112,8 @@ fn shifted_map_body<V: Vector>(
     shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
 }
 
-/// Maps a batch of states. Processes as many lane groups of rows at a time as have their sums in registers. Returns the
-/// number of states.
+/// Maps a batch of states. Processes as many lane groups of rows at a time as fit into registers with their
+/// sums. Returns the number of states.
 #[inline(always)]
 fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
     columns: &[f64],

@@ -1,4 +1,4 @@
-//! Bases of the sets that motions have met, if there are too many sets to compute all.
+//! Bases of the sets that motions have reached, if there are too many sets to compute all.
 
 use super::basis::{Basis, FoundBasis, padded};
 use super::sets::Sets;
@@ -7,12 +7,12 @@ use crate::propagate::{SharedStorage, TableError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Limit in bytes for the tables of a structure, or of the sets that are met.
+/// Limit in bytes for the tables of a structure, or of the sets that are reached.
 pub const MOST_BYTES: usize = 256_000_000;
 
-/// Bases of the sets that the motions of a structure and its mesh have met. Each basis depends on its set only, not on
-/// the motion that meets it first. Changes between sets go through modes: direct tables would be used too seldom to
-/// stay in a cache.
+/// Bases of the sets that the motions of a structure and its mesh have reached. Each basis depends on its set
+/// only, not on the motion that reaches it first. Changes between sets go through modes: direct tables would
+/// be used too seldom to stay in a cache.
 #[derive(Debug, Default)]
 pub struct MetSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
 
@@ -43,14 +43,14 @@ impl MetSets {
         if let Some(known) = all.get(&set) {
             return Ok(known.clone());
         }
-        // Above the limit each kernel computes the bases that it meets.
+        // Above the limit each kernel computes the bases of the sets that it reaches.
         if all.len() * bytes(model.modes()) < MOST_BYTES {
             all.insert(set, made.clone());
         }
         Ok(made)
     }
 
-    /// Number of sets that were met.
+    /// Number of sets that were reached.
     #[cfg(test)]
     pub fn count(&self) -> usize {
         self.lock().len()

@@ -6,10 +6,10 @@
 //! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
 //! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
 //! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
-//! bases of the sets that a motion meets ([`enter`]).
+//! bases of the sets that a motion reaches ([`enter`]).
 //!
-//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]): a state
-//! is `z = y + steady · inputs`, and y moves without any input.
+//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form
+//! ([`excitation`]): a state is `z = y + steady · inputs`, and y moves without any input.
 
 mod bases;
 mod basis;
@@ -52,11 +52,11 @@ pub struct ClosedModes<'m> {
     sets: Sets,
     bases: Bases<'m>,
     frequencies: Frequencies,
-    /// The systems met so far at this operating point.
+    /// The systems reached so far at this operating point.
     slots: Slots<Slot<'m>>,
     /// Bytes of the bases of these systems.
     taken: AtomicUsize,
-    /// Reason why one of them has no table.
+    /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
     stops: Vec<Vec<CycleStop>>,
     /// (cos, sin) of all frequencies up to each node.
@@ -65,7 +65,7 @@ pub struct ClosedModes<'m> {
     mixed: MixedModes,
     /// Distance between nodes \[s\].
     step: f64,
-    /// Blocks and stops of a mesh cycle.
+    /// Blocks and breakpoints of a mesh cycle.
     planned: usize,
     event_limit: u32,
     instructions: InstructionSet,
@@ -73,13 +73,13 @@ pub struct ClosedModes<'m> {
 }
 
 impl<'m> ClosedModes<'m> {
-    /// Largest number of sets of closed contacts for which all tables are computed. With more sets, only those that are
-    /// met.
+    /// Largest number of sets of closed contacts for which all tables are computed. With more sets, tables
+    /// are computed only for the sets that a motion reaches.
     pub const FEW: usize = Sets::FEW;
 
     /// Builds the kernel of a model, bases included.
     ///
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     ///
     /// # Errors
     /// As for [`Self::arrays`], or an undamped mode in resonance with a harmonic.
@@ -95,7 +95,6 @@ impl<'m> ClosedModes<'m> {
 
     /// Builds the kernel of a model from kept bases, which are valid for every speed, load and half gap. See
     /// [`Self::new`] for the other arguments.
-    /// half gap.
     ///
     /// # Errors
     /// As for [`Self::new`], or if the tables belong to another model.
@@ -184,8 +183,8 @@ impl<'m> ClosedModes<'m> {
     /// The bases of a model as arrays to be kept.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that let go by force, too many
-    /// sets of closed contacts, too large tables, eigenvectors too nearly parallel.
+    /// Stiffness that varies within a segment, flanks with errors, contacts that open by force, too many sets
+    /// of closed contacts, too large tables, eigenvectors too nearly parallel.
     pub fn arrays(model: &Model) -> Result<Vec<TableArray>, TableError> {
         let (sets, _) = suited(model)?;
         bases::arrays(model, &sets)

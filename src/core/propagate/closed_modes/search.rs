@@ -171,7 +171,7 @@ fn root<M: Margin>(
     time
 }
 
-/// Points of the interpolating polynomial.
+/// Number of points of the interpolating polynomial.
 pub const POINTS: usize = 9;
 
 for_each_set! {

@@ -3,7 +3,7 @@
 use crate::model::{ActiveSet, Model, Release};
 use crate::propagate::TableError;
 
-/// Most contacts of a drive.
+/// Largest number of contacts of a drive.
 pub const MOST_CONTACTS: usize = 24;
 
 /// A time this close to a breakpoint, relative to the mesh period, is on it.
@@ -200,16 +200,16 @@ pub struct CycleStop {
     pub time: f64,
     /// The contact.
     pub contact: usize,
-    /// Its state after the stop, if it is closed.
+    /// Its state after the breakpoint, if it is closed.
     pub state: usize,
-    /// Its line after the stop.
+    /// Its line after the breakpoint.
     pub line: usize,
     /// Whether the line changes.
     pub turns: bool,
 }
 
 impl Sets {
-    /// The stops of each mesh cycle of a base period, in order, without the start of a cycle.
+    /// The breakpoints of each mesh cycle of a base period, in order, without the start of a cycle.
     pub fn stops(&self, model: &Model) -> Vec<Vec<CycleStop>> {
         let of_cycle = |cycle: u64| {
             let mut stops = Vec::new();

@@ -30,7 +30,7 @@ impl ClosedModes<'_> {
         let block_length = NODES as f64 * self.step;
         let n = self.model.modes();
         let padded = padded(n);
-        // One more, as in the workspace.
+        // One more than there are inputs, because the workspace has a zero after them.
         let inputs = self.frequencies.inputs() + 1;
         let view = &system.views[line];
         let mut rows = vec![Row::ZERO; 2 * padded + inputs];

@@ -42,7 +42,7 @@ pub struct LineView {
     pub drives: [Vec<f64>; 3],
     /// The deflection at the nodes: a row of node values for each of [`System::places`].
     pub nodes: Vec<Lanes>,
-    /// The same for each input, and a row of zeros.
+    /// Contribution of each input to the deflection at the nodes, and a row of zeros.
     pub drive_nodes: Vec<Lanes>,
     /// Largest contribution of a unit amplitude to the deflection \[m\].
     pub size: Vec<f64>,
@@ -50,14 +50,15 @@ pub struct LineView {
     pub curvature: Vec<f64>,
     /// Largest contribution of the inputs to the second derivative.
     pub drive_curvature: f64,
-    /// The same for blocks that are not waves, in terms of the rates of their coordinates.
+    /// Largest contributions of blocks that are not waves to the second derivative, per unit rate of their
+    /// coordinates.
     pub others: Vec<([f64; 2], Drift)>,
 }
 
 /// Smallest frequency of a wave, as a part of its decay.
 const TURNS: f64 = 0.05;
 
-/// Angle in rad that hardly counts as a turn.
+/// Largest angle \[rad\] of a turn that is neglected.
 const LITTLE: f64 = 1e-3;
 
 /// Participation, relative to the largest, below which a mode has only round-off.

@@ -193,7 +193,7 @@ fn coupled_modes_move_as_volterra_moves_them() {
     }
 }
 
-/// Tables with shared memory for the sets that are met.
+/// Tables with shared memory for the sets that are reached.
 struct Shared(Vec<TableArray>, SharedStorage);
 
 impl KeptTables for Shared {
@@ -206,8 +206,8 @@ impl KeptTables for Shared {
     }
 }
 
-/// Six contacts with two levels each have 729 sets. Their tables are computed when they are met, once for two loads.
-/// The bits do not depend on the motion that meets them first.
+/// Six contacts with two levels each have 729 sets. Their tables are computed on demand, once for two loads.
+/// The bits do not depend on the motion that reaches them first.
 #[test]
 fn sets_of_many_contacts_are_made_when_they_are_met() {
     for couple in [false, true] {

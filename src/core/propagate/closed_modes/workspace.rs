@@ -37,9 +37,9 @@ pub struct Workspace {
     pub lines: Vec<usize>,
     /// Contacts that may open or close.
     pub watched: Vec<WatchedContact>,
-    /// The next stop of the present cycle.
+    /// The next breakpoint of the present cycle.
     pub next_stop: usize,
-    /// The next stop that concerns the present system.
+    /// The next breakpoint that concerns the present system.
     pub stop: Option<CycleStop>,
     /// State of the trajectory at the start of a window, then the values of the inputs, if windows are shown.
     pub weights: Vec<f64>,
@@ -214,7 +214,7 @@ pub struct CyclePosition {
 }
 
 impl CyclePosition {
-    /// The status of a motion that has met a system without a table.
+    /// The error of a motion that has reached a system without a table.
     pub fn refused(&self, error: TableError) -> Stop {
         Stop::Refused {
             cycle: self.cycle,

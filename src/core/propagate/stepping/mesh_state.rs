@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn pushes_are_those_of_spring_and_damper() {
         for side in [1.0, -1.0] {
-            // 2 µm beyond a gap that opens 10 mm/s slower than it is followed.
+            // 2 µm beyond a gap that opens 10 mm/s slower than the deflection grows.
             let state = state_of(side, [12.0, 10.0], [0.03, 0.02]);
             assert!((state.push(side, LAW) - 810.0).abs() < 1e-9);
             assert!((state.force(side, LAW) - side * 810.0).abs() < 1e-9);

@@ -168,7 +168,7 @@ fn event_limit_and_divergence_stop_the_integration() {
     lost.cycle = 3;
     let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert_eq!(stop, Err(Stop::Diverged { cycle: 3 }));
-    // Flying off: 100 m/s for a period is far beyond a million half gaps of 10 µm.
+    // A lost motion: 100 m/s for a period is far beyond a million half gaps of 10 µm.
     let mut lost = model.start(&InitialState::Static);
     lost.state[2] = 1e9;
     let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);

@@ -13,8 +13,8 @@ use crate::propagate::vectors::{Aligned, TERMS};
 use crate::propagate::{Counters, Stop};
 use std::f64::consts::TAU;
 
-/// Angle of the fastest rate on a window \[rad\]. Omitted terms are 3²⁴/24! = 5e-13 of the amplitude of the fastest
-/// wave.
+/// Largest phase change of the fastest wave on a window \[rad\]. Omitted terms are 3²⁴/24! = 5e-13 of its
+/// amplitude.
 const LONGEST: f64 = 3.0;
 
 /// Round-off of sums, relative to a mesh cycle or a window.
@@ -85,8 +85,8 @@ impl WindowCourse {
 }
 
 impl VaryingSpeed {
-    /// Advances a motion to the end of a stretch, passes windows and events to `watch`, and adds the work to
-    /// `counters`. Allocates nothing.
+    /// Advances a motion to the end of a speed interval, passes windows and events to `watch`, and adds the
+    /// work to `counters`. Allocates nothing.
     ///
     /// # Errors
     /// [`Stop`] if the motion diverges, has too many events in a mesh cycle, or the drive does not run forwards. The
@@ -170,8 +170,8 @@ impl VaryingSpeed {
         Ok(())
     }
 
-    /// Solves a window that starts at a time \[s\] of a stretch. It is at most as long as given \[s\] and is halved
-    /// until its series converge.
+    /// Solves a window that starts at a time \[s\] of a speed interval. It is at most as long as given \[s\]
+    /// and is halved until its series converge.
     fn solve(
         &self,
         motion: &Motion,

@@ -1,8 +1,9 @@
 //! How does a drive move while its speed varies?
 //!
-//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`SpeedInterval`] of time the rotation and the
-//! loads are polynomials. A motion starts and stops at any time. The mean rotation is that of the whole drive as a rigid body,
-//! and mesh forces do not act on it. [`SpeedInterval::accelerated`] gives the torque that accelerates it.
+//! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`SpeedInterval`] the
+//! rotation and the loads are polynomials of time. A motion starts and stops at any time. The mean rotation
+//! is that of the whole drive as a rigid body, and mesh forces do not act on it.
+//! [`SpeedInterval::accelerated`] gives the torque that accelerates it.
 //!
 //! The kernel integrates in power series of time. They do not depend on a fixed speed, so no table is rebuilt while
 //! the speed varies.

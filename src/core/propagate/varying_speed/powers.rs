@@ -1,4 +1,4 @@
-//! Power series on a window, in `u = t/h ∈ [0, 1]`, and polynomials of time on a stretch.
+//! Power series on a window, in `u = t/h ∈ [0, 1]`, and polynomials of time on a speed interval.
 
 use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
@@ -11,7 +11,7 @@ pub type Powers = [f64; TERMS];
 /// Number of coefficients of a course.
 pub const COURSE_TERMS: usize = 5;
 
-/// A polynomial on a stretch: coefficients by powers of time \[s\] since its start.
+/// A polynomial on a speed interval: coefficients by powers of time \[s\] since its start.
 pub type Course = [f64; COURSE_TERMS];
 
 /// A compensated sum, which keeps the rounding error.
@@ -52,7 +52,8 @@ pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
     [sum, slope]
 }
 
-/// A course on a window that starts at a time \[s\] of the stretch, with a length \[s\], by powers of u.
+/// A course on a window that starts at a time \[s\] of the speed interval, with a length \[s\], by powers of
+/// u.
 pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
     let mut own = *course;
     // Repeated Horner schemes give the coefficients about `start`.
@@ -82,7 +83,7 @@ pub fn square(a: &Course) -> Course {
     std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
 }
 
-/// `−f''/r²` of a series f, with derivatives by u, without its last two terms: `cos(r u)` remains itself.
+/// `−f''/r²` of a series f of u, without its last two terms: `cos(r u)` remains itself.
 pub fn second_derivative(series: &Powers, r: f64) -> Powers {
     std::array::from_fn(|k| {
         let next = series.get(k + 2).copied().unwrap_or(0.0);
@@ -132,7 +133,7 @@ pub fn length(series: &Powers) -> usize {
     series.iter().rposition(|a| *a != 0.0).map_or(1, |n| n + 1)
 }
 
-/// The same as a Legendre series on the window.
+/// A power series as a Legendre series on the window.
 pub fn to_legendre(series: &Powers) -> Powers {
     let rows = legendre_of_powers();
     let mut out = [0.0; TERMS];

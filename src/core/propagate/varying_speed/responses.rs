@@ -32,7 +32,7 @@ pub const SHARES: Powers = {
     all
 };
 
-/// A series, `j! a_j`, after as many zeros: a delay of the series is a read from an earlier position.
+/// A series, `j! a_j`, after [`TERMS`] zeros. It is delayed by reading it from an earlier position.
 pub type Delayed = [f64; 2 * TERMS];
 
 /// The inputs for computing responses.
@@ -53,7 +53,8 @@ pub struct ResponseInputs<'a> {
 /// The responses along one direction.
 #[derive(Debug, Clone)]
 pub struct DirectionResponses {
-    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second components.
+    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second
+    /// components.
     states: Aligned,
     /// Responses `w (A/ω)^{m−1} b` to forces along every direction.
     pub forces: Vec<Powers>,

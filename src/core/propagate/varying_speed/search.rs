@@ -14,16 +14,16 @@ use crate::propagate::events::{Guard, Margin, ROUND_OFF};
 use crate::propagate::vectors::TERMS;
 use crate::propagate::volterra::lanes;
 
-/// The cause of a found position.
+/// The condition of a contact at the position of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventCause {
-    /// Its surface.
+    /// The contact is on its surface.
     Surface,
-    /// The zero of its force.
+    /// The force of the contact is zero.
     NoForce,
-    /// The surface of a compressed open contact, which becomes free: no force changes.
+    /// A compressed open contact is on its surface and becomes free: no force changes.
     Freedom,
-    /// The thickness from which its film layer may act again: no force changes.
+    /// The contact is at the thickness from which its film layer may act again: no force changes.
     Band,
 }
 
@@ -34,9 +34,10 @@ pub struct WindowEvent {
     pub place: f64,
     /// The contact.
     pub contact: usize,
-    /// The cause.
+    /// The condition of the contact.
     pub met: EventCause,
-    /// Whether the contact is there within rounding.
+    /// Whether this condition holds at the position within rounding; false if it is exceeded at the window's
+    /// start.
     pub stands: bool,
     /// Rate of its deflection relative to its surface \[m/s\].
     pub rate: f64,
@@ -169,7 +170,7 @@ impl VaryingSpeed {
         };
         let other = match closed {
             false => Some(surface(1.0, false, EventCause::Freedom)),
-            // Beyond a step of line or gap.
+            // A step of line or gap has moved it beyond its surface.
             true if !known && indentation[0] < -noise => {
                 Some(surface(1.0, false, EventCause::Surface))
             }

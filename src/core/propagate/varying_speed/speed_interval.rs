@@ -18,7 +18,7 @@ pub struct SpeedInterval {
 }
 
 impl SpeedInterval {
-    /// A stretch of constant speed \[rad/s\] and load.
+    /// An interval of constant speed \[rad/s\] and load.
     pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
         let mut own = Self {
             duration,

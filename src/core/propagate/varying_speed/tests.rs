@@ -20,7 +20,7 @@ impl Observer for Events {
     }
 }
 
-/// The same for a varying speed.
+/// Phases of events at a varying speed, with the closed contacts after them.
 #[derive(Default)]
 struct Phases(Vec<(f64, ActiveSet)>);
 
@@ -51,7 +51,8 @@ fn drives() -> Vec<Drive> {
     vec![fixtures::two_level_mesh(1e-5), sloping, never_pulls, both]
 }
 
-/// A mesh cycle, divided into stretches of any length, has the events and the end of the Volterra kernel.
+/// A mesh cycle, divided into speed intervals of any length, has the events and the end of the Volterra
+/// kernel.
 #[test]
 fn constant_speed_is_the_motion_of_the_other_kernels() {
     let structure = structure();

@@ -336,7 +336,7 @@ fn along_body<V: Vector>(rows: &Rows, states: &[Aligned; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The components at a position, and their derivatives by it.
+    /// The components at a position, and their derivatives with respect to it.
     fn states_at(
         place: f64,
         padded: usize,

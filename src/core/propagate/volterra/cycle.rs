@@ -83,8 +83,8 @@ impl Volterra<'_> {
         self.tables.course_of(active.only().unwrap_or(0), cycle)
     }
 
-    /// The track of the window at a position, the breakpoint that it may not pass \[s\], and the cell that starts
-    /// there.
+    /// The schedule or joint stretch of the window at a position, the breakpoint that the window may not pass
+    /// \[s\], and the cell that starts at this breakpoint.
     fn track(
         &self,
         position: &Position,
@@ -109,7 +109,7 @@ impl Volterra<'_> {
         )
     }
 
-    /// Joint stretch at a position.
+    /// The part of the mesh cycle at a position on which no contact changes its segment.
     fn joint_stretch(&self, position: &Position) -> &JointStretch {
         let stretches = &self.tables.joint;
         let stretches = &stretches[(position.cycle % stretches.len() as u64) as usize];
@@ -409,7 +409,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Moves trajectory and tangents to `end`, a place in the present window.
+    /// Moves trajectory and tangents to `end`, a position in the present window.
     pub(super) fn move_to_cut<O: Observer>(
         &self,
         end: f64,

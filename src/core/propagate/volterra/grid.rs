@@ -21,8 +21,8 @@ pub(super) const FEWEST: f64 = 4.0;
 /// Largest number of equal parts of the cycle in the search for common boundaries of segments.
 const MOST_PARTS: usize = 10_000;
 
-/// The mesh cycle of a contact, divided into cells: a whole number of equal cells per stretch. A cell is a window
-/// without a cut.
+/// The mesh cycle of a contact, divided into stretches and cells. On a stretch the contact keeps its segment
+/// and no line changes. A stretch has a whole number of equal cells. A cell is a window without a cut.
 #[derive(Debug)]
 pub struct Grid {
     /// Start of every cell \[s\], and the period.
@@ -31,8 +31,8 @@ pub struct Grid {
     pub stretch_of_cell: Vec<usize>,
     /// First cell after each stretch.
     pub stretch_end_cell: Vec<usize>,
-    /// First cell after each stretch and the following ones that are equal for free flight, with the same lines and
-    /// gaps.
+    /// First cell after each stretch and the following stretches with the same lines and gaps, which are
+    /// equal for free flight.
     pub flight_end_cell: Vec<usize>,
     /// Segment of the contact on every stretch.
     pub segment_of_stretch: Vec<usize>,

@@ -33,7 +33,7 @@ use crate::propagate::{Counters, Event, Observer, Stop as End};
 struct StopSeries {
     /// Series of `δ − b` \[m\].
     depth: Series,
-    /// Series of its derivative with respect to the place in the window \[m\].
+    /// Series of its derivative with respect to the position in the window \[m\].
     slope: Series,
     /// Series of the force that holds the structure, or would hold it \[N\].
     force: Series,
@@ -124,8 +124,8 @@ impl Volterra<'_> {
         }
     }
 
-    /// Place in the window where an open stop is hit or begins to hold the structure, and the contact that closes
-    /// there. `leaves`: its force has vanished at the start of the window.
+    /// Position in the window where an open stop is hit or begins to hold the structure, and the contact that
+    /// closes there. `leaves`: its force has vanished at the start of the window.
     fn hits(
         &self,
         (stop, leaves): (Stop, bool),
@@ -200,7 +200,7 @@ impl Volterra<'_> {
         self.reflect((stop, found.x), track, &mut context, workspace)
     }
 
-    /// Moves to the place of an event on a window.
+    /// Moves to the position of an event in a window.
     pub(super) fn move_to_event<O: Observer>(
         &self,
         x: f64,
@@ -275,7 +275,7 @@ impl Volterra<'_> {
                 ),
             };
             if index > 0 {
-                // The forces of stops that let go end with the impulse.
+                // The forces of stops that release the structure end with the impulse.
                 for &(direction, force) in &released {
                     model.push_along(
                         direction,

@@ -44,7 +44,7 @@ pub struct JointWorkspace {
     free: Vec<Row>,
     /// As `free`, but under the forces of the other contacts.
     seen: Vec<Row>,
-    /// The same for one contact, in the current round.
+    /// As `seen`, for one contact in the current round.
     next: Vec<Row>,
     /// Factors of every contact with a varying stiffness.
     factors: Vec<Factors>,

@@ -129,7 +129,7 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The same for the part up to `end` ∈ (−1, 1] without a basis, if no other series needs one.
+    /// As [`restrict`], for the part up to `end` ∈ (−1, 1] without a basis, if no other series needs one.
     fn restrict_to(
         nodes: &Series,
         interpolation: &[Row; TERMS],

@@ -168,7 +168,8 @@ impl<'m> Volterra<'m> {
         length::fastest_rate(model)
     }
 
-    /// The same for structure and mesh alone, independent of the speed.
+    /// Upper bound of the rates \[rad/s\] of the structure with any one contact closed, independent of the
+    /// speed.
     pub fn fastest_structure_rate(model: &Model) -> f64 {
         length::fastest_structure_rate(model)
     }

@@ -26,7 +26,7 @@ pub(super) enum ContactCondition {
     Surface,
     /// Where its push vanishes.
     NoForce,
-    /// Neither: its push has jumped over zero, or it started so.
+    /// Neither: its push has jumped over zero, or the motion started in this state.
     Elsewhere,
 }
 
@@ -36,7 +36,7 @@ struct Indentation {
     series: Series,
     /// Series of its time derivative \[m/s\].
     rate: Series,
-    /// Round-off of the first \[m\].
+    /// Round-off of `series` \[m\].
     noise: f64,
     /// Length of the window \[s\].
     delta: f64,
@@ -70,8 +70,8 @@ impl Indentation {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`, and the condition of its contact. Of two at the same moment, the
-    /// first in the order of contacts.
+    /// The first event on a window up to `limit`, and the condition of its contact. If two events are at the
+    /// same time, the first in the order of contacts counts.
     pub(super) fn first_event(
         &self,
         position: &Position,

@@ -1,4 +1,4 @@
-//! At which place of a window does an event happen, and which parts of the window do observers see?
+//! At which position in a window does an event happen, and which parts of the window do observers see?
 
 use super::Volterra;
 use super::lanes::{self, Solution};
@@ -95,8 +95,8 @@ impl Volterra<'_> {
         }
     }
 
-    /// The first event on a window up to `limit` at a surface, without the contacts `excluded`. Of two events at the same
-    /// time, the first in the order of contacts counts.
+    /// The first event on a window up to `limit` at a surface, without the contacts `excluded`. If two events
+    /// are at the same time, the first in the order of contacts counts.
     pub(super) fn first_crossing(
         &self,
         position: &Position,

@@ -22,9 +22,9 @@ use crate::propagate::events::{Crossing, ROUND_OFF};
 struct Stretch {
     /// Its series \[m\].
     series: Series,
-    /// Series of its derivative by the position in the window \[m\].
+    /// Series of its derivative with respect to the position in the window \[m\].
     slope: Series,
-    /// Round-off of the first \[m\].
+    /// Round-off of `series` \[m\].
     noise: f64,
 }
 

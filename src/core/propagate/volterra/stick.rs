@@ -10,8 +10,8 @@
 //! dt = −dλ / λ'          where a stick ends: f⁻ = ±F_s, f⁺ = ±F
 //! ```
 //!
-//! with g, r of [`crate::model::Constraint`]. Other sticking elements move along, so the tangents have no speed there. If an
-//! event frees another element at once, by a step of its force, dt is that of the event.
+//! with g, r of [`crate::model::Constraint`]. Other sticking elements move along, so the tangents have no
+//! speed there. If an event frees another element at once, by a step of its force, dt is that of the event.
 //!
 //! Right after a stick with F_s = F the speed has a double root. It can return to zero only after the next zero of δ''.
 //! That zero is found first, with the known root divided out.
@@ -92,7 +92,7 @@ impl Volterra<'_> {
         }
     }
 
-    /// Place in the window where a slip in the direction `side` ends.
+    /// Position in the window where a slip in the direction `side` ends.
     fn stops_sliding(
         &self,
         side: f64,
@@ -202,7 +202,7 @@ impl Volterra<'_> {
         (friction.static_force - force).abs() <= sliding.noise[1]
     }
 
-    /// Changes of the force of a stick by all tangents at a place in a window \[N\].
+    /// Changes of the force of a stick by all tangents at a position in a window \[N\].
     fn changes_of_force(
         &self,
         friction: DryFriction,

@@ -22,11 +22,11 @@ use std::sync::LazyLock;
 pub struct Nodal {
     /// B, from values at the nodes to values at the nodes.
     pub response: [Row; TERMS],
-    /// B', likewise.
+    /// B', from values at the nodes to values at the nodes.
     pub response_rate: [Row; TERMS],
     /// B, from series to series.
     pub series_response: [Row; TERMS],
-    /// 2/Δ: the ratio of a derivative by time to the one by position \[1/s\].
+    /// 2/Δ: the ratio of a derivative with respect to time to the one with respect to position \[1/s\].
     pub pace: f64,
     /// Maps that all windows share.
     pub maps: &'static Maps,
@@ -37,7 +37,7 @@ pub struct Nodal {
 pub struct Maps {
     /// From a series to its values at the nodes.
     pub values: [Row; TERMS],
-    /// From a series to the values of its derivative by position.
+    /// From a series to the values of its derivative with respect to position.
     pub slopes: [Row; TERMS],
     /// From values at the nodes to the series.
     pub series: [Row; TERMS],
@@ -91,7 +91,7 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// Before the first window.
+    /// Zeros, before the first window.
     pub const NONE: Self = Self {
         lower: [Row::ZERO; TERMS],
         upper: [Row::ZERO; TERMS],

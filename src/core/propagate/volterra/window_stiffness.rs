@@ -21,7 +21,7 @@ pub struct WindowStiffness {
 }
 
 impl WindowStiffness {
-    /// For a window of length `delta` \[s\] that starts at `time` \[s\] in a segment.
+    /// Stiffness and damping for a window of length `delta` \[s\] that starts at `time` \[s\] in a segment.
     pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
         let stiffness = segment.stiffness;
         let place = |time: f64| segment.place(time / model.period());

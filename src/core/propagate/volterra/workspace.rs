@@ -33,7 +33,7 @@ pub struct Workspace {
     pub shifts: Vec<f64>,
     /// Cycle and time of that event.
     pub shifted: (u64, f64),
-    /// The place where a window was cut.
+    /// The position where a window was cut.
     pub cut: Cut,
     /// Factors of the present window, if its stiffness varies off the grid.
     pub factors: Factors,

@@ -442,9 +442,10 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     }
 }
 
-/// An idle gear with rigid flanks and wide backlash has a driver that oscillates with Γ times the acceleration by its
-/// drag. It meets one flank once in n periods with the phase `sin φ = πn (1 − e) / ((1 + e) Γ)`. It doubles its period
-/// at `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
+/// The driver of an idle gear with rigid flanks and wide backlash oscillates with Γ times the acceleration
+/// that the drag gives the gear. The gear meets one flank once in n periods with the phase `sin φ = πn (1 −
+/// e) / ((1 + e) Γ)`. It doubles its period at `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the
+/// map of a ball on a shaken table, Holmes 1982).
 #[test]
 fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     for (restitution, n, published) in [
@@ -516,7 +517,7 @@ fn without_restitution_the_first_impact_is_the_last() {
     assert_eq!(observed.0[0].time, observed.0[2].time);
 }
 
-/// Impacts that do not end within the event limit end the cycle with the corresponding status.
+/// Impacts that do not end within the event limit end the integration with the corresponding error.
 #[test]
 fn impacts_without_end_are_given_up() {
     let own = Oscillator {

@@ -108,7 +108,7 @@ pub(super) fn basis_body<V: Vector>(
 ) {
     let share = 0.5 * (end + 1.0);
     let tau = share * delta;
-    // At the end, of n and n − 1.
+    // P_n and P_{n−1} at the end of the part.
     let (mut now, mut before) = (1.0, 0.0);
     if let Some([nodes, weights]) = rule {
         let mut x = [V::zero(); GROUPS];

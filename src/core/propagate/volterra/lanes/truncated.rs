@@ -29,7 +29,7 @@ fn add<V: Vector>(
     }
 }
 
-/// The sum of several.
+/// The total of independent sums.
 #[inline(always)]
 fn total<V: Vector>(sums: &[V; LANES]) -> V {
     let [a, b, c, d, e, f, g, h] = *sums;

@@ -238,7 +238,7 @@ pub(super) fn close_body<V: Vector>(
             scale = V::read(&free.0[at..]).size().plus(to.size()).plus(scale);
         }
         let (moved, scale) = (moved.sum(), scale.sum());
-        // Without any action nothing moves. NaN never settles.
+        // An unchanged deflection is settled, even if its size is 0. NaN never settles.
         if moved > 0.0 || moved.is_nan() {
             let share = moved / scale;
             if share > farthest || share.is_nan() {
