@@ -9,7 +9,7 @@
 //!     − ∫ F (g − w)·u dt                                      friction
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
 //!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap;
-//!                                                             contacts that let go compressed
+//!                                                             contacts that open compressed
 //!     + Σ Δ(½Σ v²)                                            impacts on rigid stops
 //! ```
 //!
@@ -54,7 +54,7 @@ pub struct EnergyAudit<'m> {
     start: Option<f64>,
     /// Sum of all works \[J\].
     gained: f64,
-    /// Sum of their absolute values \[J\].
+    /// Sum of the absolute values of all works \[J\].
     turnover: f64,
     /// Largest energy stored, as the sum of absolute parts \[J\].
     stored: f64,

@@ -2,8 +2,9 @@
 //!
 //! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, with t from the start of
 //! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are integrated over
-//! whole periods of it that are whole cycles of the first mesh. So neither the mean nor mesh orders leak
-//! into them. Standard errors come from the parts of c over successive stretches, along c and across it.
+//! whole periods of that shaft or mesh that are whole cycles of the first mesh. Therefore neither the mean
+//! nor mesh orders leak into them. Standard errors follow from the components of c along and across it, over
+//! successive stretches.
 
 use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
@@ -17,7 +18,7 @@ use crate::propagate::Window;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Fewest mesh cycles in a stretch.
+/// Smallest number of mesh cycles in a stretch.
 const CYCLES_PER_STRETCH: u64 = 10;
 
 /// Integrals over a stretch.
@@ -49,7 +50,7 @@ impl Summable for Sums {
 /// The multiples of one frequency.
 #[derive(Debug, Clone)]
 struct Family {
-    /// Mesh or shaft of the frequency.
+    /// Name of the mesh or shaft that has this frequency.
     reference: String,
     /// The frequency `[p, q]`: p periods in q mesh cycles.
     periods: [u32; 2],
@@ -338,8 +339,7 @@ mod tests {
         (model, config, all)
     }
 
-    /// The same wave is an order of everything that turns with it: the pinion, a mesh with two cycles in
-    /// five, a slow shaft.
+    /// The same wave is an order of the pinion, of a mesh with two periods in five cycles, and of a slow shaft.
     #[test]
     fn every_mesh_and_shaft_has_its_orders() {
         let (mut model, config, all) = config();

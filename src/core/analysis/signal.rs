@@ -1,4 +1,4 @@
-//! Which signals have spectra and orders, and which part of a window holds them?
+//! Which signals have spectra and orders, and which part of a window contains them?
 
 use super::config::Signals;
 use super::modal_series::{Series, padded};
