@@ -36,7 +36,7 @@ pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The message if the energy balance does not close; `None` if it does.
 pub fn objection(residual: f64) -> Option<String> {
-    // This form also rejects NaN.
+    // This form of the comparison also rejects NaN.
     let closes = residual <= LARGEST_RESIDUAL;
     (!closes).then(|| {
         format!(

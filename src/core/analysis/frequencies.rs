@@ -2,8 +2,8 @@
 //! that carry the static load?
 //!
 //! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, with coupled modes too. Dry
-//! sliders stick in small vibrations: their springs count as closed contacts, even where all contacts are
-//! open. With contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
+//! sliders stick in small vibrations: their springs count as closed contacts, also in the modes with open
+//! contacts. With contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ

@@ -39,7 +39,7 @@ pub(super) struct LastingContact<'a> {
     norm: &'a EnergyNorm,
     /// The periodic motion at the start of a period.
     orbit: TrajectoryState,
-    /// Its period in mesh cycles.
+    /// Period of the motion in mesh cycles.
     period: u32,
     modes: Modes,
     /// Margins of the periodic motion, once computed.
@@ -211,7 +211,7 @@ impl Modes {
         let length = |x: &dyn Fn(usize) -> f64| (0..size).map(|i| x(i) * x(i)).sum::<f64>().sqrt();
         let rebuilt = |i: usize| -> f64 { (0..size).map(|j| self.basis[(i, j)] * shares[j]).sum() };
         let off = length(&|i| rebuilt(i) - state[i]);
-        // This form rejects NaN.
+        // This form of the comparison rejects NaN.
         let accurate = off <= RESIDUAL * length(&|i| state[i]);
         let part = |&(first, count): &(usize, usize)| match count {
             1 => shares[first].abs(),

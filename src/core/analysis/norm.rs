@@ -136,7 +136,7 @@ impl EnergyNorm {
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
             let d = w * (a - b);
             sum += d * d;
-            // This form rejects NaN.
+            // This form of the comparison rejects NaN.
             if !matches!(
                 sum.partial_cmp(&limit),
                 Some(Ordering::Less | Ordering::Equal)

@@ -24,7 +24,7 @@ const CYCLES_PER_STRETCH: u64 = 10;
 /// Integrals over a stretch.
 #[derive(Debug, Clone)]
 struct Sums {
-    /// Its length \[s\].
+    /// Length of the stretch \[s\].
     time: f64,
     /// `∫ (f − centre) e^{−iωt} dt`, by signal and multiple.
     lines: Vec<Vec<Complex64>>,

@@ -136,7 +136,7 @@ impl LyapunovOutcome {
 pub struct KaplanYorke {
     /// The dimension.
     pub value: f64,
-    /// Its standard error, from block averages.
+    /// Standard error of the dimension, from block averages.
     pub stderr: f64,
 }
 
@@ -334,7 +334,7 @@ pub struct SpectrumLine {
     pub order: f64,
     /// Amplitude: peak value of an equivalent sine, in the signal's unit.
     pub amplitude: f64,
-    /// Its standard error; `None` if the line is exact or the record too short.
+    /// Standard error of the amplitude; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
 }
 
@@ -386,11 +386,11 @@ pub struct OrderLine {
     /// Peak value, in the signal's unit; for a motion that does not repeat, of the part with a constant
     /// phase.
     pub amplitude: f64,
-    /// Its standard error; `None` if the line is exact or the record too short.
+    /// Standard error of the amplitude; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
     /// Phase \[rad\]; `None` if the amplitude is zero.
     pub phase: Option<f64>,
-    /// Its standard error \[rad\].
+    /// Standard error of the phase \[rad\].
     pub phase_stderr: Option<f64>,
 }
 

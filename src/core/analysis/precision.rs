@@ -51,7 +51,7 @@ impl SignalSize {
 pub struct LeastPrecise {
     /// Name of the column, or of the table and its signal.
     pub name: String,
-    /// Its relative standard error; infinite if the record is too short.
+    /// Relative standard error of the statistic; infinite if the record is too short.
     pub error: f64,
 }
 

@@ -45,7 +45,7 @@ pub struct TraceSample {
     pub time: f64,
     /// Mesh deflection δ \[m\].
     pub deflection: f64,
-    /// Its rate δ' \[m/s\].
+    /// Rate δ' of the mesh deflection \[m/s\].
     pub velocity: f64,
     /// Mesh force F \[N\].
     pub force: f64,

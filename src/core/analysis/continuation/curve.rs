@@ -21,7 +21,7 @@ pub struct CurveSettings {
     pub from: MapParameters,
     /// Largest values.
     pub to: MapParameters,
-    /// Longest step, relative to the intervals.
+    /// Longest step, relative to the intervals of both parameters.
     pub longest: f64,
     /// Largest number of points in one direction.
     pub most: usize,
@@ -56,9 +56,9 @@ pub struct CurvePoint {
 pub struct Curve {
     /// The bifurcation.
     pub kind: Kind,
-    /// Its points, in order.
+    /// Points of the curve, in order.
     pub points: Vec<CurvePoint>,
-    /// Reasons for the ends at the first and the last point.
+    /// Reasons why the curve ends at its first and at its last point.
     pub ends: [&'static str; 2],
 }
 
@@ -87,7 +87,7 @@ const NO_DEPTH: f64 = 1e-12;
 /// First trial values, relative to the interval: there may be no orbit on one side of a graze.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
-/// How often a step is halved if there is no orbit.
+/// Maximum number of halvings of a step if there is no orbit.
 const MOST_REFUSALS: usize = 12;
 
 /// First and largest change of the sought parameter, relative to its interval, or along a fold's null vector, in
@@ -231,7 +231,7 @@ fn chord(plane: &CurveSettings, points: &[CurvePoint]) -> Option<(f64, [f64; 2])
     Some((apart, direction))
 }
 
-/// The angle by which a curve turns \[rad\].
+/// The angle between a direction of the curve and the step from one point to the next \[rad\].
 fn turned(
     plane: &CurveSettings,
     direction: [f64; 2],
@@ -306,7 +306,7 @@ impl CurveFunction {
 }
 
 /// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
-/// It starts at the latest point and ends where the parameter reverses.
+/// The polynomial starts at the latest point and ends where the parameter reverses.
 fn extrapolated(
     known: &[&Orbit],
     target: MapParameters,

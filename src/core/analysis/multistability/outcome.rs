@@ -45,7 +45,7 @@ pub struct ProbeOutcome {
     pub class: Option<Class>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent \[1/cycle\].
     pub lambda_stderr: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
@@ -88,7 +88,7 @@ pub struct AttractorOutcome {
     pub class: Class,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent \[1/cycle\].
     pub lambda_stderr: Option<f64>,
     /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], from all probes of the point
     /// together; `None` for other motions.
@@ -101,7 +101,7 @@ pub struct AttractorOutcome {
     pub events_per_cycle: Option<f64>,
     /// Probes that settled on it.
     pub probes: u32,
-    /// Their share.
+    /// Share of these probes among all.
     pub basin: BasinShare,
     /// Cells of the slice that settled on it; `None` without a slice.
     pub cells: Option<u32>,
@@ -129,7 +129,7 @@ impl MultistabilityOutcome {
         probes + cells
     }
 
-    /// Sets for every attractor and every probe the share of its ending among all probes.
+    /// Sets the basin shares: for every attractor, and for every probe that of its attractor or status.
     pub(super) fn share_out(&mut self) {
         let all = self.probes.len();
         for (id, attractor) in (0..).zip(&mut self.attractors) {
@@ -149,7 +149,7 @@ impl MultistabilityOutcome {
             .map(|probe| probe.status.clone())
             .collect();
         for probe in &mut self.probes {
-            // Probes on one attractor may differ in status; the attractor decides.
+            // Probes on one attractor may differ in status, so the share is that of the attractor.
             let settled = probe.attractor.map(|id| &self.attractors[id as usize]);
             probe.basin = match settled {
                 Some(attractor) => attractor.basin,

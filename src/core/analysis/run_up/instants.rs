@@ -5,6 +5,6 @@
 pub struct Instants {
     /// Samples per second.
     pub rate: f64,
-    /// Values, signal after signal, one per instant.
+    /// Values by signal and instant.
     pub values: Vec<Vec<f64>>,
 }

@@ -1,7 +1,7 @@
 //! A run-up or run-down: one motion with a changing speed, recorded as on a test bench.
 //!
-//! Signals are values of the windows' power series at even instants and at even mesh phases. The latter is
-//! called synchronous resampling on a bench; nothing is interpolated.
+//! Signals are values of the windows' power series at even instants and at even mesh phases, without
+//! interpolation. On a test bench, signals at even phases result from synchronous resampling.
 
 mod blocks;
 mod course;
@@ -28,7 +28,7 @@ pub struct RunUpConfig {
     pub speed: PointCourse,
     /// The load.
     pub load: LoadLaw,
-    /// Time at the first speed before the start \[s\].
+    /// Time before the start at the constant first speed \[s\].
     pub settle: f64,
     /// Samples per second \[1/s\].
     pub sample_rate: f64,

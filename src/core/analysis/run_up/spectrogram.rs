@@ -6,7 +6,7 @@ use crate::numerics::fourier::hann;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-/// Highest frequency shown, relative to the sample rate: frequencies near half the rate may be aliases.
+/// Highest frequency in a spectrum, relative to the sample rate: frequencies near half the rate may be aliases.
 const HIGHEST: f64 = 0.4;
 
 /// The spectrum of a signal over a stretch of time.

@@ -1,4 +1,4 @@
-//! Known approaches, of maps with two components in place of a mesh cycle.
+//! Known approaches to orbits of maps with two components, which replace the map of a mesh cycle.
 
 use super::*;
 use crate::model::OperatingPoint;
@@ -125,7 +125,7 @@ impl<M: Map> TestModel<M> {
         found.unwrap()
     }
 
-    /// The orbit that attracts a trajectory, sought four times along it.
+    /// The orbit that attracts a trajectory, sought up to four times as the trajectory advances.
     fn attracting(&self, y: [f64; 2]) -> Option<Attracting> {
         let (model, kernel, norm) = (&self.model, &self.kernel, &self.norm);
         let mut trajectory = self.state(y);
@@ -166,7 +166,8 @@ impl Map for Flip {
     }
 }
 
-/// The distance decreases as the inverse square root of time, thousands of times as fast as at the end.
+/// The distance decreases as the inverse square root of time. Far from the orbit this is thousands of times as fast as
+/// near it.
 #[test]
 fn an_orbit_about_to_double_attracts() {
     let place = TestModel::new(Flip {
