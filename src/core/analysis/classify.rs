@@ -9,7 +9,7 @@
 use super::outcome::{Class, Status};
 use crate::numerics::statistics::{mean, standard_error};
 
-/// The evidence for a class.
+/// The measurements from which a class follows.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<'a> {
     /// Averages of the largest exponent over successive stretches; empty if no exponent was requested.
@@ -174,7 +174,7 @@ fn not_converged(reason: String) -> Verdict {
     }
 }
 
-/// The evidence and the quantities derived from it.
+/// The measurements and the quantities derived from them.
 struct Found<'a> {
     evidence: &'a Evidence<'a>,
     lambda: f64,

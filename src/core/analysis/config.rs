@@ -30,7 +30,7 @@ pub struct PointConfig {
 }
 
 impl PointConfig {
-    /// Amount of evidence behind error bars; verified if no exponent is requested.
+    /// How much is measured for error bars; `Verified` if no exponent is requested.
     pub fn effort(&self) -> Effort {
         self.lyapunov
             .map_or(Effort::Verified, |config| config.effort)
@@ -55,7 +55,7 @@ pub struct LyapunovConfig {
     pub norm: GrowthNorm,
     /// Number of cycle counts with running estimates, 0 for none.
     pub course: usize,
-    /// Amount of evidence behind an error bar.
+    /// How much is measured for error bars.
     pub effort: Effort,
     /// Lower bound of the life of chaos to demonstrate \[cycles\], if any.
     pub lifetime: Option<u64>,

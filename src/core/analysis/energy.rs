@@ -30,7 +30,7 @@ use crate::propagate::{Event, Observer, Window};
 pub(super) use balance::{Balance, WindowEndContacts};
 pub(super) use cause::Cause;
 
-/// Residual above which a kernel without truncation error has failed. No valid row of a thousand random
+/// Residual above which a kernel without truncation error has failed. No valid result of a thousand random
 /// drives exceeds 1e-11.
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 

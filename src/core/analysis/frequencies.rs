@@ -42,7 +42,7 @@ const RIGID: f64 = 1e-13;
 pub struct ClosedMode {
     /// Frequency and decay.
     pub mode: NaturalMode,
-    /// Part of its elastic energy that the closed contacts store.
+    /// Part of the mode's elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 

@@ -7,8 +7,8 @@
 //!
 //! A slip of a dry slider removes a dimension from the tangents. A rigid stop that begins to hold the
 //! structure removes two. The last exponents are then −∞: orthogonalisation leaves only round-off of these
-//! tangents. Only as many tangents as sliders and stops may remove count as round-off. Other tangents may
-//! be as short: a strong damper can contract them as much.
+//! tangents. At most as many tangents count as round-off as sliders and stops can remove. Other tangents can
+//! also be that short, because a strong damper contracts them.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;

@@ -72,8 +72,8 @@ impl Family {
         }
     }
 
-    /// The part of a record that counts: all of it if its length is a whole number of periods, else the
-    /// complete stretches; `None` before the first.
+    /// The part of a record that is evaluated: all of it (`all`) if its length is a whole number of periods,
+    /// else the complete stretches; `None` before the first.
     fn counted(&self, all: bool) -> Option<Sums> {
         if all {
             return Some(self.stretches.total());

@@ -360,7 +360,7 @@ mod tests {
         found.name == name && (found.error / error - 1.0).abs() < 1e-12
     }
 
-    /// Doubles one error after the other: each is found, by the name of its column.
+    /// Doubles one error after the other. The search finds each of them, with the name of its column.
     #[test]
     fn every_error_counts_on_its_scale() {
         let all = loosest(&even(), &[], &[], &[]).error;

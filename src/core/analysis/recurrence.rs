@@ -121,9 +121,9 @@ impl Recurrence {
     }
 
     /// Periods that justify a Newton search from the newest state. If a return is closer than `nearest` half
-    /// gaps, these are its lag, the excitation's period and twice this period: a decaying oscillation hides
-    /// these two behind a closer return at a longer lag. A longer lag follows if its return is
-    /// [`MUCH_CLOSER`].
+    /// gaps, its lag, the excitation's period and twice this period are candidates. The latter two are tried
+    /// because a decaying oscillation can return closer at a longer lag than its final orbit needs. A lag
+    /// beyond the short periods is a candidate if its return is [`MUCH_CLOSER`].
     pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
         if !self.excitation_repeats {
             return Vec::new();

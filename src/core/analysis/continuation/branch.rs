@@ -52,7 +52,7 @@ const FEW_REFUSALS: u32 = 2;
 const OFF: f64 = 0.5;
 
 /// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
-/// half its period. A longer step shows that Newton's method has strayed there.
+/// half its period. A longer step shows that Newton's method has left the branch.
 const HOMECOMING: f64 = 1e-4;
 
 /// Distance of a merging from the first orbit, relative to the interval, below which the branch has only turned back.

@@ -251,7 +251,7 @@ fn turned(
 
 /// A function of an orbit that is zero on the curve.
 enum CurveFunction {
-    /// Distance of the multiplier nearest to the given one from its value at the bifurcation.
+    /// Distance between the multiplier nearest to the given one and the critical value of the bifurcation.
     Multiplier(Kind, Complex64),
     /// The depth of the extreme nearest in time to the given one \[half gaps\].
     Depth(Extreme),
@@ -395,7 +395,7 @@ fn point(
         .ok_or(NO_ORBIT)?;
     let mut older = (x, function.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
-    // A slope across a jump says nothing about the next point.
+    // A slope across a jump of the multiplier is useless at the next point.
     if change.abs() <= LOCATED && older.1.abs() > NEAR {
         change = FIRST_TRIAL;
     }

@@ -67,7 +67,7 @@ impl Coefficients {
     }
 
     /// The smallest angle between the space of the first `unstable` vectors and that of the last `stable`
-    /// \[rad\]; `None` if the vectors of either are dependent within round-off.
+    /// \[rad\]; `None` if the vectors of the latter are dependent within round-off.
     pub fn angle(&self, unstable: usize, stable: usize) -> Option<f64> {
         let m = self.vectors;
         // The first vectors span the first coordinates. The component of a unit vector outside these coordinates

@@ -41,8 +41,8 @@ pub struct CovariantConfig {
     pub vectors: usize,
     /// Measured mesh cycles.
     pub cycles: u64,
-    /// Discarded mesh cycles at either end: the tangents align before the measurement, the coefficients behind
-    /// it.
+    /// Discarded mesh cycles at either end: the tangents align before the measurement, the coefficients
+    /// after it.
     pub align: u64,
 }
 
@@ -80,7 +80,7 @@ pub struct CovariantOutcome {
     pub unstable: u32,
     /// Number of vectors with an exponent below zero by two standard errors.
     pub stable: u32,
-    /// Angles between the spaces of both, if both exist.
+    /// Angles between the spaces of growing and shrinking vectors, if both exist.
     pub angle: Option<AngleOutcome>,
     /// Mesh cycles integrated.
     pub cycles: u64,

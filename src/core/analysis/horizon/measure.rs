@@ -6,7 +6,7 @@ use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 /// Number of cycles in an average from which on spreads follow a power law; shorter averages are correlated.
 const FROM: u64 = 10;
 
-/// Lengths 1, 2, 5, 10, 20, 50, … up to and including `longest`.
+/// Numbers of cycles 1, 2, 5, 10, 20, 50, … up to and including `longest`.
 pub(super) fn ladder(longest: u64) -> Vec<u64> {
     let mut rungs = Vec::new();
     let mut power = 1;

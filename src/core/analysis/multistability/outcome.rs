@@ -99,11 +99,11 @@ pub struct AttractorOutcome {
     pub force_peak: Option<f64>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Probes that settled on it.
+    /// Number of probes that settled on the attractor.
     pub probes: u32,
     /// Share of these probes among all.
     pub basin: BasinShare,
-    /// Cells of the slice that settled on it; `None` without a slice.
+    /// Number of cells of the slice that settled on the attractor; `None` without a slice.
     pub cells: Option<u32>,
     /// Strobe states of a periodic motion, projected on the slice \[m\]; empty for other motions and without
     /// a slice.

@@ -247,7 +247,7 @@ mod tests {
         };
         // Both exponents have the same error. Their difference has √2 of it, so five standard errors are 7.07 errors.
         assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
-        // Mirror images have equal even averages.
+        // Mirror images have equal averages of even powers of δ, so only the mean of δ distinguishes them.
         assert!(!same(&|s| s.strobe[0].mean = -0.08));
         assert!(same(&|s| s.strobe[0].mean = -0.02));
         for i in 0..3 {
@@ -290,7 +290,7 @@ mod tests {
         assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));
         assert!(first.is_same(&orbit(&[2.0, 1e-6, 0.5]), &norm));
         assert!(!first.is_same(&orbit(&[2.0, 1e-2, 0.5]), &norm));
-        // The reversed order is another motion.
+        // The same states in reversed order are another motion.
         assert!(!first.is_same(&orbit(&[2.0, 0.5, 0.0]), &norm));
         assert!(!first.is_same(&orbit(&[0.0, 0.5]), &norm));
         assert!(!first.is_same(&statistics(|_| {}), &norm));

@@ -65,7 +65,7 @@ pub(super) struct Range {
     pub(super) low: f64,
     /// Largest value at nodes and ends.
     pub(super) high: f64,
-    /// Bound on the distance of the series beyond both.
+    /// Bound on the distance by which the series exceeds `high` or falls below `low`.
     pub(super) rise: f64,
 }
 
@@ -282,8 +282,8 @@ impl NodeValues<'_> {
     }
 }
 
-/// By term, bound on the rise of a series above its values at both ends of every cell between neighbouring
-/// nodes, −1 and 1: a cell of length h allows `h²/8 max|P_n''|`.
+/// For each term, a bound on its rise above the values at both ends of a cell. Cells lie between neighbouring
+/// nodes, −1 and 1; a cell of length h allows `h²/8 max|P_n''|`.
 fn rises(nodes: &[f64]) -> [f64; TERMS] {
     /// Steps in a cell, in which the curvature turns by less than three radians.
     const STEPS: usize = 8;

@@ -39,7 +39,7 @@ pub(super) struct Sums {
 pub(super) struct ContactSums {
     /// ∫ s F dt \[N s\].
     pub force: f64,
-    /// Time while it is closed \[s\].
+    /// Time for which the contact is closed \[s\].
     pub closed: f64,
     /// Entries into contact.
     pub impacts: f64,
@@ -239,7 +239,7 @@ fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
     stretches.iter().map(|s| influence(s) / s.time).collect()
 }
 
-/// Sum of the speeds of impacts on both flanks of the first mesh and their number.
+/// Sum of the speeds of impacts on both flanks of the first mesh, and number of impacts.
 fn impact_speed(s: &Sums) -> [f64; 2] {
     let [drive, coast] = [&s.contacts[0], &s.contacts[1]];
     [drive.speed + coast.speed, drive.impacts + coast.impacts]

@@ -19,7 +19,7 @@ pub enum Bifurcation {
     Fold,
     /// At −1: the period doubles.
     Flip,
-    /// As a complex pair: a torus is born.
+    /// As a complex pair: a torus begins.
     NeimarkSacker,
 }
 

@@ -269,7 +269,7 @@ fn find_orbit<K: Kernel>(
     }
 }
 
-/// Whether an orbit of these strobe states passes through the start of another.
+/// Whether an orbit with the strobe states `points` passes through the start of `orbit`.
 fn passes(norm: &EnergyNorm, points: &[TrajectoryState], orbit: &PeriodicOrbit) -> bool {
     points.len() == orbit.period as usize
         && points.iter().any(|point| {

@@ -244,9 +244,9 @@ impl<K: Kernel> PointRun<'_, K> {
 /// A requested error or bound.
 #[derive(Debug, Default)]
 struct StopCriterion {
-    /// Why it is not met, if it is not.
+    /// Why the criterion is not met, if it is not.
     missed: Option<String>,
-    /// Whether the budget is too small for it.
+    /// Whether the budget is too small to meet the criterion.
     futile: bool,
 }
 

@@ -65,7 +65,7 @@ pub(super) struct EnsembleTrajectory {
     pub(super) instruments: Instruments,
     pub(super) ending: Option<Ending>,
     faded: Option<FadedGrowth>,
-    /// Measured cycles and events at the last two ends of chunks.
+    /// Measured cycles and events at the ends of the last two stretches of [`CHUNK`] cycles.
     chunk_ends: [[u64; 2]; 2],
     /// Searches for an orbit at doubling counts of cycles, for the pilot only.
     searches: Option<OrbitSearchTimes>,

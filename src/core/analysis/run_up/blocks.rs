@@ -7,7 +7,7 @@ use crate::propagate::varying_speed::MovingEvent;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Signals at even mesh phases.
+/// Signals at evenly spaced mesh phases.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Phases {
     /// Samples per mesh cycle.

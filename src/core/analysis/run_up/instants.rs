@@ -1,6 +1,6 @@
-//! Signals at even instants.
+//! Signals at evenly spaced instants.
 
-/// Signals at even instants, the first at time 0.
+/// Signals at evenly spaced instants, the first at time 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instants {
     /// Samples per second.

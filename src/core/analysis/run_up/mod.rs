@@ -1,7 +1,7 @@
 //! A run-up or run-down: one motion with a changing speed, recorded as on a test bench.
 //!
-//! Signals are values of the windows' power series at even instants and at even mesh phases, without
-//! interpolation. On a test bench, signals at even phases result from synchronous resampling.
+//! Signals are values of the windows' power series at evenly spaced instants and mesh phases, without
+//! interpolation. On a test bench, signals at evenly spaced phases result from synchronous resampling.
 
 mod blocks;
 mod course;
@@ -47,7 +47,7 @@ pub struct RunUpConfig {
 pub struct RunUp {
     /// The signals, each with its unit.
     pub signals: Vec<[String; 2]>,
-    /// Values at even instants.
+    /// Values at evenly spaced instants.
     pub instants: Instants,
     /// Orders over the speed.
     pub orders: Vec<OrderPoint>,

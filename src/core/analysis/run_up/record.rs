@@ -1,4 +1,4 @@
-//! A run-up on the kernel, with its signals at even instants and even phases.
+//! A run-up on the kernel, with its signals at evenly spaced instants and mesh phases.
 
 use super::blocks::{Blocks, Phases, levels, orders};
 use super::course::PARTS;

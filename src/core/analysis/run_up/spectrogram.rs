@@ -76,7 +76,8 @@ mod tests {
     use crate::numerics::point_course::PointCourse;
     use std::f64::consts::TAU;
 
-    /// A sine on a line has its amplitude there, half of it on both neighbours, nothing elsewhere.
+    /// A sine at the frequency of a line has its amplitude on this line, half of it on both neighbouring lines, and
+    /// zero on all others.
     #[test]
     fn a_sine_has_its_amplitude() {
         let config = RunUpConfig {

@@ -29,9 +29,9 @@ pub const AVERAGES: [(&str, &str); 4] = [
 pub struct Ensemble {
     /// Number of members.
     pub members: usize,
-    /// Discarded cycles of each.
+    /// Discarded cycles of each member.
     pub transient: u64,
-    /// Measured cycles of each.
+    /// Measured cycles of each member.
     pub cycles: u64,
 }
 

@@ -1,6 +1,6 @@
 //! Welch spectra of a motion that does not repeat.
 //!
-//! The windows' polynomials are sampled at even instants. Segments of whole mesh cycles overlap by half
+//! The windows' polynomials are sampled at equal intervals. Segments of whole mesh cycles overlap by half
 //! and have a Hann window; their power is averaged (Welch 1967). The distance of lines is the inverse
 //! length of a segment: 1/32 mesh order for 32 mesh cycles. If whole periods of the excitation are not
 //! much longer, they make a segment, so that mesh and shaft orders are on lines.
@@ -422,7 +422,7 @@ mod tests {
         assert!((0.005..0.12).contains(&share), "{outside} of {count}");
     }
 
-    /// Noise of two records has the averages of both, and smaller errors.
+    /// The spectrum of two records of noise has the averages of both records, and smaller errors.
     #[test]
     fn segments_of_two_trajectories_are_averaged() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();

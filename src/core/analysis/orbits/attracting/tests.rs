@@ -248,7 +248,7 @@ fn a_neighbour_on_the_line_keeps_its_states() {
     );
 }
 
-/// A stable orbit within an unstable torus within a stable one, flat in the energy norm.
+/// A stable orbit inside an unstable torus, which lies inside a stable torus. All are flat in the energy norm.
 struct Tori {
     angle: f64,
     flat: f64,
