@@ -2,7 +2,7 @@
 //!
 //! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, with t from the start of
 //! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are integrated over
-//! whole periods of that shaft or mesh that are whole cycles of the first mesh. Therefore neither the mean
+//! whole periods of that shaft or mesh. These are also whole cycles of the first mesh, so neither the mean
 //! nor mesh orders leak into them. Standard errors follow from the components of c along and across it, over
 //! successive stretches.
 

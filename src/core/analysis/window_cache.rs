@@ -1,8 +1,8 @@
 //! Values for window lengths that recur. A kernel has a few regular window lengths; windows cut at events have
 //! any length.
 
-/// Number of remembered windows. It exceeds the number of windows between two of equal length if a mesh
-/// computed from the gears cuts the cycle into sixty segments and at the events of its pairs.
+/// Number of remembered windows. A mesh computed from the gears cuts the cycle into sixty segments and at the
+/// events of its pairs. Even then, two windows of equal length are less than this number apart.
 const REMEMBERED_WINDOWS: usize = 192;
 
 /// Maximum number of kept lengths: as many as a mesh computed from the gears has. With a smaller number, each

@@ -54,7 +54,7 @@ pub enum Unfollowed {
 pub struct Bifurcation {
     /// The kind.
     pub kind: Kind,
-    /// The orbit there.
+    /// The orbit at the bifurcation.
     pub orbit: Orbit,
     /// Index of the last orbit of the branch before the bifurcation.
     pub after: usize,

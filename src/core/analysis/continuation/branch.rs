@@ -3,7 +3,7 @@
 //! A step extrapolates the last orbits by a polynomial and corrects the guess by Newton's method: at the guessed
 //! parameter or, where the branch is steep, on a plane across it. The angle between successive chords and the number
 //! of Newton steps control the step. The map is once differentiable at a change of the contact sequence, but its
-//! curvature may be large. Only the observed angle shows how long a step may be there.
+//! curvature may be large. Near such a change, only the observed angle shows how long a step may be.
 
 use super::bifurcation::{Bifurcation, between};
 use super::end::End;

@@ -72,8 +72,8 @@ const SHORTEST: f64 = 1e-6;
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Accuracy of a located point, relative to an interval or to the motion's size along a fold's null vector, and the
-/// largest number of orbits computed for it.
+/// Accuracy of a located point, relative to an interval (along a fold's null vector, to the motion's size), and largest
+/// number of orbits computed for the point.
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 

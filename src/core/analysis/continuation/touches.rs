@@ -19,7 +19,7 @@ const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 pub struct Extreme {
     /// The contact.
     pub contact: usize,
-    /// Whether the depth has a minimum there.
+    /// Whether the extreme is a minimum.
     pub minimum: bool,
     /// Time from the start of the period, in cycles.
     pub time: f64,

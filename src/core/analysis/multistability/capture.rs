@@ -50,8 +50,8 @@ impl KnownOrbits {
         self.orbits.push((attractor, orbit));
     }
 
-    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit. Otherwise investigates
-    /// it from there on. Returns how this ended, and the mesh cycles before the investigation.
+    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit. If it approaches none,
+    /// investigates its further motion. Returns the result, and the mesh cycles before the investigation.
     ///
     /// # Errors
     /// [`CalledOff`] if the work was interrupted.

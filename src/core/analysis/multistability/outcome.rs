@@ -39,7 +39,7 @@ pub struct ProbeOutcome {
     pub attractor: Option<u32>,
     /// How the work ended.
     pub status: Status,
-    /// Why this status and this class.
+    /// Reason for this status and this class.
     pub reason: String,
     /// Kind of motion.
     pub class: Option<Class>,

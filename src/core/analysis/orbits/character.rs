@@ -51,7 +51,7 @@ impl Bifurcation {
 pub struct Character {
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// How it gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
+    /// How the orbit gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
     pub bifurcation: Option<Bifurcation>,
     /// Contact-state changes in a period.
     pub events: u64,

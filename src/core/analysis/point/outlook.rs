@@ -57,7 +57,7 @@ impl ExpectedCycles {
         let (lambda, error) = (found.exponents[0], found.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
         let wanted = outcome.measured_cycles as f64 * ratio * ratio;
-        // If this exceeds the budget, the first look ends the point.
+        // If the wanted cycles exceed the budget, the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
         let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
         let skew = match config.effort() {

@@ -58,7 +58,7 @@ impl OrbitSearchTimes {
 pub(super) struct PeriodicMotion {
     /// Period in mesh cycles.
     pub(super) period: u32,
-    /// How it was found.
+    /// How the motion was found.
     pub(super) how: String,
     /// The linearised map of a period from the trajectory's state, if the search computed it.
     pub(super) turn: Option<PeriodMap>,

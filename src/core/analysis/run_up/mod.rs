@@ -59,7 +59,7 @@ pub struct RunUp {
     pub events: Vec<MovingEvent>,
     /// Number of mesh cycles.
     pub cycles: f64,
-    /// Why it ended early, if it did.
+    /// Why the run-up ended early, if it did.
     pub stop: Option<Stop>,
 }
 

@@ -12,9 +12,9 @@ const HIGHEST: f64 = 0.4;
 /// The spectrum of a signal over a stretch of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
-    /// Time of its middle \[s\].
+    /// Time of the middle of the stretch \[s\].
     pub time: f64,
-    /// Speed of the pinion there \[rad/s\].
+    /// Speed of the pinion at this time \[rad/s\].
     pub speed: f64,
     /// The signal, counted from 0.
     pub signal: usize,

@@ -4,8 +4,8 @@
 //! parameter is not the average of derivatives. A difference quotient can be computed instead:
 //! averages over many trajectories at two values of the parameter, from common starts, each over a
 //! stretch of cycles after a transient. The scatter of the members of the ensemble gives the error.
-//! The slope is unreliable if a step twice as large gives a slope that differs by more than the
-//! errors, or if the error is as large as the slope.
+//! The slope is unreliable if the error is as large as the slope. It is also unreliable if a step
+//! twice as large gives a slope that differs by more than the errors.
 
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::modal_series::{integral, padded};

@@ -106,7 +106,7 @@ struct Sums {
     deflection: [f64; 2],
     square: [f64; 2],
     force: [f64; 2],
-    /// Largest |F|, with the derivative of F there times its sign.
+    /// Largest |F|, and the derivative of this value.
     peak: [f64; 2],
     /// If the peak is the end of a window: cycle, time, and the slope of F times its sign \[N/s\].
     peak_end: Option<(u64, f64, f64)>,

@@ -398,7 +398,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         out
     }
 
-    /// δ_p − s b_p of a contact at its event, and its margin there.
+    /// δ_p − s b_p of a contact at its event, and the margin of the contact at the event.
     fn at_event(&self, event: &Event) -> (f64, f64) {
         let n = self.model.modes();
         let contact = &self.model.contacts[event.contact];

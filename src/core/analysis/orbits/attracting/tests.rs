@@ -292,7 +292,7 @@ fn a_torus_around_an_orbit_is_not_taken_for_its_approach() {
             }
             let inside = [0.1 * UNSTABLE * cos, flat * 0.1 * UNSTABLE * sin];
             let seen = place.comes_from(inside);
-            // If it ends on the long axis of the flat torus, a later observation decides.
+            // If an observation ends on the long axis of the flat torus, a later one decides.
             assert!(
                 flat < 1.0 || seen == Some(Approach::AsPredicted),
                 "{angle} {flat} {turn}"
