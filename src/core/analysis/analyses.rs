@@ -1,4 +1,4 @@
-//! Which analyses may a manifest request of an operating point?
+//! Which analyses of an operating point can a manifest request?
 
 use super::config::{LyapunovConfig, NvhConfig};
 use super::covariant::CovariantConfig;

@@ -8,8 +8,8 @@ const MOST_AVERAGES: usize = 1 << 16;
 
 /// Averages over successive stretches of equal length.
 ///
-/// If there are too many, neighbours are joined in pairs and the stretches double. Blocks of error bars are
-/// far longer.
+/// If there are too many averages, neighbouring averages are joined in pairs and the stretches double. The
+/// blocks of the error bars are far longer than a stretch.
 #[derive(Debug, Clone)]
 pub struct CycleAverages {
     stretch: u32,
@@ -64,7 +64,7 @@ impl CycleAverages {
         self.pending = 0;
     }
 
-    /// Joins neighbours in pairs.
+    /// Replaces each pair of neighbouring averages by its mean.
     fn join(&mut self) {
         self.values = (self.values.chunks_exact(2))
             .map(|pair| 0.5 * (pair[0] + pair[1]))

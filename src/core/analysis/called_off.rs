@@ -1,14 +1,14 @@
-//! Was the work called off?
+//! Has the user interrupted the work?
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The work was called off; the point has no results.
+/// The work was interrupted; the point has no results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted before the point was finished")]
 pub struct CalledOff;
 
 impl CalledOff {
-    /// Ends the work if it was called off.
+    /// Ends the work if it was interrupted.
     ///
     /// # Errors
     /// [`CalledOff`] if the flag is raised.

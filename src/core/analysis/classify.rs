@@ -1,14 +1,15 @@
-//! Which class does a motion belong to that did not repeat?
+//! To which class does a motion belong that did not repeat?
 //!
-//! A motion is chaotic if its neighbours separate exponentially to the end of the record. On a torus
-//! they separate in proportion to time. Their distance after n cycles then gives an "exponent"
-//! ln n / n, which exceeds every error bar and falls with n. Late growth distinguishes the two: it is
-//! `λ n/4` per quarter in chaos, and a few tenths of a nat on a torus, however long the record.
+//! Neighbours are trajectories from nearby states. A motion is chaotic if its neighbours separate
+//! exponentially to the end of the record. On a torus they separate in proportion to time. Their distance
+//! after n cycles then gives an "exponent" ln n / n, which exceeds every error bar and falls with n. Late
+//! growth distinguishes chaos from a torus: it is `λ n/4` per quarter of the record in chaos, and a few
+//! tenths of a nat on a torus, however long the record.
 
 use super::outcome::{Class, Status};
 use crate::numerics::statistics::{mean, standard_error};
 
-/// The evidence for a class.
+/// The measurements from which a class follows.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<'a> {
     /// Averages of the largest exponent over successive stretches; empty if no exponent was requested.
@@ -17,15 +18,15 @@ pub struct Evidence<'a> {
     pub stretch: u32,
     /// Cycles of alignment before the averages.
     pub aligned: u64,
-    /// Closest return of the strobe states, in units of the half gap.
+    /// Smallest distance of the last strobe state from an earlier one, in units of the half gap.
     pub closest_return: Option<f64>,
-    /// Longest period of the search, in mesh cycles.
+    /// Longest period tried in the search for a repetition, in mesh cycles.
     pub longest_period: usize,
     /// Whether the excitation repeats within this period; otherwise the motion cannot repeat.
     pub excitation_repeats: bool,
     /// Changes of contact state during the measurement.
     pub events: u64,
-    /// Whether contact persisted during the measurement.
+    /// Whether contact lasted throughout the measurement.
     pub touched_throughout: bool,
     /// Whether the motion can be on a torus.
     pub torus_is_possible: bool,
@@ -46,7 +47,7 @@ pub struct Verdict {
     pub status: Status,
     /// Kind of motion, if known.
     pub class: Option<Class>,
-    /// Why.
+    /// The reason for the class or for its absence.
     pub reason: String,
 }
 
@@ -115,7 +116,7 @@ impl Growth {
         })
     }
 
-    /// Persistent growth: the smaller of the two.
+    /// Persistent growth: the smaller of `before` and `late`.
     fn steady(self) -> f64 {
         self.before.min(self.late)
     }
@@ -173,7 +174,7 @@ fn not_converged(reason: String) -> Verdict {
     }
 }
 
-/// The evidence and the quantities derived from it.
+/// The measurements and the quantities derived from them.
 struct Found<'a> {
     evidence: &'a Evidence<'a>,
     lambda: f64,
@@ -267,8 +268,8 @@ impl Found<'_> {
                 "{known}, zero within its error, and no period up to {longest}"
             ));
         }
-        // Growth with the square of time from the start of the alignment. Without an alignment the first
-        // direction may grow by any amount.
+        // Upper limit: growth with the square of time from the start of the alignment. Without an alignment
+        // the first direction may grow by any amount.
         let cycles = self.evidence.averages.len() as f64 * f64::from(self.evidence.stretch);
         let most = 1.0 + 2.0 * (cycles / self.evidence.aligned as f64).ln_1p();
         let proportional = self.evidence.aligned > 0
@@ -370,8 +371,8 @@ mod tests {
             .collect()
     }
 
-    /// Averages over stretches of ten cycles of a tangent with length `length(n)`, n cycles after the start
-    /// of its alignment, which takes a hundred cycles.
+    /// Averages of the growth of a tangent over stretches of ten cycles. `length(n)` is its length n cycles
+    /// after the start of its alignment, which takes a hundred cycles.
     fn growing(cycles: usize, length: impl Fn(f64) -> f64) -> Vec<f64> {
         let logarithm = |stretch: usize| length(100.0 + 10.0 * stretch as f64).ln();
         (0..cycles / 10)
@@ -385,8 +386,8 @@ mod tests {
         assert_eq!((v.status, v.class), (Status::Ok, Some(Class::Chaotic)));
     }
 
-    /// The "exponent" of such a tangent is 0.007 at 320 cycles and 0.001 at 4000, with an error
-    /// bar far below.
+    /// A tangent that grows in proportion to time has an "exponent" of 0.007 at 320 cycles and 0.001 at 4000,
+    /// with a far smaller error bar.
     #[test]
     fn growth_in_proportion_to_time_is_a_torus_however_short_the_record() {
         for cycles in [320, 400, 800, 1500, 4000] {

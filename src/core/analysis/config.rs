@@ -21,7 +21,7 @@ pub struct PointConfig {
     pub audit_cycles: u64,
     /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovConfig>,
-    /// Poincaré samples kept.
+    /// Number of Poincaré samples that are kept.
     pub poincare_samples: usize,
     /// Where the samples are taken.
     pub section: Section,
@@ -30,7 +30,7 @@ pub struct PointConfig {
 }
 
 impl PointConfig {
-    /// Amount of evidence behind error bars; verified if no exponent is requested.
+    /// How much is measured for error bars; `Verified` if no exponent is requested.
     pub fn effort(&self) -> Effort {
         self.lyapunov
             .map_or(Effort::Verified, |config| config.effort)
@@ -43,7 +43,7 @@ pub struct LyapunovConfig {
     /// Number of exponents, at least 1. A model has two per mode that is not neutral, and one more if drag
     /// damps the neutral rotation.
     pub exponents: usize,
-    /// Stop once the standard error of the largest exponent is at most this \[1/cycle\].
+    /// Standard error of the largest exponent at which the measurement ends, if any \[1/cycle\].
     pub stop_at_stderr: Option<f64>,
     /// Cycles after the transient that align the tangents, discarded.
     pub align: u64,
@@ -53,9 +53,9 @@ pub struct LyapunovConfig {
     pub separation: f64,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
-    /// Number of places with running estimates, 0 for none.
+    /// Number of cycle counts with running estimates, 0 for none.
     pub course: usize,
-    /// Amount of evidence behind an error bar.
+    /// How much is measured for error bars.
     pub effort: Effort,
     /// Lower bound of the life of chaos to demonstrate \[cycles\], if any.
     pub lifetime: Option<u64>,
@@ -80,13 +80,14 @@ impl Default for LyapunovConfig {
     }
 }
 
-/// How much of an unsettled motion is measured before its error bars are evaluated.
+/// How much of a motion that does not settle is measured before its error bars are evaluated.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub enum Effort {
-    /// Several trajectories, a late first look, few looks: the coverage of the errors was measured.
+    /// Several trajectories, a late first look at the error bars, few looks. The coverage of these error
+    /// bars was measured.
     #[default]
     Verified,
-    /// One trajectory and an early first look; the errors are not verified.
+    /// One trajectory and an early first look at the error bars. Their coverage is unknown.
     Survey,
 }
 
@@ -114,7 +115,7 @@ pub enum GrowthNorm {
 /// Settings of NVH statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NvhConfig {
-    /// Mesh harmonics of the deflection, 0 for none.
+    /// Number of mesh harmonics of the deflection, 0 for none.
     pub harmonics: usize,
     /// Mean and RMS of outputs of the structure. Rebuilding these from the modes costs more than the
     /// integration.
@@ -159,9 +160,9 @@ pub struct SpectrumConfig {
 pub struct OrderConfig {
     /// Signals with orders.
     pub signals: Signals,
-    /// Multiples of the mesh frequency.
+    /// Number of multiples of every mesh frequency.
     pub mesh: u32,
-    /// Multiples of the speed of each shaft of the first mesh.
+    /// Number of multiples of every shaft's speed.
     pub shafts: u32,
 }
 

@@ -12,13 +12,13 @@ use crate::numerics::linalg::{product, solve};
 use crate::propagate::{Counters, Kernel, Tangents};
 use faer::Mat;
 
-/// Cycles integrated before the first attempt. Each further attempt follows at twice the count.
+/// Number of integrated cycles at the first attempt to jump. Each further attempt follows at twice the number.
 const FIRST_ATTEMPT: u64 = 64;
 
-/// Fewest cycles per mode that justify an attempt: it takes as long as some hundred cycles.
+/// Smallest number of remaining cycles per mode for an attempt. An attempt takes as long as some hundred cycles.
 const WORTH: u64 = 50;
 
-/// Longest period of the excitation with a map \[mesh cycles\].
+/// Longest period of the excitation for which jumps are attempted \[mesh cycles\].
 const LONGEST: usize = 64;
 
 /// Jumps over constant contact, for one model.
@@ -37,14 +37,14 @@ struct Period {
     increment: Mat<f64>,
     /// x₁ − x₀.
     drift: Vec<f64>,
-    /// A for the components with weight, in energy coordinates.
+    /// A for the components with a weight in the norm, in energy coordinates.
     felt: Mat<f64>,
-    /// x₁ − x₀ in these coordinates.
+    /// x₁ − x₀ for the same components, in energy coordinates.
     weighted_drift: Vec<f64>,
 }
 
 impl<'m> ContactJumps<'m> {
-    /// No jumps yet.
+    /// The jumps of a model, before its first integrated cycle.
     pub fn new(model: &'m Model) -> Self {
         let period = excitation_period(model).filter(|period| *period <= LONGEST);
         Self {
@@ -62,8 +62,8 @@ impl<'m> ContactJumps<'m> {
     }
 
     /// Advances a trajectory by whole periods of the excitation, up to `cycles` mesh cycles, if contact is
-    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if it would not pay, or if
-    /// contact is not certain to last.
+    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if too few cycles remain, or
+    /// if contact is not certain to last.
     pub fn jump<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -107,7 +107,7 @@ impl<'m> ContactJumps<'m> {
         }
         let mut counters = Counters::default();
         let mut next_state = start.clone();
-        // Detects rattle without the cost of tangents.
+        // A period without tangents first, which is cheap: it detects rattle.
         kernel
             .advance(
                 u64::from(period),
@@ -158,7 +158,7 @@ impl<'m> ContactJumps<'m> {
         })
     }
 
-    /// Whether a trajectory keeps contact for ever if its next period has this map.
+    /// Whether a trajectory certainly stays in contact for ever if its next period has this map.
     fn certain<K: Kernel>(
         &self,
         kernel: &K,

@@ -1,4 +1,4 @@
-//! What does the energy balance of a structure with coupled modes consist of?
+//! Which energies and works does the energy balance of a structure with coupled modes contain?
 //!
 //! The blocks are not modes. The model's basis maps them to the modes' displacements q and velocities v. D is
 //! the whole damping, gyroscopic terms included. K and K_a are the symmetric and skew parts of the whole
@@ -20,7 +20,7 @@ pub(super) struct CoupledModes {
     coupled: Coupled,
     /// Mean load on every mode.
     load: Vec<f64>,
-    /// Inputs of every torque ripple.
+    /// Input of every torque ripple to each mode.
     ripples: Vec<Vec<f64>>,
     /// Participations in deflection and force, per direction.
     participations: Vec<[Vec<f64>; 2]>,
@@ -63,8 +63,8 @@ impl CoupledModes {
         energy
     }
 
-    /// Magnitude of the energies whose round-off enters the balance, at the start of a window, whose mesh
-    /// phase is `phase`.
+    /// Magnitude of the energies whose round-off enters the balance, at the start of a window at mesh phase
+    /// `phase`.
     pub fn magnitude(&self, model: &Model, window: &Window<'_>, phase: f64) -> f64 {
         let n = self.load.len();
         let modes = model

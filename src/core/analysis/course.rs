@@ -4,7 +4,8 @@ use super::outcome::CourseOutcome;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
 /// Running means and standard errors of each exponent at no more than `places` counts of cycles. The counts
-/// are evenly spaced, from the fewest with an error bar to all. `None` if the record is shorter.
+/// are evenly spaced, from the smallest count with an error bar to the whole record. `None` if the record is
+/// too short for an error bar.
 ///
 /// * `series`: averages of each exponent over successive stretches of `stretch` cycles.
 pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOutcome> {

@@ -80,9 +80,9 @@ mod tests {
         assert_eq!(value(&[0.5, -1.0], 2), Some(1.5));
         assert_eq!(value(&[0.5, 0.0, -2.0], 3), Some(2.25));
         assert_eq!(value(&[-0.1, -0.2], 2), Some(0.0));
-        // Volume is conserved: the motion fills its space.
+        // The exponents add up to zero, so volume is conserved and the motion fills its space.
         assert_eq!(value(&[0.5, -0.5], 2), Some(2.0));
-        // Too few exponents.
+        // Two of four exponents with a positive sum do not determine the dimension.
         assert_eq!(value(&[0.5, -0.1], 4), None);
         assert_eq!(value(&[0.5, f64::NEG_INFINITY], 2), Some(1.0));
     }

@@ -6,20 +6,20 @@
 
 use crate::model::{InitialState, Model, Segment};
 
-/// Deflections up to this multiple of the gap or the static deflection belong to a motion about the gap.
+/// Deflections up to this multiple of the gap or of the static deflection belong to a bounded motion.
 const BEYOND: f64 = 1e3;
 
-/// Smallest ratio of the largest deflections of the last and the first quarter of the cycles if a motion
-/// grows. Beats of bounded motions stay below it.
+/// Ratio of the largest deflections in the last and in the first quarter of the cycles above which a motion
+/// grows. Beats of bounded motions stay below this ratio.
 const GROWN: f64 = 10.0;
 
-/// Latest states, at least one of which is far out if a motion grows.
+/// Number of latest states. If a motion grows, at least one of them has a deflection beyond [`BEYOND`].
 const LATEST: usize = 8;
 
-/// Fewest cycles that are divided into quarters.
+/// Smallest number of cycles that are checked for growth between their quarters.
 const FEWEST: usize = 40;
 
-/// Watches for motions that grow without bound.
+/// Detects motions that grow without bound.
 #[derive(Debug, Clone)]
 pub struct Bounds {
     /// One entry per line of action.
@@ -46,7 +46,7 @@ struct Line {
     100.0 * (growth - 1.0)
 )]
 pub struct Runaway {
-    /// Its largest deflection at the start of a mesh cycle \[half gaps\].
+    /// Largest deflection of the motion at the start of a mesh cycle \[half gaps\].
     pub half_gaps: f64,
     /// Mean growth per mesh cycle.
     pub growth: f64,

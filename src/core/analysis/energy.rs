@@ -9,7 +9,7 @@
 //!     − ∫ F (g − w)·u dt                                      friction
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
 //!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap;
-//!                                                             contacts that let go compressed
+//!                                                             contacts that open compressed
 //!     + Σ Δ(½Σ v²)                                            impacts on rigid stops
 //! ```
 //!
@@ -30,13 +30,13 @@ use crate::propagate::{Event, Observer, Window};
 pub(super) use balance::{Balance, WindowEndContacts};
 pub(super) use cause::Cause;
 
-/// Residual above which a kernel without truncation error has failed. No valid row of a thousand random
+/// Residual above which a kernel without truncation error has failed. No valid result of a thousand random
 /// drives exceeds 1e-11.
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The message if the energy balance does not close; `None` if it does.
 pub fn objection(residual: f64) -> Option<String> {
-    // This form also rejects NaN.
+    // This form of the comparison also rejects NaN.
     let closes = residual <= LARGEST_RESIDUAL;
     (!closes).then(|| {
         format!(
@@ -54,7 +54,7 @@ pub struct EnergyAudit<'m> {
     start: Option<f64>,
     /// Sum of all works \[J\].
     gained: f64,
-    /// Sum of their absolute values \[J\].
+    /// Sum of the absolute values of all works \[J\].
     turnover: f64,
     /// Largest energy stored, as the sum of absolute parts \[J\].
     stored: f64,

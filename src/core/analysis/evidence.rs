@@ -17,7 +17,8 @@ pub struct EvidenceOutcome {
     pub ess: Option<f64>,
     /// Split R-hat of the same averages.
     pub rhat: Option<f64>,
-    /// Frequency of the strongest line of the strobe deflection \[1/cycle\], on a torus.
+    /// Frequency of the strongest line of the strobe deflection that is not a simple multiple of the mesh
+    /// frequency \[1/cycle\], on a torus.
     pub rotation_number: Option<f64>,
     /// Averages of growth over ten cycles, trajectory after trajectory, if requested.
     pub chains: Option<ChainRecord>,
@@ -26,7 +27,7 @@ pub struct EvidenceOutcome {
 /// Averages of the growth of neighbours in every trajectory.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChainRecord {
-    /// Averages per trajectory.
+    /// Number of averages of every trajectory.
     pub lengths: Vec<f64>,
     /// The averages \[1/cycle\], one trajectory after another.
     pub growth: Vec<f64>,
@@ -41,9 +42,9 @@ pub struct ChaosOutcome {
     pub exits: u32,
     /// Trajectories that were measured.
     pub trajectories: u32,
-    /// Motions on which these trajectories ended, the most frequent first: class, period, number.
+    /// Motions on which these trajectories ended, the most frequent first: class, period, number of trajectories.
     pub ended_on: Option<String>,
-    /// Averages over the chaotic parts, if the point has the class of the motion after the chaos.
+    /// Averages over the chaotic parts, if every trajectory left chaos.
     #[serde(rename = "left")]
     pub averages_before_exit: Option<ChaosAverages>,
 }

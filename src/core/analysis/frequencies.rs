@@ -1,9 +1,9 @@
-//! At which frequencies does the structure vibrate with open contacts, and with the contacts closed that bear
-//! the static load?
+//! At which frequencies does the structure vibrate with all contacts open, and with those contacts closed
+//! that carry the static load?
 //!
 //! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, with coupled modes too. Dry
-//! sliders stick in small vibrations: their springs count as closed contacts, also in open frequencies. With
-//! contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
+//! sliders stick in small vibrations: their springs count as closed contacts, also in the modes with open
+//! contacts. With contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
@@ -11,8 +11,8 @@
 //!
 //! with the symmetric parts of K and C. Gyroscopic terms, cross-coupled springs and friction are omitted
 //! because they shift the modes little. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy in the
-//! contacts. If the static load closes no contact, the drive flanks are closed, or the first contact of an
-//! oscillator.
+//! contacts. If the static load closes no contact, the drive flanks count as closed, or the first contact of
+//! an oscillator.
 
 use crate::model::{ActiveSet, Block, DRIVE_FLANK, Model};
 use crate::numerics::linalg::symmetric_eigen;
@@ -42,20 +42,20 @@ const RIGID: f64 = 1e-13;
 pub struct ClosedMode {
     /// Frequency and decay.
     pub mode: NaturalMode,
-    /// Part of its elastic energy that the closed contacts store.
+    /// Part of the mode's elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 
 /// Modes of a structure, in ascending frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frequencies {
-    /// With all contacts open, and dry sliders stuck.
+    /// Modes with all contacts open, and dry sliders stuck.
     pub open: Vec<NaturalMode>,
-    /// With [`Self::contacts`] closed by their mean stiffness; empty if the eigenvalues are not found.
+    /// Modes with [`Self::contacts`] closed at their mean stiffness; empty if the eigenvalues are not found.
     pub closed: Vec<ClosedMode>,
-    /// The closed contacts: those that bear the static load, if any.
+    /// The closed contacts: those that carry the static load, if any.
     pub contacts: ActiveSet,
-    /// Whether they bear the static load.
+    /// Whether the closed contacts carry the static load.
     pub loaded: bool,
 }
 
@@ -73,7 +73,7 @@ impl Frequencies {
             stuck.into_iter().map(|own| own.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        // Rigid stops and dry friction have no stiffness, and contacts that soften have none that vibrates.
+        // Rigid stops and dry friction have no stiffness. Contacts that soften have no positive mean stiffness.
         let stiff = |contact: &usize| {
             let contact = &model.contacts[*contact];
             let stands = contact.release.of_stop() || contact.release.of_friction();
@@ -143,7 +143,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
         }
         None => 0.0,
     };
-    // Modes that neither a spring nor a contact holds stay exactly rigid.
+    // Modes that no spring of the structure or of a contact restrains stay exactly rigid.
     let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
     let (constrained, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
         .partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
@@ -198,7 +198,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
     )
 }
 
-/// Which matrix of the structure.
+/// A matrix of the structure.
 #[derive(Clone, Copy)]
 enum Matrix {
     Stiffness,
@@ -238,8 +238,8 @@ mod tests {
         assert!((closed.mode.decay - 0.2).abs() < 1e-15);
     }
 
-    /// A stuck slider of stiffness 5 on the mode: `ω² = 4 + 5` open, `4 + 5 + 3 w²` closed, of which it
-    /// stores 5/21.
+    /// A stuck slider of stiffness 5 on the mode: `ω² = 4 + 5` open, `4 + 5 + 3 w²` closed. The slider
+    /// stores 5/21 of the elastic energy of the closed mode.
     #[test]
     fn a_stuck_slider_is_a_spring() {
         let mut structure = ModalStructure::of_modes(&[2.0], 0.0, &[2.0], &[1.0]);

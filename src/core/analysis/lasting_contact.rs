@@ -20,7 +20,7 @@ use crate::numerics::linalg::{eigenpair, eigenvalues, solve};
 use crate::propagate::{Counters, Event, Kernel, Observer, Window};
 use faer::Mat;
 
-/// Size of a disturbance, in units of the norm.
+/// Size of the displacement from the periodic motion that gives derivatives, in units of the norm.
 const DISTURBANCE: f64 = 1e-4;
 
 /// Factor for rounding in bounds.
@@ -39,10 +39,10 @@ pub(super) struct LastingContact<'a> {
     norm: &'a EnergyNorm,
     /// The periodic motion at the start of a period.
     orbit: TrajectoryState,
-    /// Its period in mesh cycles.
+    /// Period of the motion in mesh cycles.
     period: u32,
     modes: Modes,
-    /// The margins of the periodic motion, once computed.
+    /// Margins of the periodic motion, once computed.
     steady: Option<ObservedMargins>,
     /// The blocks' motion, with its stored exponentials.
     motion: ModalMotion<'a>,
@@ -53,7 +53,7 @@ pub(super) struct LastingContact<'a> {
 impl<'a> LastingContact<'a> {
     /// Motions that decay to the orbit, a state and its period in mesh cycles. `map` is the map of a period
     /// in energy coordinates, without the neutral pair. `None` if it does not decay or its eigenvectors are
-    /// no basis.
+    /// no basis of the state space.
     pub(super) fn new(
         model: &'a Model,
         norm: &'a EnergyNorm,
@@ -85,7 +85,8 @@ impl<'a> LastingContact<'a> {
             .is_some_and(|remaining| remaining.iter().all(|remaining| *remaining > 0.0))
     }
 
-    /// The remaining margins, incomplete once one of them is spent; `None` if they are unknown.
+    /// Lower bounds of the margins in all later periods. The computation ends as soon as one bound is not
+    /// positive. `None` if the margins are unknown.
     fn remaining_margins<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -94,7 +95,7 @@ impl<'a> LastingContact<'a> {
     ) -> Option<Vec<f64>> {
         let sizes = self.modes.sizes(away)?;
         let mut order: Vec<usize> = (0..sizes.len()).collect();
-        // The largest parts spend the margins soonest.
+        // The largest components come first, because they reduce the bounds most.
         order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
         if self.steady.is_none() {
             self.steady = Some(self.observe_period(kernel, None, workspace)?);
@@ -112,7 +113,7 @@ impl<'a> LastingContact<'a> {
         Some(remaining)
     }
 
-    /// Largest change of margins, by contact, per unit of a mode.
+    /// Largest change of every contact's margin over a period, per unit of a mode.
     fn reach<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -180,7 +181,7 @@ impl Modes {
         let mut all: Vec<Vec<f64>> = Vec::new();
         let (mut vectors, mut columns) = (Vec::new(), Vec::new());
         for value in eigenvalues(map.as_ref())? {
-            // A vector that does not decay is no transient. A conjugate comes with its other half.
+            // An eigenvector that does not decay belongs to no transient. A conjugate pair has one entry.
             if value.norm() >= 1.0 {
                 return None;
             }
@@ -210,7 +211,7 @@ impl Modes {
         let length = |x: &dyn Fn(usize) -> f64| (0..size).map(|i| x(i) * x(i)).sum::<f64>().sqrt();
         let rebuilt = |i: usize| -> f64 { (0..size).map(|j| self.basis[(i, j)] * shares[j]).sum() };
         let off = length(&|i| rebuilt(i) - state[i]);
-        // This form rejects NaN.
+        // This form of the comparison rejects NaN.
         let accurate = off <= RESIDUAL * length(&|i| state[i]);
         let part = |&(first, count): &(usize, usize)| match count {
             1 => shares[first].abs(),
@@ -223,9 +224,9 @@ impl Modes {
 /// The observed margins of all contacts.
 #[derive(Debug)]
 struct ObservedMargins {
-    /// MarginObserver without gaps and errors, which are the same for all motions, window after window.
+    /// Series of the margins, window after window, without gaps and errors, which are the same for all motions.
     windows: Vec<Vec<Series>>,
-    /// The least margin of every contact, if requested.
+    /// Lower bound of every contact's margin, if requested.
     least: Option<Vec<f64>>,
 }
 
@@ -253,7 +254,7 @@ impl<'a, 'm> MarginObserver<'a, 'm> {
     }
 }
 
-/// Records the margin of a contact over a window, if requested.
+/// Updates the lower bound of a contact's margin by its series over a window, if bounds are requested.
 fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
     if let Some(all) = all {
         let known = all[contact];
@@ -267,14 +268,14 @@ impl Observer for MarginObserver<'_, '_> {
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
         let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
-        // The blocks give the deflection of an open contact on another line.
+        // A window has no deflection of an open contact on another line: the blocks' motion gives it.
         let needs_motion = (0..model.contacts.len())
             .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
         let motion = needs_motion.then(|| self.motion.on(window));
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             if model.is_passed(index, window.contact) {
-                // It cannot act before the contact that passed it opens.
+                // A passed contact cannot act before the contact that passed it opens.
                 all.push([0.0; TERMS]);
                 continue;
             }

@@ -7,8 +7,8 @@
 //!
 //! A slip of a dry slider removes a dimension from the tangents. A rigid stop that begins to hold the
 //! structure removes two. The last exponents are then −∞: orthogonalisation leaves only round-off of these
-//! tangents. Only as many tangents as sliders and stops may remove count as round-off. Other tangents may
-//! be as short: a strong damper can contract them as much.
+//! tangents. At most as many tangents count as round-off as sliders and stops can remove. Other tangents can
+//! also be that short, because a strong damper contracts them.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
@@ -17,11 +17,11 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
 
-/// Part that orthogonalisation leaves of a tangent in the span of its predecessors: some tens of units of
-/// round-off.
+/// Part of a tangent that orthogonalisation leaves if the tangent lies in the span of its predecessors: some
+/// tens of units of round-off.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Growth of tangent vectors.
+/// Tangent vectors and their growth.
 #[derive(Debug, Clone)]
 pub struct TangentGrowth {
     tangents: Tangents,
@@ -59,7 +59,8 @@ impl TangentGrowth {
         self.averages.fill_with(CycleAverages::default);
     }
 
-    /// Call this after every integrated cycle. Returns the growth of the first tangent.
+    /// Records the growth over an integrated cycle, and orthonormalises the tangents. Returns the growth of the
+    /// first tangent. Must be called after every cycle.
     pub fn cycle(&mut self, norm: &EnergyNorm) -> f64 {
         self.orthonormalise(norm, |_| {})
     }
@@ -84,7 +85,7 @@ impl TangentGrowth {
             .for_each(|averages| averages.cut(cycles));
     }
 
-    /// Averages of the largest exponent.
+    /// Averages of the growth of the first tangent, which give the largest exponent.
     pub fn averages(&self) -> &CycleAverages {
         &self.averages[0]
     }
@@ -126,7 +127,7 @@ impl TangentGrowth {
             if i == 0 {
                 first = growth;
             }
-            // Round-off continues as a direction, which grows like any other once nothing slips.
+            // Round-off is normalised like a direction. It grows like any other direction once nothing slips.
             if length > 0.0 {
                 for x in self.tangents.vector_mut(i) {
                     *x /= length;

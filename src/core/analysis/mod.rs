@@ -1,5 +1,5 @@
-//! One file per question about a trajectory: numbers in, numbers out. No analysis uses files. The only
-//! threads are those of the pool in which probes run.
+//! Analyses of a trajectory, one file per question. An analysis neither reads nor writes files. The only
+//! threads are those of the pool that integrates probes.
 
 mod analyses;
 mod averages;

@@ -18,7 +18,7 @@ use crate::propagate::Window;
 use num_complex::{Complex64, c64};
 use std::borrow::Cow;
 
-/// Terms of a window's series; kernels have no more.
+/// Terms of a window's series; the series of kernels have at most as many.
 pub const TERMS: usize = 24;
 
 /// Terms of the exponentials.
@@ -37,7 +37,7 @@ type Exponential = [Complex64; KERNEL_TERMS];
 #[derive(Debug, Clone)]
 struct Exponentials {
     series: Vec<Exponential>,
-    /// Number of terms that matter.
+    /// Number of terms above round-off.
     terms: usize,
 }
 
@@ -134,7 +134,7 @@ pub struct ModalSeries<'a> {
     model: &'a Model,
     exponentials: &'a Exponentials,
     window: Window<'a>,
-    /// One entry per closed contact, with its direction.
+    /// Index of the direction of every closed contact, and the responses to the contact's force.
     by_forces: Vec<(usize, Responses)>,
     ripples: Vec<(Series, Responses)>,
 }

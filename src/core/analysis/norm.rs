@@ -3,9 +3,10 @@
 //! The raw norm ([`EnergyNorm::raw`]) adds metres to metres per second and includes the rigid rotation. It
 //! exists to show the effect on an estimate. In the energy norm a mode counts with its kinetic and
 //! potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²`, with `ω_mesh² = k Σ w·g` the scale of the closed
-//! mesh (a rigid rotation has no stiffness). The neutral pair is omitted. The place of a dry slider counts
-//! with its spring, `k s²`. Under drag the neutral rotation decays and counts, but its final angle does not:
-//! states that differ by a displacement without effect are equal ([`EnergyNorm::project`]).
+//! mesh (a rigid rotation has no stiffness). The neutral pair is omitted: the angle and the speed of the free
+//! rotation of the whole drive, which affect nothing else. The place s of a dry slider counts with its
+//! spring, `k s²`. Under drag the neutral rotation decays, so its speed counts but its angle does not.
+//! States that differ only by a displacement without effect are equal ([`EnergyNorm::project`]).
 
 use crate::model::Model;
 use std::cmp::Ordering;
@@ -21,7 +22,7 @@ pub struct EnergyNorm {
     unfelt: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
-    /// Dimensions that slipping dry sliders and holding rigid stops can remove from tangents.
+    /// Number of dimensions that slipping dry sliders and holding rigid stops can remove from tangents.
     taken: usize,
 }
 
@@ -43,7 +44,7 @@ impl EnergyNorm {
             weights[n + i] = 0.0;
         }
         for slider in &model.sliders {
-            // The place counts with the energy of its spring; there is no second component.
+            // The place of a slider counts with the energy of its spring; there is no second component.
             let spring = &model.contacts[slider.spring()].cycles[0];
             weights[slider.block] = spring.mean_stiffness().sqrt();
             weights[n + slider.block] = 0.0;
@@ -124,8 +125,8 @@ impl EnergyNorm {
         sum.sqrt()
     }
 
-    /// Whether a difference is no longer than `limit`. Most longer ones exceed it with their first
-    /// components.
+    /// Whether the norm of a difference is at most `limit`. The sum ends early, because most larger
+    /// differences exceed the limit with their first components.
     pub fn is_within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
         if !self.unfelt.is_empty() {
             return self.distance(x, y) <= limit;
@@ -135,7 +136,7 @@ impl EnergyNorm {
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
             let d = w * (a - b);
             sum += d * d;
-            // This form rejects NaN.
+            // This form of the comparison rejects NaN.
             if !matches!(
                 sum.partial_cmp(&limit),
                 Some(Ordering::Less | Ordering::Equal)
@@ -261,8 +262,8 @@ pub mod tests {
         Model::new(&structure, &fixtures::constant_mesh(1.0, 1.0), point).unwrap()
     }
 
-    /// Reduced vectors have the same span: each vector is their sum, weighted by its components at their
-    /// indices.
+    /// Reduced vectors have the same span: each original vector is the sum of the reduced ones, weighted by its
+    /// components at their indices.
     #[test]
     fn reduced_vectors_span_what_they_came_from() {
         let vectors = vec![

@@ -2,8 +2,9 @@
 //!
 //! `c = 2/T ∫ f e^{−iωt} dt` is the exact integral of the windows' series, with t from the start of
 //! mesh cycle 0: `f = … + |c| cos(ωt + arg c)`. Orders of a shaft or of a further mesh are integrated over
-//! whole periods of it that are whole cycles of the first mesh. So neither the mean nor mesh orders leak
-//! into them. Standard errors come from the parts of c over successive stretches, along c and across it.
+//! whole periods of that shaft or mesh. These are also whole cycles of the first mesh, so neither the mean
+//! nor mesh orders leak into them. Standard errors follow from the components of c along and across it, over
+//! successive stretches.
 
 use super::config::{NvhConfig, OrderConfig};
 use super::modal_series::Series;
@@ -17,13 +18,13 @@ use crate::propagate::Window;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Fewest mesh cycles in a stretch.
+/// Smallest number of mesh cycles in a stretch.
 const CYCLES_PER_STRETCH: u64 = 10;
 
 /// Integrals over a stretch.
 #[derive(Debug, Clone)]
 struct Sums {
-    /// Its length \[s\].
+    /// Length of the stretch \[s\].
     time: f64,
     /// `∫ (f − centre) e^{−iωt} dt`, by signal and multiple.
     lines: Vec<Vec<Complex64>>,
@@ -49,7 +50,7 @@ impl Summable for Sums {
 /// The multiples of one frequency.
 #[derive(Debug, Clone)]
 struct Family {
-    /// Mesh or shaft of the frequency.
+    /// Name of the mesh or shaft that has this frequency.
     reference: String,
     /// The frequency `[p, q]`: p periods in q mesh cycles.
     periods: [u32; 2],
@@ -71,8 +72,8 @@ impl Family {
         }
     }
 
-    /// The part of a record that counts: all of it if its length is a whole number of periods, else the
-    /// complete stretches; `None` before the first.
+    /// The part of a record that is evaluated: all of it (`all`) if its length is a whole number of periods,
+    /// else the complete stretches; `None` before the first.
     fn counted(&self, all: bool) -> Option<Sums> {
         if all {
             return Some(self.stretches.total());
@@ -338,8 +339,7 @@ mod tests {
         (model, config, all)
     }
 
-    /// The same wave is an order of everything that turns with it: the pinion, a mesh with two cycles in
-    /// five, a slow shaft.
+    /// The same wave is an order of the pinion, of a mesh with two periods in five cycles, and of a slow shaft.
     #[test]
     fn every_mesh_and_shaft_has_its_orders() {
         let (mut model, config, all) = config();

@@ -71,7 +71,7 @@ pub enum Class {
     Chaotic,
     /// Neighbours separate exponentially for a time: some trajectories settled on another motion.
     TransientChaos,
-    /// None of these within the cycle budget.
+    /// The motion fits no other class within the cycle budget.
     NotConverged,
 }
 
@@ -108,7 +108,7 @@ impl Class {
 pub struct LyapunovOutcome {
     /// The requested exponents, largest first; for a settled orbit without those that round-off hides.
     pub exponents: Vec<f64>,
-    /// Standard error of each, from block averages; for a settled orbit the accuracy of its multipliers.
+    /// Standard error of each exponent, from block averages; for a settled orbit the accuracy of its multipliers.
     pub errors: Vec<f64>,
     /// Dimension of the motion, if the requested exponents determine it.
     pub dimension: Option<KaplanYorke>,
@@ -136,18 +136,18 @@ impl LyapunovOutcome {
 pub struct KaplanYorke {
     /// The dimension.
     pub value: f64,
-    /// Its standard error, from block averages.
+    /// Standard error of the dimension, from block averages.
     pub stderr: f64,
 }
 
 /// Running estimates of the exponents over the cycles measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CourseOutcome {
-    /// Mesh cycles measured at each place.
+    /// Number of mesh cycles behind each estimate.
     pub cycles: Vec<f64>,
-    /// Mean growth so far \[1/cycle\]: of the largest exponent at all places, then of the next.
+    /// Mean growth over these cycles \[1/cycle\]: all estimates of the largest exponent, then of the next.
     pub exponents: Vec<f64>,
-    /// Standard errors of these.
+    /// Standard errors of the estimates.
     pub errors: Vec<f64>,
 }
 
@@ -250,11 +250,11 @@ pub struct NvhOutcome {
     pub contact_loss: Vec<f64>,
     /// Mean force of the shafts on every bearing and direction \[N\]; empty if not requested.
     pub bearing_mean: Vec<f64>,
-    /// Root mean square about the mean \[N\].
+    /// Root mean square of these forces about their means \[N\].
     pub bearing_rms: Vec<f64>,
     /// Mean torque in every shaft and coupling \[N m\]; empty if not requested.
     pub torque_mean: Vec<f64>,
-    /// Root mean square about the mean \[N m\].
+    /// Root mean square of these torques about their means \[N m\].
     pub torque_rms: Vec<f64>,
     /// Root mean square of the acceleration of every bearing's place and direction \[m/s²\]; empty if not
     /// requested.
@@ -263,7 +263,7 @@ pub struct NvhOutcome {
     pub angular_acceleration_rms: Vec<f64>,
     /// Root mean squares of the deflections of all meshes about their means \[m\]; empty if not requested.
     pub mesh_deflection_rms: Vec<f64>,
-    /// Root mean squares of their forces \[N\].
+    /// Root mean squares of the forces of all meshes about their means \[N\].
     pub mesh_force_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
@@ -334,7 +334,7 @@ pub struct SpectrumLine {
     pub order: f64,
     /// Amplitude: peak value of an equivalent sine, in the signal's unit.
     pub amplitude: f64,
-    /// Its standard error; `None` if the line is exact or the record too short.
+    /// Standard error of the amplitude; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
 }
 
@@ -343,7 +343,7 @@ pub struct SpectrumLine {
 pub enum SpectrumMethod {
     /// Exact lines of a motion that repeats.
     Fourier,
-    /// Averaged power of overlapping windows.
+    /// Averaged power of overlapping segments.
     Welch,
 }
 
@@ -368,7 +368,7 @@ pub struct Spectrum {
     pub method: SpectrumMethod,
     /// Noise bandwidth of a line \[Hz\]; `None` for exact lines.
     pub bandwidth: Option<f64>,
-    /// Its lines, ascending in frequency.
+    /// Lines of the spectrum, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }
 
@@ -386,11 +386,11 @@ pub struct OrderLine {
     /// Peak value, in the signal's unit; for a motion that does not repeat, of the part with a constant
     /// phase.
     pub amplitude: f64,
-    /// Its standard error; `None` if the line is exact or the record too short.
+    /// Standard error of the amplitude; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
     /// Phase \[rad\]; `None` if the amplitude is zero.
     pub phase: Option<f64>,
-    /// Its standard error \[rad\].
+    /// Standard error of the phase \[rad\].
     pub phase_stderr: Option<f64>,
 }
 
@@ -401,7 +401,7 @@ pub struct SignalOrders {
     pub signal: String,
     /// Unit of the signal.
     pub unit: String,
-    /// Mesh orders, then those of both shafts.
+    /// Orders of the meshes, then of the shafts.
     pub lines: Vec<OrderLine>,
 }
 
@@ -441,7 +441,7 @@ pub struct PointOutcome {
 }
 
 impl PointOutcome {
-    /// A point without results, and how its work ended.
+    /// The outcome of a point without results.
     pub fn unanswered(status: Status, reason: String) -> Self {
         Self {
             status,

@@ -36,7 +36,8 @@ struct OutputWeights {
 }
 
 impl OutputWeights {
-    /// The law of a bearing, with its index in the model, and with the static share of omitted modes.
+    /// The weights of a bearing, given with its index in the model, including the static response of omitted
+    /// modes.
     fn of_bearing(model: &Model, (index, bearing): (usize, &BearingOutput)) -> Self {
         let shares = model
             .directions
@@ -105,7 +106,7 @@ pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Qu
 #[derive(Debug, Clone)]
 pub struct Outputs {
     motion: ModalMotion<'static>,
-    /// Laws of all outputs except those of meshes, which come last.
+    /// Weights of all outputs except those of meshes, which are last.
     weights: Vec<OutputWeights>,
     /// The meshes whose deflections and forces are requested.
     meshes: Vec<NamedMesh>,
@@ -129,7 +130,7 @@ pub struct Outputs {
 pub struct OutputStatistics {
     /// Means.
     pub mean: Vec<f64>,
-    /// Root mean squares about them.
+    /// Root mean squares about the means.
     pub rms: Vec<f64>,
 }
 
@@ -347,7 +348,7 @@ fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) ->
     }
 }
 
-/// Force of a mesh. Coast forces of further meshes are along their own lines, so they count negative.
+/// Force of a mesh. Coast forces of further meshes act along separate lines, so they count negative.
 fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
     let [drive, coast] = mesh.flanks;
     if drive == DRIVE_FLANK {
@@ -520,7 +521,7 @@ mod tests {
             let size = &sizes[i].1;
             assert!((size.mean - mean).abs() < 1e-9 * rms && (size.rms / rms - 1.0).abs() < 1e-9);
             assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
-            // From the contributions of stretches about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
+            // Standard error from the sums of stretches about the mean: σ = √(mean square), dσ = d(σ²)/(2σ).
             let time = 10.0 * check.model.period();
             let stretches = check.stretches.iter().map(|sums| sums[i]);
             let [means, squares]: [Vec<f64>; 2] = [
@@ -536,7 +537,7 @@ mod tests {
         }
     }
 
-    /// Passes every window on.
+    /// Passes every window to a closure.
     struct WindowForwarder<'a>(&'a mut dyn FnMut(&Window<'_>));
 
     impl Observer for WindowForwarder<'_> {

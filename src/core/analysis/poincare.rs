@@ -4,9 +4,9 @@
 //! * entry: on entry into drive contact, δ = +b with δ' > 0; release: at its end; the same for coast contact;
 //! * extremum: at a sign change of δ'. These are the certified roots of the derivative of each window's
 //!   series;
-//! * force maximum: where the rate of a positive mesh force changes from positive to negative, found
-//!   likewise. A force that falls from its entry on has its maximum there;
-//! * surface: where a linear combination of modal displacements and velocities takes a value.
+//! * force maximum: where the rate of a positive mesh force changes from positive to negative, found in the
+//!   same way. A force that decreases from entry into contact on has its maximum at the entry;
+//! * surface: where a linear combination of modal displacements and velocities has a given value.
 //!
 //! At mesh phase 0 the sample is the trajectory's state. All other samples are evaluated on the kernel's
 //! windows, so that sampling has no influence on the motion.
@@ -25,13 +25,13 @@ use serde::Serialize;
 pub struct PoincareConfig {
     /// Number of samples: the last ones of the measured cycles are kept.
     pub samples: usize,
-    /// Where they are taken.
+    /// The section on which samples are taken.
     pub section: Section,
     /// Halvings of the interval between neighbours of a chain with different motions; 0 for none.
     pub refine: u32,
 }
 
-/// Where samples are taken.
+/// The section of phase space on which samples are taken.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Section {
     /// Once per mesh cycle.
@@ -56,8 +56,8 @@ pub enum Section {
 }
 
 impl Section {
-    /// The event for sections that are evaluated at events on windows: its contact, whether it closes, and
-    /// the kind of sample.
+    /// The event at which a section is sampled on windows: its contact, whether the contact closes, and the
+    /// kind of sample. `None` for other sections.
     fn event(&self) -> Option<(usize, bool, SampleKind)> {
         match self {
             Self::Release => Some((DRIVE_FLANK, false, SampleKind::Release)),
@@ -94,22 +94,22 @@ pub struct Poincare {
     half_gap: f64,
     samples: Vec<PoincareSample>,
     next: usize,
-    /// Mesh cycle of the last strobe on a window.
+    /// Mesh cycle of the last strobe sample that a window gave.
     strobed: Option<u64>,
     /// End of the last window: time within the mesh cycle \[s\] and δ \[m\].
     end: Option<(f64, f64)>,
-    /// Whether δ' (or the rate of the force) was positive last.
+    /// Last sign of δ' (or of the rate of the force): whether it was positive.
     rising: Option<bool>,
     /// Round-off of the mesh force that its series does not show \[N\].
     force: f64,
     surface: Option<Box<SurfaceWatch>>,
     /// The last window, for sections at events on windows.
     last: Option<KeptWindow>,
-    /// An event whose window has not come yet.
+    /// An event whose window has not been observed yet.
     pending_event: Option<Event>,
 }
 
-/// The kept part of a window.
+/// The data of a window that are needed after the kernel has passed it.
 #[derive(Debug, Clone, Copy)]
 struct KeptWindow {
     cycle: u64,
@@ -250,7 +250,8 @@ impl Poincare {
         (time / self.period).clamp(0.0, 1.0 - 0.5 * f64::EPSILON)
     }
 
-    /// An instant on the boundary between two windows belongs to the later one.
+    /// Keeps the sample at a mesh phase, if it lies in the window. A phase on the boundary between two windows
+    /// belongs to the later one.
     fn strobe(&mut self, window: &Window<'_>, phase: f64) {
         let tau = window.duration;
         let time = phase * self.period;

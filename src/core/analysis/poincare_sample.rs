@@ -54,7 +54,7 @@ pub struct PoincareSample {
     pub phase: f64,
     /// Mesh deflection δ \[m\].
     pub deflection: f64,
-    /// Its rate δ' \[m/s\].
+    /// Rate δ' of the mesh deflection \[m/s\].
     pub velocity: f64,
     /// Reason for the sample.
     pub kind: SampleKind,

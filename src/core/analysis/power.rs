@@ -1,4 +1,4 @@
-//! How much power does the vibration take in, and where does this power go?
+//! How much power does the vibration take in, and what dissipates it?
 //!
 //! The terms of the energy balance ([`super::energy`]), summed over whole mesh cycles:
 //!
@@ -31,7 +31,7 @@ type Sums = [f64; Cause::COUNT + 2];
 #[derive(Debug, Clone)]
 pub struct Power {
     balance: Balance<'static>,
-    /// Start of the first window.
+    /// Contacts at the start of the first window.
     first: Option<WindowEndContacts>,
     /// Energy stored at the end of the last cycle \[J\]; before that, at the start of the first window.
     energy: f64,

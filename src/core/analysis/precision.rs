@@ -1,7 +1,7 @@
-//! How precise are NVH statistics? A stop rule uses this.
+//! How precise are NVH statistics? A stop rule ends the measurement by this precision.
 //!
-//! The standard error of a time average or line is relative to a scale, so that it means the same at any
-//! load:
+//! The standard error of a time average or line is divided by a scale, so that precision is comparable at
+//! any load:
 //!
 //! * root mean squares, rates, powers and mean durations: the value itself;
 //! * the mean of a signal, which may be zero: its root mean square, including the mean;
@@ -11,7 +11,7 @@
 //! * fractions of time: 1.
 //!
 //! Power through the mesh and efficiency follow from the mean force and the loss. Extremes, quantiles and
-//! medians are omitted because they are no averages.
+//! medians are omitted because they are not averages.
 
 use super::outcome::{NvhErrors, NvhOutcome, SignalOrders, Spectrum};
 use std::f64::consts::SQRT_2;
@@ -30,17 +30,17 @@ pub struct SignalSize {
 }
 
 impl SignalSize {
-    /// Scale of an error of the mean.
+    /// Scale of the error of the mean.
     fn whole(self) -> f64 {
         self.mean.hypot(self.rms)
     }
 
-    /// Scale of an error of the root mean square.
+    /// Scale of the error of the root mean square.
     fn motion(self) -> f64 {
         self.rms.max(ROUND_OFF * self.mean.abs())
     }
 
-    /// Scale of an error of a line.
+    /// Scale of the error of a line.
     fn sine(self) -> f64 {
         SQRT_2 * self.motion()
     }
@@ -49,9 +49,9 @@ impl SignalSize {
 /// The least precise statistic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastPrecise {
-    /// The column, or the table and its signal.
+    /// Name of the column, or of the table and its signal.
     pub name: String,
-    /// Its relative standard error; infinite if the record is too short.
+    /// Relative standard error of the statistic; infinite if the record is too short.
     pub error: f64,
 }
 
@@ -69,7 +69,7 @@ impl fmt::Display for LeastPrecise {
     }
 }
 
-/// The largest relative error so far.
+/// Search for the statistic with the largest relative error.
 struct ErrorSearch(LeastPrecise);
 
 impl ErrorSearch {
@@ -360,7 +360,7 @@ mod tests {
         found.name == name && (found.error / error - 1.0).abs() < 1e-12
     }
 
-    /// Doubles one error after the other: each is found, by the name of its column.
+    /// Doubles one error after the other. The search finds each of them, with the name of its column.
     #[test]
     fn every_error_counts_on_its_scale() {
         let all = loosest(&even(), &[], &[], &[]).error;
@@ -424,7 +424,7 @@ mod tests {
         errors.flight_mean = f64::INFINITY;
         errors.power_loss = f64::INFINITY;
         assert!(loosest(&found, &[], &[], &[]).error < 0.011);
-        // An existing quantity that was measured too briefly needs one.
+        // A quantity with a value needs an error; a record that is too short does not give one.
         found.power_loss = Some(1.0);
         let unknown = loosest(&found, &[], &[], &[]);
         assert_eq!(unknown.name, "power_loss");

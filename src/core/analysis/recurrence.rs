@@ -10,8 +10,8 @@
 use super::norm::EnergyNorm;
 use crate::model::Model;
 
-/// Every period up to this is tried, and a return is checked over this many mesh cycles. The excitation's
-/// period replaces it if that is longer.
+/// Longest period in mesh cycles up to which every period is tried; a return is checked over as many cycles.
+/// If the excitation's period is longer, it replaces this value.
 const SHORT: usize = 32;
 
 /// Longest period of a motion, and longest period of an excitation, in mesh cycles.
@@ -20,13 +20,13 @@ const LONGEST: usize = 1024;
 /// Turns \[1\] by which a ripple's phase may differ from a whole number and still repeat.
 const PHASE_TOLERANCE: f64 = 1e-9;
 
-/// Return distance, in units of the half gap, below which a motion repeats. A slow decay rate λ leaves an
-/// error of this divided by |λ|.
+/// Return distance, in units of the half gap, below which a motion repeats. With a slow decay rate λ, the
+/// state can still differ from the orbit by this distance divided by |λ|.
 pub const TOLERANCE: f64 = 1e-10;
 
-/// Return distance below which a period is that of the motion. A decaying oscillation with angle θ per cycle
-/// returns closest after a lag k with kθ near a turn, but its final orbit repeats sooner. Points of a genuine
-/// orbit are much further apart than this.
+/// Return distance, in units of the half gap, below which a shorter period is that of the motion. A decaying
+/// oscillation with angle θ per cycle returns closest after a lag k with kθ near a turn, but its final orbit
+/// repeats sooner. Different points of an orbit are much further apart.
 const SAME_POINT: f64 = 1e-7;
 
 /// A return after a longer lag is another period if its distance is less than this part of the closest return
@@ -47,7 +47,7 @@ pub struct Recurrence {
 }
 
 impl Recurrence {
-    /// No states yet. The longest short period depends on the model's excitation.
+    /// An empty record of states. The longest short period depends on the model's excitation.
     pub fn new(model: &Model) -> Self {
         let excitation = excitation_period(model);
         Self {
@@ -60,13 +60,13 @@ impl Recurrence {
         }
     }
 
-    /// Longest period that the available states can show, in mesh cycles: they must span it twice.
+    /// Longest period, in mesh cycles, that the available states can show. The states must cover it twice.
     pub fn longest(&self) -> usize {
         let seen = (self.states.len().saturating_sub(1) / 2).min(LONGEST);
         self.short.max(seen / self.excitation * self.excitation)
     }
 
-    /// Period of the excitation, in mesh cycles, if it is short enough.
+    /// Period of the excitation, in mesh cycles; `None` if it is above 1024 or does not exist.
     pub fn excitation(&self) -> Option<u32> {
         self.excitation_repeats.then_some(self.excitation as u32)
     }
@@ -99,8 +99,8 @@ impl Recurrence {
         &self.states[(newest - back) % self.kept]
     }
 
-    /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch: the longest of
-    /// the short periods if it is one of those, else a whole period.
+    /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch. The stretch is
+    /// as long as the longest short period, or as the period itself if that is longer.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
         if self.states.len() < 2 * self.short + 1 {
             return None;
@@ -121,9 +121,9 @@ impl Recurrence {
     }
 
     /// Periods that justify a Newton search from the newest state. If a return is closer than `nearest` half
-    /// gaps, these are its lag, the excitation's period and twice this period: a decaying oscillation hides
-    /// these two behind a closer return at a longer lag. A longer lag follows if its return is
-    /// [`MUCH_CLOSER`].
+    /// gaps, its lag, the excitation's period and twice this period are candidates. The latter two are tried
+    /// because a decaying oscillation can return closer at a longer lag than its final orbit needs. A lag
+    /// beyond the short periods is a candidate if its return is [`MUCH_CLOSER`].
     pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
         if !self.excitation_repeats {
             return Vec::new();

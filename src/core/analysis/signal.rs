@@ -1,4 +1,4 @@
-//! Which signals have spectra and orders, and which part of a window holds them?
+//! Which signals have spectra and orders, and which part of a window contains them?
 
 use super::config::Signals;
 use super::modal_series::{Series, padded};
@@ -11,7 +11,7 @@ use crate::propagate::Window;
 pub struct Signal {
     /// `deflection`, `force`, or a quantity with its place.
     pub name: String,
-    /// Its unit.
+    /// Unit of the signal.
     pub unit: &'static str,
     place: Place,
 }
@@ -41,7 +41,7 @@ impl Signal {
         (deflection.into_iter().chain(force).chain(outputs)).collect()
     }
 
-    /// Its series on a window with known outputs.
+    /// Series of the signal on a window with known outputs.
     pub fn series(&self, window: &Window<'_>, outputs: &[Series]) -> Series {
         match self.place {
             Place::Deflection => padded(window.deflection),

@@ -1,4 +1,4 @@
-//! Where does a linear combination of modal displacements and velocities take a value?
+//! Where does a linear combination of modal displacements and velocities have a given value?
 //!
 //! The combination is rebuilt as a series on every window, from the blocks' motion. The crossings are the
 //! certified roots of that series.
@@ -20,8 +20,8 @@ pub struct Surface {
     pub velocity: Vec<f64>,
     /// Value of the combination on the surface \[m\].
     pub level: f64,
-    /// Whether only crossings towards larger values count, or only those towards smaller ones; `None` for
-    /// both.
+    /// `true` if only crossings towards larger values count, `false` if only those towards smaller values
+    /// count, `None` for both.
     pub rising: Option<bool>,
 }
 
@@ -29,7 +29,7 @@ pub struct Surface {
 /// to a hundred units in the last place.
 const NOISE: f64 = 128.0 * f64::EPSILON;
 
-/// Watches a surface from window to window.
+/// Finds the crossings of a surface, window after window.
 #[derive(Debug, Clone)]
 pub struct SurfaceWatch {
     motion: ModalMotion<'static>,
@@ -37,7 +37,7 @@ pub struct SurfaceWatch {
     weights: Vec<[f64; 2]>,
     level: f64,
     rising: Option<bool>,
-    /// Whether the motion was above the surface last.
+    /// Whether the motion was above the surface at the end of the last window.
     above: Option<bool>,
 }
 

@@ -1,10 +1,10 @@
 //! Is a motion that does not repeat on a torus?
 //!
 //! Weighted Birkhoff averages (Das, Saiki, Sander & Yorke, *Nonlinearity* 30, 4111, 2017) converge
-//! faster than any power of the number of cycles on a torus, and like `n^-1/2` in chaos. The second half
-//! of a record counts. The growth of neighbours must average to zero over it and over either part of it.
-//! The deflection must have the same average in both parts. None of 40 000 windows of chaotic motion
-//! passed; by growth alone, one window in some thousands would pass.
+//! faster than any power of the number of cycles on a torus, and like `n^-1/2` in chaos. Only the second
+//! half of a record is used. The growth of neighbours must average to zero over this half and over each of
+//! its two parts. The deflection must have the same average in both parts. None of 40 000 records of chaotic
+//! motion met both conditions; growth alone would let one record in some thousands pass.
 
 use crate::model::Model;
 use crate::numerics::birkhoff;
@@ -36,7 +36,7 @@ pub const SHORTEST: u64 = 2_000;
 pub struct Torus {
     /// Largest exponent \[1/cycle\], which is zero within its error.
     pub lambda: f64,
-    /// The larger of its modulus and the difference of the two parts \[1/cycle\].
+    /// The larger of `|lambda|` and the difference of its averages over the two parts \[1/cycle\].
     pub error: f64,
     /// Frequency of the strongest line of the strobe deflection that is not a simple multiple of the mesh
     /// frequency \[1/cycle\].
@@ -71,8 +71,8 @@ pub fn torus(growth: &[f64], strobe: &[f64]) -> Option<Torus> {
 }
 
 /// Frequency \[1/cycle\] of the strongest line of a strobe series that is not a multiple of 1/q of the mesh
-/// frequency. The strongest line of a torus of q closed curves is at such a multiple. Then the mean of every
-/// q-th value is subtracted first.
+/// frequency. If the strongest line is at such a multiple, the torus has q closed curves. The mean over each
+/// curve, that is, over every q-th value, is then subtracted before the search.
 fn rotation(strobe: &[f64]) -> Option<f64> {
     let frequency = birkhoff::frequency(strobe)?;
     let near_whole = |q: &usize| {

@@ -45,7 +45,7 @@ pub struct TraceSample {
     pub time: f64,
     /// Mesh deflection δ \[m\].
     pub deflection: f64,
-    /// Its rate δ' \[m/s\].
+    /// Rate δ' of the mesh deflection \[m/s\].
     pub velocity: f64,
     /// Mesh force F \[N\].
     pub force: f64,
@@ -53,7 +53,7 @@ pub struct TraceSample {
     pub contact: ActiveSet,
     /// Modal state, if requested.
     pub modal: Option<ModalState>,
-    /// The requested outputs, in the order of the model's.
+    /// The requested outputs, in the order of the model's outputs.
     pub outputs: Vec<f64>,
 }
 
@@ -66,9 +66,9 @@ pub struct ModalState {
     pub velocity: Vec<f64>,
 }
 
-/// Takes samples and events as they occur, each kind in order of time.
+/// Receives samples and events as they occur, each kind in order of time.
 pub trait TraceSink {
-    /// Why it cannot take more.
+    /// Reason why the sink cannot take more.
     type Error;
 
     /// Takes a sample.

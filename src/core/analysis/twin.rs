@@ -1,4 +1,4 @@
-//! Do two full trajectories give the same exponent?
+//! Do two full trajectories give the same exponent as a tangent?
 //!
 //! A twin starts a small distance away and is pulled back to that distance after every cycle (Benettin
 //! et al. 1976). It uses neither tangents nor saltations, so that agreement with them is meaningful.
@@ -24,7 +24,7 @@ const FINITE_DISTANCE: f64 = 5e-4;
 #[derive(Debug, Clone)]
 pub struct Twin {
     trajectory: TrajectoryState,
-    /// Distance, in half gaps and in the norm.
+    /// Distance to which the twin is pulled back, in half gaps and in the norm.
     separation: f64,
     distance: f64,
     /// Averages of the tangent's growth minus the twin's.
@@ -71,7 +71,7 @@ impl Twin {
         self.differences = CycleAverages::default();
     }
 
-    /// Call this after every integrated cycle of both. Records the growth and pulls the twin back.
+    /// Records the growth and pulls the twin back. Must be called after every integrated cycle of both.
     ///
     /// * `tangent`: growth of the tangent in this cycle.
     pub fn cycle(
@@ -132,8 +132,8 @@ mod tests {
     use super::*;
     use crate::analysis::norm::tests::dragged;
 
-    /// Under drag the angle of the whole drive has no effect. A twin with a displacement there and elsewhere
-    /// is pulled back to the distance along the components with an effect.
+    /// Under drag the angle of the whole drive has no effect. A twin that is displaced in this angle and in
+    /// other components is pulled back to the distance along the components with an effect.
     #[test]
     fn a_twin_is_pulled_back_along_what_is_felt() {
         let model = dragged(0.05);

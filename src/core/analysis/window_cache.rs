@@ -1,11 +1,12 @@
-//! Values for window lengths that recur. A kernel has a few regular lengths, and cuts have any length.
+//! Values for window lengths that recur. A kernel has a few regular window lengths; windows cut at events have
+//! any length.
 
-/// Number of remembered windows: more than lie between two of one length, if a mesh computed from the gears
-/// cuts the cycle into sixty segments and at the events of its pairs.
+/// Number of remembered windows. A mesh computed from the gears cuts the cycle into sixty segments and at the
+/// events of its pairs. Even then, two windows of equal length are less than this number apart.
 const REMEMBERED_WINDOWS: usize = 192;
 
-/// Maximum number of kept lengths: as many as such a mesh has. With fewer, each would be computed again every
-/// cycle.
+/// Maximum number of kept lengths: as many as a mesh computed from the gears has. With a smaller number, each
+/// would be computed again every cycle.
 const CAPACITY: usize = 96;
 
 /// Values by length of window \[s\], for recent lengths.
@@ -15,7 +16,7 @@ pub struct WindowCache<T> {
     recent: [f64; REMEMBERED_WINDOWS],
     next: usize,
     kept: Vec<(f64, T)>,
-    /// The value to replace when all places are taken.
+    /// Index of the value to replace when the cache is full.
     oldest: usize,
 }
 

@@ -19,11 +19,12 @@ use super::touches::Extreme;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest difference of a bifurcation found twice, relative to the interval, and of the time of its graze in cycles.
+/// Largest difference between two locations of the same bifurcation, relative to the interval, and between two times of
+/// the same graze, in cycles.
 const SAME_PLACE: f64 = 1e-9;
 const SAME_TIME: f64 = 1e-3;
 
-/// Step below which a bifurcation other than a fold need not be located.
+/// Step, relative to the interval, below which a bifurcation other than a fold need not be located.
 const FINE: f64 = 1e-5;
 
 /// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
@@ -32,16 +33,16 @@ const RESONANT: f64 = 0.02;
 /// A branch that begins at a bifurcation and is not followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unfollowed {
-    /// Its period is above the limit.
+    /// The period of the branch is above the limit.
     #[error("period {period} is above longest_period")]
     Long {
-        /// Its period.
+        /// Period of the branch.
         period: u32,
     },
-    /// Something else.
+    /// The branch cannot be followed for another reason.
     #[error("a branch of period {period} is not followed: {reason}")]
     Lost {
-        /// Its period.
+        /// Period of the branch.
         period: u32,
         /// Why, in words.
         reason: String,
@@ -53,11 +54,11 @@ pub enum Unfollowed {
 pub struct Bifurcation {
     /// The kind.
     pub kind: Kind,
-    /// The orbit there.
+    /// The orbit at the bifurcation.
     pub orbit: Orbit,
-    /// Index of the branch's last orbit before it.
+    /// Index of the last orbit of the branch before the bifurcation.
     pub after: usize,
-    /// Arclength from the first orbit.
+    /// Arclength from the first orbit to the bifurcation.
     pub length: f64,
     /// Interval of the parameter in which it lies.
     pub bracket: [f64; 2],
@@ -77,7 +78,7 @@ impl Bifurcation {
         }
     }
 
-    /// Whether both are the same bifurcation, found twice.
+    /// Whether two records describe the same bifurcation, found twice.
     pub(super) fn is(&self, other: &Self, span: &Span) -> bool {
         let touches = match (self.kind, other.kind) {
             (Kind::Graze { extreme: a }, Kind::Graze { extreme: b }) => {
@@ -117,9 +118,9 @@ impl Bifurcation {
     }
 }
 
-/// The bifurcations between the last two of some orbits of a branch, in order. Knots are arclengths and orbits.
-/// `None` if one could not be located, so that the two may not be neighbours on the branch. The caller should then
-/// retry with a shorter step, unless there is none (`last_resort`).
+/// The bifurcations between the last two orbits among `knots`, in order; knots are arclengths and orbits of a branch.
+/// `None` if a bifurcation could not be located. The two orbits may then not be neighbours on the branch, and the
+/// caller should retry with a shorter step, unless no shorter step is possible (`last_resort`).
 pub fn between(
     map: &mut impl CycleMap,
     span: &Span,

@@ -3,7 +3,7 @@
 //! A step extrapolates the last orbits by a polynomial and corrects the guess by Newton's method: at the guessed
 //! parameter or, where the branch is steep, on a plane across it. The angle between successive chords and the number
 //! of Newton steps control the step. The map is once differentiable at a change of the contact sequence, but its
-//! curvature may be large. Only the observed angle shows how long a step may be there.
+//! curvature may be large. Near such a change, only the observed angle shows how long a step may be.
 
 use super::bifurcation::{Bifurcation, between};
 use super::end::End;
@@ -17,7 +17,7 @@ use super::path::{PathCondition, Span, Vector, apart, guess, place, tangent};
 pub struct StepSettings {
     /// First step, relative to the parameter's interval.
     pub first: f64,
-    /// Longest step.
+    /// Longest step, relative to the parameter's interval.
     pub longest: f64,
     /// Shortest step; the branch ends if it would need a shorter one.
     pub shortest: f64,
@@ -45,17 +45,17 @@ const SMALL_ANGLE: f64 = 0.12;
 /// Newton steps up to which the step grows.
 const FEW_STEPS: u32 = 3;
 
-/// Rejected steps after which the exact tangent replaces the last orbits.
+/// Number of rejected steps after which the exact tangent replaces the last orbits as the guess for the next step.
 const FEW_REFUSALS: u32 = 2;
 
 /// Largest distance of an orbit from its guess, relative to the step.
 const OFF: f64 = 0.5;
 
 /// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
-/// half its period. A longer step shows that Newton's method has strayed there.
+/// half its period. A longer step shows that Newton's method has left the branch.
 const HOMECOMING: f64 = 1e-4;
 
-/// Distance, relative to the interval, within which a branch would merge where it began.
+/// Distance of a merging from the first orbit, relative to the interval, below which the branch has only turned back.
 const AT_START: f64 = 1e-7;
 
 /// Factor on a rejected step.
@@ -72,11 +72,11 @@ pub struct Branch {
     pub orbits: Vec<Orbit>,
     /// Arclength from the first orbit to each.
     pub lengths: Vec<f64>,
-    /// Its bifurcations, in order.
+    /// Bifurcations on the branch, in order.
     pub bifurcations: Vec<Bifurcation>,
-    /// Reasons for the ends at the first and the last orbit.
+    /// Reasons why the branch ends at its first and at its last orbit.
     pub ends: [End; 2],
-    /// Rejected steps.
+    /// Number of rejected steps.
     pub rejected: u64,
 }
 
@@ -88,7 +88,7 @@ impl Branch {
     }
 }
 
-/// Half a branch: from its first orbit in one direction.
+/// Half of a branch: its orbits from the first one in one direction.
 struct HalfBranch {
     orbits: Vec<Orbit>,
     lengths: Vec<f64>,
@@ -140,7 +140,7 @@ impl HalfBranch {
         }
     }
 
-    /// Joins this arm, reversed, and the other.
+    /// Joins this half, reversed, and the other half.
     fn joined(self, other: Self) -> Branch {
         let whole = self.lengths.last().copied().unwrap_or(0.0);
         let mut orbits: Vec<Orbit> = self.orbits.into_iter().rev().collect();
@@ -265,7 +265,7 @@ struct AcceptedStep {
     orbit: Orbit,
     /// Angle by which the branch turns \[rad\].
     angle: f64,
-    /// Whether it lies on the end of the interval.
+    /// Whether the orbit lies on the end of the interval.
     leaves: bool,
     /// Bifurcations on the step.
     found: Vec<Bifurcation>,
@@ -340,7 +340,8 @@ fn advance(
         &orbit,
     ));
     let found = between(map, span, &knots, go.last_resort).ok_or(End::Corner)?;
-    // No branch passes a bifurcation twice or merges where it began: such a step leads back.
+    // A branch never passes the same bifurcation twice and never merges where it began. A step with such a result
+    // has turned back.
     let first = &half_branch.orbits[0];
     let began = |bifurcation: &Bifurcation| {
         let apart = (bifurcation.orbit.at[span.axis] - first.at[span.axis]).abs();
@@ -388,7 +389,7 @@ fn at_the_end(
     place(map, span, inside, &guess, PathCondition::Parameter).map(Some)
 }
 
-/// Adds a step to an arm. Returns the reason if the arm ends there.
+/// Adds a step to half a branch. Returns the reason if the branch ends there.
 fn take(
     map: &mut impl CycleMap,
     span: &Span,
@@ -407,7 +408,7 @@ fn take(
         && merging.orbit.period == *period
         && let Ok(end) = merging.orbit.doubled(map)
     {
-        // Beyond it, the branch repeats half a period later, with nothing new.
+        // Beyond a merging, the branch repeats its orbits half a period later.
         let knots = [
             (s, &half_branch.orbits[last]),
             (s + apart(span, &half_branch.orbits[last], &end), &end),
@@ -419,7 +420,7 @@ fn take(
         let mut merging = merging.clone();
         merging.length = knots[1].0;
         found.push(merging);
-        // A multiplier is +1 where the branch merges; nearby it does not mean a fold.
+        // A multiplier is +1 at a merging, so a multiplier near +1 does not indicate a fold there.
         let near = knots[1].0 - 2.0 * HOMECOMING;
         half_branch
             .bifurcations
@@ -442,7 +443,7 @@ fn take(
     }
 }
 
-/// Whether the last step of an arm passes its first orbit.
+/// Whether the last step passes the first orbit, so that the branch is closed.
 fn closes(map: &mut impl CycleMap, span: &Span, half_branch: &HalfBranch) -> bool {
     let last = half_branch.orbits.len() - 1;
     let (first, now, before) = (

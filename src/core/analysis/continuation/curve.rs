@@ -21,7 +21,7 @@ pub struct CurveSettings {
     pub from: MapParameters,
     /// Largest values.
     pub to: MapParameters,
-    /// Longest step, relative to the intervals.
+    /// Longest step, relative to the intervals of both parameters.
     pub longest: f64,
     /// Largest number of points in one direction.
     pub most: usize,
@@ -56,9 +56,9 @@ pub struct CurvePoint {
 pub struct Curve {
     /// The bifurcation.
     pub kind: Kind,
-    /// Its points, in order.
+    /// Points of the curve, in order.
     pub points: Vec<CurvePoint>,
-    /// Reasons for the ends at the first and the last point.
+    /// Reasons why the curve ends at its first and at its last point.
     pub ends: [&'static str; 2],
 }
 
@@ -72,8 +72,8 @@ const SHORTEST: f64 = 1e-6;
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Accuracy of a located point, relative to an interval or to the motion's size along a fold's null vector, and the
-/// largest number of orbits computed for it.
+/// Accuracy of a located point, relative to an interval (along a fold's null vector, to the motion's size), and largest
+/// number of orbits computed for the point.
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
@@ -87,7 +87,7 @@ const NO_DEPTH: f64 = 1e-12;
 /// First trial values, relative to the interval: there may be no orbit on one side of a graze.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
-/// How often a step is halved if there is no orbit.
+/// Maximum number of halvings of a step if there is no orbit.
 const MOST_REFUSALS: usize = 12;
 
 /// First and largest change of the sought parameter, relative to its interval, or along a fold's null vector, in
@@ -231,7 +231,7 @@ fn chord(plane: &CurveSettings, points: &[CurvePoint]) -> Option<(f64, [f64; 2])
     Some((apart, direction))
 }
 
-/// The angle by which a curve turns \[rad\].
+/// The angle between a direction of the curve and the step from one point to the next \[rad\].
 fn turned(
     plane: &CurveSettings,
     direction: [f64; 2],
@@ -251,7 +251,7 @@ fn turned(
 
 /// A function of an orbit that is zero on the curve.
 enum CurveFunction {
-    /// Distance of the multiplier nearest to the given one from its value at the bifurcation.
+    /// Distance between the multiplier nearest to the given one and the critical value of the bifurcation.
     Multiplier(Kind, Complex64),
     /// The depth of the extreme nearest in time to the given one \[half gaps\].
     Depth(Extreme),
@@ -306,7 +306,7 @@ impl CurveFunction {
 }
 
 /// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
-/// It starts at the latest point and ends where the parameter reverses.
+/// The polynomial starts at the latest point and ends where the parameter reverses.
 fn extrapolated(
     known: &[&Orbit],
     target: MapParameters,
@@ -395,7 +395,7 @@ fn point(
         .ok_or(NO_ORBIT)?;
     let mut older = (x, function.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
-    // A slope across a jump says nothing about the next point.
+    // A slope across a jump of the multiplier is useless at the next point.
     if change.abs() <= LOCATED && older.1.abs() > NEAR {
         change = FIRST_TRIAL;
     }

@@ -11,8 +11,8 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
 use std::sync::atomic::AtomicBool;
 
-/// Smallest size of a motion, relative to the length of its states. Below it, round-off would make equal orbits look
-/// different.
+/// Smallest size of a motion, relative to the length of its states. For smaller motions, round-off would make equal
+/// orbits look different.
 const LEAST_SWING: f64 = 1e-4;
 
 /// A drive whose model depends on two parameters.
@@ -29,11 +29,11 @@ pub trait ParametricDrive {
     /// The reason why there is no derivative.
     fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String>;
 
-    /// Most events in a mesh cycle before integration stops.
+    /// Largest number of events allowed in a mesh cycle.
     fn event_limit(&self) -> u32;
 }
 
-/// The flag of a map that is never called off.
+/// The flag of a map that is never interrupted.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// The cycle map of a family of drives, computed with the kernel [`Volterra`].

@@ -5,13 +5,13 @@ use super::orbit::NoOrbit;
 /// Reasons for the end of a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub enum End {
-    /// The parameter's interval ends.
+    /// The branch reaches the end of the parameter's interval.
     Interval,
-    /// It is back at its first orbit.
+    /// The branch returns to its first orbit.
     Closed,
-    /// It meets the orbits of half its period: it is the branch that begins at their period doubling.
+    /// The branch meets orbits of half its period. It is the branch that begins at their period doubling.
     Merged {
-        /// Their period.
+        /// Period of the orbits that the branch meets.
         period: u32,
     },
     /// The limit on the number of orbits is reached.
@@ -23,7 +23,7 @@ pub enum End {
     },
     /// The branch turns by more than the largest angle, however small the step.
     Corner,
-    /// It is followed in one direction only.
+    /// The first orbit of a branch that is followed in one direction only.
     Start,
 }
 

@@ -1,8 +1,8 @@
 //! Which branches over a parameter can be reached from some orbits?
 //!
-//! Orbits are sought at some values of the parameter. Each orbit that lies on no known branch is followed both ways,
-//! as are the branches that begin at period doublings and branch points. The order is fixed, so that results are
-//! reproducible bit by bit.
+//! Orbits are sought at some values of the parameter. A branch is followed in both directions from each orbit that
+//! lies on no known branch. Branches that begin at period doublings and branch points are followed as well. The order
+//! is fixed, so that results are reproducible bit by bit.
 
 use super::bifurcation::{Bifurcation, Unfollowed};
 use super::branch::{Branch, StepSettings, follow, follow_away};
@@ -87,7 +87,7 @@ pub enum ExploreError {
     /// There is no map.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The exploration was called off.
+    /// The exploration was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }
@@ -150,7 +150,7 @@ pub fn explore<F: ParametricDrive>(
             )?;
         }
     }
-    // A search whose integrations were called off looks like one without orbits.
+    // If its integrations are interrupted, a search looks like one without orbits.
     CalledOff::check(called_off)?;
     report_lost_branches(&mut out, span);
     Ok(out)
@@ -310,7 +310,8 @@ fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbi
     false
 }
 
-/// Whether a branch passes an orbit just before its orbit number `last`. The orbit starts at one of its strobes.
+/// Whether a branch passes a given orbit just before its own orbit number `last`. `start` is one of the strobes of
+/// the given orbit.
 fn passes(
     map: &mut impl CycleMap,
     span: &Span,

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Component of P_p outside the range of M − I, relative to its length, above which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
 
-/// Distance from the unit circle, or from ±1, at which a multiplier counts as on it.
+/// Distance from the unit circle, or from ±1, below which a multiplier counts as lying there.
 pub(super) const ON_CIRCLE: f64 = 1e-4;
 
 /// The kind of a bifurcation.
@@ -132,7 +132,7 @@ pub enum Test {
     Offset(u32, Vec<f64>),
 }
 
-/// The logarithm of a product's size and its sign.
+/// The logarithm of the modulus of a product, and the sign of the product.
 fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
     let (mut size, mut sign) = (0.0, 1.0);
     for factor in factors {
@@ -146,8 +146,8 @@ fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
 }
 
 impl Test {
-    /// Its value at an orbit: the logarithm of its size, to be compared with others of the same test, and its sign.
-    /// `None` if the orbit has no such extreme.
+    /// Value of the test at an orbit: the logarithm of its modulus, comparable only with values of the same test, and
+    /// its sign. `None` if the orbit has no such extreme.
     pub fn at(&self, orbit: &Orbit) -> Option<(f64, f64)> {
         let all = &orbit.multipliers;
         Some(match self {
@@ -179,13 +179,13 @@ impl Test {
         })
     }
 
-    /// Whether its signs at two orbits differ.
+    /// Whether the signs of the test at two orbits differ.
     pub fn changes(&self, a: &Orbit, b: &Orbit) -> bool {
         matches!((self.at(a), self.at(b)), (Some(a), Some(b)) if a.1 != b.1)
     }
 }
 
-/// Number of complex multipliers outside a circle.
+/// Number of complex multipliers outside the circle of a radius.
 pub(super) fn pairs_outside(orbit: &Orbit, radius: f64) -> usize {
     let outside = |m: &&Complex64| m.im != 0.0 && m.norm() > radius;
     orbit.multipliers.iter().filter(outside).count()
@@ -207,7 +207,7 @@ pub(super) fn crosses(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bo
     along.abs() <= OUT_OF_RANGE * length(&column)
 }
 
-/// Distance of a multiplier from its critical value at a kind.
+/// Distance of a multiplier from its critical value at a kind of bifurcation.
 pub(super) fn off_circle(kind: &Kind, multiplier: Complex64) -> f64 {
     match kind {
         Kind::PeriodDoubling => (multiplier + 1.0).norm(),

@@ -1,18 +1,18 @@
 //! Where exactly between two neighbouring orbits of a branch does a bifurcation lie?
 //!
 //! The two orbits bracket the zero of a test function. Secants and bisections narrow the bracket, with values at
-//! corrected orbits. If the branch turns in between, orbits are sought on planes across the chord of the bracket. The
-//! branch crosses each of these planes, but has no orbit at parameters beyond its turning point.
+//! corrected orbits. If the parameter reverses between the two orbits, further orbits are sought on planes across the
+//! chord of the bracket. The branch crosses each of these planes, but has no orbit at parameters beyond the fold.
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Orbit, OrbitCondition, distance, find};
 use super::path::{PathCondition, Span, Vector, guess, place_bare, tangent};
 
-/// Part of the parameter's interval to which a bifurcation is located.
+/// Accuracy to which a bifurcation is located, relative to the parameter's interval.
 const LOCATED: f64 = 1e-12;
 
-/// Arclength of the bracket below which its ends also count as close.
+/// Arclength of the bracket below which its ends also count as close enough.
 const NARROW: f64 = 1e-7;
 
 /// Largest number of orbits computed to locate one zero.
@@ -63,7 +63,7 @@ impl Located {
         })
     }
 
-    /// Whether the parameter reverses there, by the tangents on both sides.
+    /// Whether the parameter reverses at the bifurcation, by the tangents on both sides.
     fn turns(&self, map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) -> bool {
         let [.., (_, a), (_, b)] = knots else {
             return false;
@@ -82,8 +82,8 @@ impl Located {
     }
 }
 
-/// Where the orbits of period `period` double, that is, where the branch merges into them. On the branch itself, the
-/// equations are singular there.
+/// The period doubling of the orbits of period `period`, at which the branch merges into them. The search runs along
+/// these orbits, because the equations of the branch itself are singular there.
 pub(super) fn merging(
     map: &mut impl CycleMap,
     span: &Span,
@@ -153,7 +153,7 @@ pub(super) fn locate(
     };
     let mut low = (*s_a, value(a)?, (*a).clone());
     let mut high = (*s_b, value(b)?, (*b).clone());
-    // If the branch turns in between, its turning point cannot be reached at a given parameter.
+    // If the parameter reverses in the bracket, the fold cannot be reached at a given parameter.
     let turns = Test::PlusOne.changes(a, b);
     let mut best: Option<(f64, f64, Orbit)> = None;
     let mut exact = false;
@@ -210,7 +210,7 @@ pub(super) fn locate(
     })
 }
 
-/// Whether the multiplier +1 is not yet reached.
+/// Whether a fold is sought and the orbit's multiplier is not yet close enough to +1.
 fn off(test: &Test, orbit: &Orbit) -> bool {
     matches!(test, Test::PlusOne)
         && critical(&Kind::Fold, orbit)

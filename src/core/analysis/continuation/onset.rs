@@ -1,4 +1,4 @@
-//! Down to which load do the flanks stay together? The onset of rattle in closed form.
+//! Down to which load do the flanks stay in contact? The onset of rattle in closed form.
 //!
 //! While contact lasts, the motion is linear. At a given speed, the depth of the drive flank's contact under load L
 //! is `d(t; L) = d₀(t) + L d₁(t)`, computed from the orbits at two loads without separation. It vanishes at time t
@@ -17,7 +17,7 @@ use crate::propagate::{Event, Observer, Window};
 /// The onset of rattle at a value of the other parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Onset {
-    /// The parameters; the load is the largest under which contact is lost.
+    /// The parameters at the onset; the load among them is the largest one under which contact is lost.
     pub at: MapParameters,
     /// Mesh phase of the graze \[cycles of the base period\].
     pub phase: f64,
@@ -28,10 +28,10 @@ pub struct Onset {
 /// Largest number of loads tried, each twice the previous one, until contact lasts.
 const MOST_DOUBLINGS: u32 = 14;
 
-/// Sampled positions per window.
+/// Number of sampled positions per window.
 const PLACES: usize = 48;
 
-/// Steps that narrow the position of the largest load.
+/// Number of steps that narrow the position of the largest load.
 const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.

@@ -17,7 +17,8 @@ const MOST_STEPS: u32 = 10;
 /// Residual, relative to the state's length, at which an orbit counts as found. One more step may follow.
 const CONVERGED: f64 = 1e-11;
 
-/// The same if the last step has not halved the residual: round-off of long periods and stiff tables.
+/// Residual, relative to the state's length, at which an orbit counts as found if the last step has not halved the
+/// residual. The round-off of long periods and stiff tables can prevent smaller residuals.
 const STAGNANT: f64 = 1e-8;
 
 /// Longest step, relative to the state's length, that is still applied to a found orbit.
@@ -43,7 +44,7 @@ pub struct Orbit {
     pub monodromy: Mat<f64>,
     /// Floquet multipliers, largest modulus first.
     pub multipliers: Vec<Complex64>,
-    /// Its properties over the period.
+    /// Properties of the orbit over its period.
     pub details: Details,
 }
 
@@ -98,7 +99,7 @@ pub enum OrbitCondition {
     Plane {
         /// The free parameter.
         axis: usize,
-        /// Its unit.
+        /// Unit of the free parameter.
         scale: f64,
         /// Coordinates of the plane's normal.
         normal: Vec<f64>,
@@ -178,7 +179,8 @@ pub fn correct(
         if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
         }
-        // The last short step is free because its matrix is known. Near a fold it would be long, and noise.
+        // A last short step costs nothing, because its matrix is known. Near a fold, the step would be long and
+        // consist of round-off.
         if !found || long <= LAST_STEP * size {
             for (u, step) in u.iter_mut().zip(&step) {
                 *u += step;

@@ -3,11 +3,12 @@
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, OrbitCondition, correct, length};
 
-/// Weight, in the arclength, of a change by the motion's size, relative to the whole interval of the parameter.
+/// Weight in the arclength: a change of the orbit by the size of its motion, relative to a change of the parameter by
+/// its whole interval.
 const WEIGHT: f64 = 0.1;
 
-/// Smallest parameter component of a unit tangent for a search at a fixed parameter. Below it, the search uses a
-/// plane across the branch.
+/// Smallest parameter component of a unit tangent for a search at a fixed parameter. If the component is smaller, the
+/// search uses a plane across the branch.
 const STEEP: f64 = 0.15;
 
 /// Largest number of orbits in a polynomial guess.
@@ -18,9 +19,9 @@ const MOST_KNOTS: usize = 4;
 pub struct Span {
     /// The parameter.
     pub axis: usize,
-    /// Its smallest value.
+    /// Smallest value of the parameter.
     pub from: f64,
-    /// Its largest value.
+    /// Largest value of the parameter.
     pub to: f64,
 }
 
@@ -30,7 +31,7 @@ impl Span {
         self.to - self.from
     }
 
-    /// Whether a value lies inside, ends included.
+    /// Whether a value lies in the interval, including its ends.
     pub fn holds(&self, value: f64) -> bool {
         (self.from..=self.to).contains(&value)
     }
@@ -48,7 +49,7 @@ pub struct Vector {
 }
 
 impl Vector {
-    /// Its length.
+    /// Length of the vector.
     pub fn length(&self) -> f64 {
         (WEIGHT / self.size * length(&self.u)).hypot(self.p)
     }
@@ -62,7 +63,7 @@ impl Vector {
         }
     }
 
-    /// The cosine of the angle between two.
+    /// The cosine of the angle between two directions.
     pub fn cosine(&self, other: &Self) -> f64 {
         let dot: f64 = self.u.iter().zip(&other.u).map(|(a, b)| a * b).sum();
         let weight = (WEIGHT / self.size).powi(2);
@@ -70,7 +71,7 @@ impl Vector {
         (weight * dot + self.p * other.p) / (self.length() * other_length)
     }
 
-    /// From one orbit to another.
+    /// The vector from one orbit to another.
     pub fn between(span: &Span, a: &Orbit, b: &Orbit) -> Self {
         Self {
             u: b.u.iter().zip(&a.u).map(|(b, a)| b - a).collect(),
@@ -114,8 +115,8 @@ pub enum PathCondition<'v> {
     Parameter,
     /// A plane across this direction if the branch is steep along it, otherwise the parameter.
     Steep(&'v Vector),
-    /// A plane across this direction. A branch between two orbits crosses every plane across their chord that lies
-    /// between them, even if it turns.
+    /// A plane across this direction. Between two orbits, a branch crosses every plane across their chord, even if the
+    /// parameter reverses.
     Always(&'v Vector),
 }
 
@@ -133,7 +134,7 @@ pub fn place(
     place_bare(map, span, like, guess, across)?.with_details(map)
 }
 
-/// The same without details, except the size.
+/// Finds the orbit near a guess, without details except its size.
 ///
 /// # Errors
 /// [`NoOrbit`].

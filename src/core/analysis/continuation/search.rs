@@ -9,13 +9,13 @@ use crate::model::{InitialState, TrajectoryState};
 /// Settings of the search for orbits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrbitSearchSettings {
-    /// Cycles before the search for returns.
+    /// Number of cycles before the search for near returns.
     pub transient: u64,
-    /// Cycles with a search for returns.
+    /// Number of cycles in which near returns are sought.
     pub cycles: u64,
     /// Longest period.
     pub longest: u32,
-    /// Newton searches for each period.
+    /// Maximum number of Newton searches for each period.
     pub guesses: usize,
     /// Initial state of the trajectories.
     pub initial: InitialState,

@@ -23,7 +23,7 @@ pub enum NoBranch {
     /// Newton's method finds no orbit near the bifurcation.
     #[error(transparent)]
     Orbit(#[from] NoOrbit),
-    /// It finds only the branch of the bifurcation.
+    /// Newton's method finds only orbits on the branch of the bifurcation.
     #[error("every nearby orbit lies on the branch of the bifurcation")]
     OnlyKnown,
 }

@@ -1,8 +1,8 @@
-//! How does an orbit touch its contacts, and how near is it to touching them otherwise?
+//! Which contacts does an orbit close and open, and how near is it to a change of this sequence?
 //!
-//! The depth of a contact is `s δ − b` with the gap b; it is negative while the contact is open. Where an extreme of
-//! the depth passes zero, the orbit grazes the contact from outside (a maximum) or from inside (a minimum), and the
-//! contact sequence changes.
+//! The depth of a contact is `s δ − b` with the gap b; it is negative while the contact is open. If an extreme of the
+//! depth is zero, the orbit grazes the contact from outside (a maximum) or from inside (a minimum), and the contact
+//! sequence changes.
 
 use crate::analysis::modal_series::{ModalMotion, Series, padded};
 use crate::model::Model;
@@ -19,15 +19,15 @@ const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 pub struct Extreme {
     /// The contact.
     pub contact: usize,
-    /// Whether the depth has a minimum there.
+    /// Whether the extreme is a minimum.
     pub minimum: bool,
     /// Time from the start of the period, in cycles.
     pub time: f64,
-    /// Depth \[half gaps\]; negative where the contact is open.
+    /// Depth \[half gaps\]; negative if the contact is open.
     pub depth: f64,
 }
 
-/// How an orbit touches its contacts over a period.
+/// Contact changes and extremes of the depths over a period of an orbit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Touches {
     /// Contact changes in order: the contact, and whether it closes.
@@ -113,10 +113,10 @@ pub struct TouchObserver<'m> {
     model: &'m Model,
     /// Created at the first window that does not contain the required deflection.
     motion: Option<ModalMotion<'m>>,
-    /// Whether every depth was rising.
+    /// Last sign of the rate of every depth: whether the depth was increasing.
     rising: Vec<Option<bool>>,
-    /// For every contact, a possible extreme at the first window: it is one if the depth arrives there in the other
-    /// direction at the end of the period.
+    /// For every contact, a possible extreme at the start of the period. It is an extreme if the rate of the depth has
+    /// the opposite sign at the end of the period.
     first: Vec<Option<Extreme>>,
     touches: Touches,
     sums: [f64; 3],
@@ -125,7 +125,7 @@ pub struct TouchObserver<'m> {
 }
 
 impl<'m> TouchObserver<'m> {
-    /// Before the first window.
+    /// An observer before the first window.
     pub fn new(model: &'m Model) -> Self {
         Self {
             model,
@@ -300,8 +300,8 @@ mod tests {
         fn event(&mut self, _: &Event) {}
     }
 
-    /// The depths of two contacts are those of the states: a distant stop on a line that windows do not contain, with
-    /// an error, and the drive flank with relieved teeth.
+    /// The depths of two contacts agree with the states. One contact is a distant end stop, with an error, on a line
+    /// that windows do not contain. The other is the drive flank with relieved teeth.
     #[test]
     fn a_contact_is_as_deep_as_the_states_say() {
         let own = [0.9, 0.4, 0.2];
@@ -311,7 +311,7 @@ mod tests {
         structure.contacts = vec![stop];
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
-        // Three micrometres where the divisions meet.
+        // The flank errors of both divisions are three micrometres at their common end.
         for (division, bend) in drive.mesh.iter_mut().zip([1e-6, 2e-6]) {
             let mut series = [0.0; STIFFNESS_TERMS];
             (series[0], series[2]) = (3e-6 - bend, bend);

@@ -2,8 +2,9 @@
 //!
 //! Every cycle maps the tangents Q to `J Q = Q' R`, with R upper triangular. Covariant vectors `V = Q C`,
 //! with `J V = V' D` and D diagonal, satisfy `R C = C' D`. From any upper triangular C at the end of a
-//! record, `C = R⁻¹ C' D` converges to theirs backwards in time (Ginelli et al. 2007, 2013). Q is
-//! orthonormal, so that angles between the vectors are those between the columns of C.
+//! record, the backward recursion `C = R⁻¹ C' D` converges to the coefficients of the covariant vectors
+//! (Ginelli et al. 2007, 2013). Q is orthonormal, so that angles between the vectors are those between the
+//! columns of C.
 
 use crate::numerics::linalg::{product, symmetric_eigen};
 use crate::numerics::random::Stream;
@@ -66,15 +67,16 @@ impl Coefficients {
     }
 
     /// The smallest angle between the space of the first `unstable` vectors and that of the last `stable`
-    /// \[rad\]; `None` if the vectors of either are dependent within round-off.
+    /// \[rad\]; `None` if the vectors of the latter are dependent within round-off.
     pub fn angle(&self, unstable: usize, stable: usize) -> Option<f64> {
         let m = self.vectors;
-        // The first vectors span the first coordinates: the part of the others outside these is the sine.
+        // The first vectors span the first coordinates. The component of a unit vector outside these coordinates
+        // is the sine of its angle to this space.
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(stable);
         for i in m - stable..m {
             let mut own = self.vector(i).to_vec();
             own.resize(m, 0.0);
-            // Twice: one pass leaves large residues if the vectors are nearly parallel.
+            // Orthogonalise twice: one pass leaves large residues if the vectors are nearly parallel.
             for _ in 0..2 {
                 for other in &basis {
                     let along: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();

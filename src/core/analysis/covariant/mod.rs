@@ -41,7 +41,8 @@ pub struct CovariantConfig {
     pub vectors: usize,
     /// Measured mesh cycles.
     pub cycles: u64,
-    /// Discarded mesh cycles in which the tangents, and at the other end the coefficients, align.
+    /// Discarded mesh cycles at either end: the tangents align before the measurement, the coefficients
+    /// after it.
     pub align: u64,
 }
 
@@ -56,11 +57,11 @@ impl CovariantConfig {
 /// Angles between the spaces of growing and of shrinking directions, once per cycle \[rad\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AngleOutcome {
-    /// The smallest.
+    /// Smallest angle.
     pub min: f64,
-    /// The mean.
+    /// Mean angle.
     pub mean: f64,
-    /// Its standard error, from block averages.
+    /// Standard error of the mean angle, from block averages.
     pub stderr: f64,
     /// Quantiles at [`ANGLE_SHARES`].
     pub quantiles: Vec<f64>,
@@ -71,15 +72,15 @@ pub struct AngleOutcome {
 pub struct CovariantOutcome {
     /// Mean growth of each vector \[1/cycle\], largest first.
     pub exponents: Vec<f64>,
-    /// Their standard errors, from block averages.
+    /// Standard errors of the exponents, from block averages.
     pub errors: Vec<f64>,
-    /// Standard deviations of the growth over a single cycle.
+    /// Standard deviation of each vector's growth over a single cycle \[1/cycle\].
     pub spreads: Vec<f64>,
     /// Number of vectors with an exponent above zero by two standard errors.
     pub unstable: u32,
     /// Number of vectors with an exponent below zero by two standard errors.
     pub stable: u32,
-    /// Angles between the two, if both exist.
+    /// Angles between the spaces of growing and shrinking vectors, if both exist.
     pub angle: Option<AngleOutcome>,
     /// Mesh cycles integrated.
     pub cycles: u64,
@@ -88,7 +89,7 @@ pub struct CovariantOutcome {
 /// Why there are no covariant vectors.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CovariantError {
-    /// The work was called off.
+    /// The work was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// The trajectory cannot be advanced.
@@ -162,7 +163,7 @@ impl Record {
         }
     }
 
-    /// Call this after every cycle.
+    /// Adds the factor of a cycle. Must be called after every cycle.
     fn push(&mut self, growth: &mut TangentGrowth, norm: &EnergyNorm) {
         growth.factor(norm, &mut self.factors);
     }

@@ -80,7 +80,7 @@ fn a_linear_map_has_its_eigenvectors() {
     assert_eq!((found.unstable, found.stable), (1, 1));
 }
 
-/// `J v ∥ v'` for both vectors in every cycle within round-off, and the growth is the reported one.
+/// `J v ∥ v'` for both vectors in every cycle within round-off, and their growth agrees with the results.
 #[test]
 fn vectors_are_taken_to_each_other() {
     let (record, frames, jacobians) = record([0.1, 0.1], 600, henon);

@@ -1,4 +1,4 @@
-//! What does work on the vibration in each window, and how much energy does the vibration store?
+//! Which works are done on the vibration in each window, and how much energy does the vibration store?
 
 use super::cause::Cause;
 use crate::analysis::coupled_modes::CoupledModes;
@@ -10,19 +10,19 @@ use crate::propagate::{ClosedContact, Window};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Windows shorter than this, in mesh cycles, occur if an event is close to a breakpoint. Their rate of
-/// deflection comes from the state, because the round-off of a series over such a length may be larger.
+/// Length of a window, in mesh cycles, below which the rate of deflection follows from the state instead of
+/// the series, whose round-off may be larger. Such windows occur if an event is close to a breakpoint.
 const SHORT: f64 = 1e-9;
 
 /// Works and stored energy of a trajectory of a model.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Balance<'m> {
     motion: ModalMotion<'m>,
-    /// End of the last window.
+    /// Contacts at the end of the last window.
     last: Option<WindowEndContacts>,
     /// `None` if modes are not coupled.
     coupled: Option<CoupledModes>,
-    /// Exact for the square of a deflection times the slope of a stiffness.
+    /// Gauss rule that is exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
     /// The impulses since the last window \[N s\], each with its direction.
     pub(super) struck: Vec<(usize, f64)>,
@@ -40,7 +40,7 @@ pub(in crate::analysis) struct WindowEndContacts {
 }
 
 impl WindowEndContacts {
-    /// The start of a window.
+    /// The contacts at the start of a window.
     pub fn start(model: &Model, window: &Window<'_>) -> Self {
         Self::of(model, window, at_start, window.start / model.period())
     }
@@ -61,7 +61,7 @@ impl WindowEndContacts {
         }
     }
 
-    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; `None` if it is open.
+    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; `None` if the contact is open.
     fn spring(&self, model: &Model, contact: usize) -> Option<[f64; 2]> {
         let (_, deflection) = self.closed.iter().find(|(closed, _)| *closed == contact)?;
         Some(spring(
@@ -168,7 +168,7 @@ impl<'m> Balance<'m> {
 
     /// Energies whose round-off enters the balance, at the start of a window: those of structure and
     /// contacts, and the works of the torques over their rotations. The compression of a contact is a small
-    /// difference, known within the round-off of its terms.
+    /// difference of large terms, and contains their round-off.
     pub fn magnitude(&self, window: &Window<'_>) -> f64 {
         let model = self.model();
         let phase = window.start / model.period();
@@ -197,7 +197,7 @@ impl<'m> Balance<'m> {
         self.structure(window.first, window.second) + turned + contacts
     }
 
-    /// Passes each work \[J\] of a window, and of the steps since the last one, to `work`.
+    /// Passes each work \[J\] of a window, and of the steps since the last window, to `work`.
     pub fn window(&mut self, window: &Window<'_>, work: &mut impl FnMut(Cause, f64)) {
         if let Some(last) = &self.last {
             steps(
@@ -329,7 +329,7 @@ impl<'m> Balance<'m> {
             }
         }
         if let Some(friction) = model.friction_of(closed.contact) {
-            // While it sticks its line shows its force and not its motion.
+            // While dry friction sticks, the deflection of its line describes its force, not its motion.
             let moved = if model.is_slip(closed.contact) {
                 force[0] * (at_end(&deflection) - at_start(&deflection))
             } else {
@@ -362,8 +362,8 @@ impl<'m> Balance<'m> {
     }
 }
 
-/// Energy that the springs of contacts gain from one edge to the next, at one moment, if stiffness, line or
-/// gap step. If stiffness and length step at once, each gets the mean of its works before and after the other
+/// Passes the energy that springs of contacts gain if stiffness, line or gap step between two windows. If
+/// stiffness and length step at once, the work of each is the mean of its works before and after the other
 /// step.
 fn steps(
     model: &Model,
@@ -384,7 +384,7 @@ fn steps(
             model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
         match springs {
             [Some([k, length]), Some([stepped, stretched])] => {
-                // If nothing turns, the spring has the same length on both sides.
+                // If line and error stay the same, the spring has the same length in both windows.
                 let length = if turned { length } else { stretched };
                 let squares = [length * length, stretched * stretched];
                 work(
@@ -398,7 +398,7 @@ fn steps(
                     );
                 }
             }
-            // If contact ends or begins at the gap, its spring has no energy.
+            // If contact ends or begins at the gap, the spring stores no energy there.
             [resting, holds] if turned || released => {
                 let gained = holds.map_or(0.0, energy) - resting.map_or(0.0, energy);
                 let cause = if released { Cause::Contact } else { Cause::Error };

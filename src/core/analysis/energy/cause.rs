@@ -5,7 +5,7 @@
 pub(in crate::analysis) enum Cause {
     /// Mean torques, torque ripple and other loads: `∫ T·u dt`.
     Loads,
-    /// Prescribed lengths of contacts: transmission error, half gap, load centroid.
+    /// Prescribed changes of a contact's geometry: transmission error, half gap, load centroid.
     Error,
     /// Varying stiffness of contacts.
     Stiffness,

@@ -54,7 +54,7 @@ fn audited(coupling: Option<Coupling>, friction: f64) -> [f64; 3] {
 fn energies_of_coupled_modes_are_those_of_modes() {
     let plain = audited(None, 0.0);
     assert!(plain[2] < 1e-11, "{plain:?}");
-    // Some hundred newtons over some ten micrometres.
+    // The order of magnitude is that of some hundred newtons over some ten micrometres.
     assert!(plain[0] > 1e-6 && plain[0] < 1.0, "{plain:?}");
     let nothing = Coupling {
         damping: vec![0.0; 4],

@@ -3,10 +3,10 @@
 use super::HorizonMeasure;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
-/// Averages follow a power law from this length on; shorter averages are correlated.
+/// Number of cycles in an average from which on spreads follow a power law; shorter averages are correlated.
 const FROM: u64 = 10;
 
-/// Lengths 1, 2, 5, 10, 20, 50, … up to and including `longest`.
+/// Numbers of cycles 1, 2, 5, 10, 20, 50, … up to and including `longest`.
 pub(super) fn ladder(longest: u64) -> Vec<u64> {
     let mut rungs = Vec::new();
     let mut power = 1;
@@ -60,10 +60,11 @@ pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> O
 /// Where the mean of some curves first reaches a level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// Its place in steps of the curves; `None` if the mean stays below.
+    /// Position of the crossing in steps of the curves; `None` if the mean stays below the level.
     pub place: Option<f64>,
-    /// Its standard error by the jackknife. The pseudo-values are taken in blocks if there are enough,
-    /// because successive curves are correlated. `None` if the mean stays below without one curve.
+    /// Standard error of the position by the jackknife. The pseudo-values are taken in blocks if there are
+    /// enough, because successive curves are correlated. `None` if leaving out one curve keeps the mean below
+    /// the level.
     pub stderr: Option<f64>,
 }
 

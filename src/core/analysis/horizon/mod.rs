@@ -23,18 +23,17 @@ use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Random streams of a point from this number on are for its twins; those below are for its tangents and
-/// probes.
+/// Number of a point's first random stream for its twins; smaller numbers are for its tangents and probes.
 const FIRST_STREAM: u64 = 1 << 33;
 
 /// Discarded cycles in which the tangent aligns with the direction of growth.
 const ALIGN: u64 = 100;
 
-/// Part of the saturation at the horizon: late, but while separations still grow with the exponent. Above it,
-/// slow modes of the structure separate at different rates.
+/// Separation at the horizon, divided by the saturation. Up to this share, separations grow with the exponent.
+/// Above it, slow modes of the structure separate at different rates.
 const HORIZON_SHARE: f64 = 0.1;
 
-/// Number of the longest averages, for their spread.
+/// Smallest number of averages of the longest kind, from which their spread follows.
 const LONGEST_AVERAGES: u64 = 16;
 
 /// Maximum number of strobe states that measure the size of the motion.
@@ -60,8 +59,8 @@ pub enum HorizonQuantity {
     Separation,
     /// Growth of a tangent per cycle \[1/cycle\].
     Exponent,
-    /// Average of the mesh force \[N\]. Momentum ties it to the load, so that its error falls as 1/n, not as
-    /// 1/√n.
+    /// Average of the mesh force \[N\]. Conservation of momentum ties it to the load, so that its error falls
+    /// as 1/n, not as 1/√n.
     Force,
     /// Average of the force that presses flanks together, on either side \[N\].
     ContactForce,
@@ -89,7 +88,7 @@ pub struct HorizonMeasure {
     pub quantity: HorizonQuantity,
     /// Number of cycles.
     pub cycles: u64,
-    /// Its mean.
+    /// Mean of the quantity.
     pub value: f64,
     /// Standard deviation of one sample.
     pub spread: f64,
@@ -102,7 +101,7 @@ pub struct HorizonMeasure {
 pub struct HorizonOutcome {
     /// Mesh cycles until the separation is a tenth of the saturation; `None` if it stays below.
     pub horizon: Option<f64>,
-    /// Its standard error, by leaving out one twin at a time.
+    /// Standard error of the horizon, by leaving out one twin at a time (jackknife).
     pub stderr: Option<f64>,
     /// Level at which the separation saturates \[half gaps\].
     pub saturation: f64,
@@ -117,7 +116,7 @@ pub struct HorizonOutcome {
 /// Why predictability could not be measured.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum HorizonError {
-    /// The work was called off.
+    /// The work was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// The trajectory or a twin cannot be advanced.

@@ -18,7 +18,7 @@ fn a_crossing_and_its_error_are_those_of_the_starts() {
         .map(|start| (0..40).map(|n| start + 0.5 * f64::from(n)).collect())
         .collect();
     let crossing = Crossing::of(&curves, 10.1);
-    // The mean start is 1.75; the crossing moves twice as much.
+    // The mean start is 1.75. The slope is 1/2, so the crossing moves by twice a change of the start.
     assert!((crossing.place.unwrap() - 2.0 * (10.1 - 1.75)).abs() < 1e-12);
     let deviation = (starts.map(|s| (s - 1.75f64).powi(2)).iter().sum::<f64>() / 3.0).sqrt();
     assert!((crossing.stderr.unwrap() - 2.0 * deviation / 2.0).abs() < 1e-12);

@@ -16,12 +16,12 @@ pub(super) struct Attractors {
     known: Vec<Attractor>,
     outcomes: Vec<AttractorOutcome>,
     orbits: KnownOrbits,
-    /// Number of attractors with a search for an orbit.
+    /// Number of attractors for which an orbit has been sought.
     sought: usize,
 }
 
 impl Attractors {
-    /// No attractors yet.
+    /// An empty list of attractors.
     pub fn new<K: Kernel>(field: &IntegrationContext<'_, K>) -> Self {
         Self {
             known: Vec::new(),
@@ -61,8 +61,8 @@ impl Attractors {
         Some(self.known.len() as u32 - 1)
     }
 
-    /// Converges the orbits of periodic attractors, so that they can decide cells. An orbit that Newton's
-    /// method does not reach, or that is not damped, decides none.
+    /// Computes the orbits of periodic attractors, so that cells that approach them need no investigation. An
+    /// orbit that Newton's method does not find, or that is not damped, is not used.
     pub fn seek_orbits<K: Kernel>(&mut self, field: &IntegrationContext<'_, K>) {
         let mut workspace = field.kernel.workspace();
         for id in self.sought..self.known.len() {
@@ -86,7 +86,7 @@ impl Attractors {
         self.sought = self.known.len();
     }
 
-    /// Orbits that can decide cells.
+    /// The known orbits, for cells that approach one of them.
     pub fn orbits(&self) -> &KnownOrbits {
         &self.orbits
     }

@@ -1,8 +1,8 @@
 //! On which known orbit does a trajectory end?
 //!
 //! A motion need not be investigated if it ends on a known orbit. It is integrated until it comes near
-//! one, and is decided once its distance falls as the monodromy matrix of that orbit predicts
-//! ([`approaches`]). Every known orbit attracts.
+//! such an orbit. It ends there if its distance then falls as the monodromy matrix of the orbit predicts
+//! ([`approaches`]). All known orbits are attracting.
 
 use super::field::{IntegrationContext, InvestigatedMotion};
 use crate::analysis::called_off::CalledOff;
@@ -12,8 +12,8 @@ use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};
 
-/// Distance \[half gaps\] from which an approach is watched. This costs nothing, because it advances the
-/// trajectory.
+/// Distance \[half gaps\] from an orbit below which an approach is observed. The observation costs nothing,
+/// because it advances the trajectory.
 const NEAR: f64 = 0.3;
 
 /// How a cell of a slice ended.
@@ -21,7 +21,7 @@ const NEAR: f64 = 0.3;
 pub(super) enum CellEnding {
     /// On a known attractor.
     Captured(u32),
-    /// Near no known orbit in time, then investigated.
+    /// Approached no known orbit within the allowed cycles, and was then investigated.
     Open(Box<InvestigatedMotion>),
     /// Stopped by the kernel.
     Stopped(Stop),
@@ -37,7 +37,7 @@ pub(super) struct KnownOrbits {
 }
 
 impl KnownOrbits {
-    /// No orbits yet; `excitation` is the base period in mesh cycles.
+    /// An empty list of orbits; `excitation` is the base period in mesh cycles.
     pub fn new(excitation: u64) -> Self {
         Self {
             orbits: Vec::new(),
@@ -50,11 +50,11 @@ impl KnownOrbits {
         self.orbits.push((attractor, orbit));
     }
 
-    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit. Otherwise investigates
-    /// it from there on. Returns how this ended, and the mesh cycles before the investigation.
+    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit. If it approaches none,
+    /// investigates its further motion. Returns the result, and the mesh cycles before the investigation.
     ///
     /// # Errors
-    /// [`CalledOff`] if the work was called off.
+    /// [`CalledOff`] if the work was interrupted.
     pub fn advance_until_captured<K: Kernel>(
         &self,
         field: &IntegrationContext<'_, K>,
@@ -71,8 +71,8 @@ impl KnownOrbits {
         Ok((cell_ending, counters.cycles))
     }
 
-    /// Advances `trajectory` until it approaches a known orbit, for at most `cycles` and one approach; `None`
-    /// if it did not approach any.
+    /// Advances `trajectory` until it approaches a known orbit, for at most `cycles` and the observation of
+    /// one approach. `None` if the trajectory approached no orbit.
     fn approach<K: Kernel>(
         &self,
         field: &IntegrationContext<'_, K>,
@@ -96,7 +96,7 @@ impl KnownOrbits {
                     Err(stop) => return Ok(Some(CellEnding::Stopped(stop))),
                 }
             }
-            // Also after a failed approach, which may not have integrated at all.
+            // This also follows a failed approach, which may not have advanced the trajectory at all.
             let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), counters);
             if let Err(stop) = integrated {
                 return Ok(Some(CellEnding::Stopped(stop)));

@@ -30,7 +30,7 @@ impl<K: Kernel> IntegrationContext<'_, K> {
     /// Investigates the motion from `trajectory` on.
     ///
     /// # Errors
-    /// [`CalledOff`] if the work was called off.
+    /// [`CalledOff`] if the work was interrupted.
     pub fn investigate(
         &self,
         mut trajectory: TrajectoryState,

@@ -6,12 +6,12 @@
 //! per stratum, around the energy that closes the half gap (`E = 1`). Each probe is investigated like a
 //! separate point.
 //!
-//! Shares refer to this measure on initial states. Their 95 % intervals (Wilson 1927) treat probes as
-//! independent draws; strata make them, if anything, too wide.
+//! Basin shares refer to this distribution of initial states. Their 95 % intervals (Wilson 1927) treat
+//! probes as independent draws. Because of the strata, the intervals are rather too wide than too narrow.
 //!
-//! A slice ([`plane`]) covers a plane through the initial state of the point with squares. Its cells
-//! follow after the probes, in rounds. A cell that comes near an orbit from a probe or an earlier round
-//! is decided there ([`capture`]).
+//! A slice ([`plane`]) divides a plane through the initial state of the point into square cells, each
+//! with its own initial state. Cells are computed after the probes, in rounds. A cell that approaches an
+//! orbit from a probe or an earlier round needs no further investigation ([`capture`]).
 //!
 //! Idle threads of the pool integrate probes and the cells of a round in parallel. Known attractors are
 //! added only between rounds, in order of number, so that results do not depend on the threads.
@@ -55,11 +55,11 @@ const ALIGN: u64 = 100;
 /// measured over as many cycles.
 const MOST_SAMPLES: u64 = 2048;
 
-/// Probes, or cells, per round: bounds memory.
+/// Number of probes, or of cells, per round. It bounds the memory.
 const ROUND: usize = 256;
 
-/// Fewest rounds of a slice. In the first round that finds a new orbit, every cell on this orbit is
-/// investigated in full.
+/// Smallest number of rounds of a slice. In the first round that finds a new orbit, every cell on this orbit
+/// is investigated in full.
 const FEWEST_ROUNDS: usize = 16;
 
 /// Settings of the search for coexisting attractors.
@@ -197,8 +197,8 @@ pub fn probe_basins<K: Kernel + Sync>(
     Ok(found)
 }
 
-/// Computes the cells of a slice. A cell is watched for as long as a probe's transient. If it comes near no
-/// orbit, it is investigated from there on.
+/// Computes the cells of a slice. A cell is advanced for as long as a probe's transient. If it approaches no
+/// known orbit, it is then investigated.
 fn slice<K: Kernel + Sync>(
     context: &IntegrationContext<'_, K>,
     start: &TrajectoryState,

@@ -39,13 +39,13 @@ pub struct ProbeOutcome {
     pub attractor: Option<u32>,
     /// How the work ended.
     pub status: Status,
-    /// Why this status and this class.
+    /// Reason for this status and this class.
     pub reason: String,
     /// Kind of motion.
     pub class: Option<Class>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent \[1/cycle\].
     pub lambda_stderr: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
@@ -88,7 +88,7 @@ pub struct AttractorOutcome {
     pub class: Class,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent \[1/cycle\].
     pub lambda_stderr: Option<f64>,
     /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], from all probes of the point
     /// together; `None` for other motions.
@@ -99,11 +99,11 @@ pub struct AttractorOutcome {
     pub force_peak: Option<f64>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Probes that settled on it.
+    /// Number of probes that settled on the attractor.
     pub probes: u32,
-    /// Their share.
+    /// Share of these probes among all.
     pub basin: BasinShare,
-    /// Cells of the slice that settled on it; `None` without a slice.
+    /// Number of cells of the slice that settled on the attractor; `None` without a slice.
     pub cells: Option<u32>,
     /// Strobe states of a periodic motion, projected on the slice \[m\]; empty for other motions and without
     /// a slice.
@@ -129,7 +129,7 @@ impl MultistabilityOutcome {
         probes + cells
     }
 
-    /// Sets for every attractor and every probe the share of its ending among all probes.
+    /// Sets the basin shares: for every attractor, and for every probe that of its attractor or status.
     pub(super) fn share_out(&mut self) {
         let all = self.probes.len();
         for (id, attractor) in (0..).zip(&mut self.attractors) {
@@ -149,7 +149,7 @@ impl MultistabilityOutcome {
             .map(|probe| probe.status.clone())
             .collect();
         for probe in &mut self.probes {
-            // Probes on one attractor may differ in status; the attractor decides.
+            // Probes on one attractor may differ in status, so the share is that of the attractor.
             let settled = probe.attractor.map(|id| &self.attractors[id as usize]);
             probe.basin = match settled {
                 Some(attractor) => attractor.basin,

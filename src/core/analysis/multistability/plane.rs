@@ -8,10 +8,10 @@
 //!
 //! with the participations w of the mesh deflection, so that x and y are the mesh deflections due to the
 //! displacements \[m\]. The modes are those of the undamped structure, with a rotated basis of rigid
-//! rotations, for coupled modes too. A slice of velocities gives mode i the velocity `s x/wᵢ`, with its
-//! scale in energy s \[rad/s\]: this has as much energy as the displacement x. The phase plane of one mode i
-//! varies its displacement by x/wᵢ and its velocity by y/wᵢ, so that y is the rate of the mesh deflection
-//! \[m/s\].
+//! rotations, for coupled modes too. A slice of velocities gives mode i the velocity `s x/wᵢ`, with s
+//! \[rad/s\] the mode's scale in energy. This velocity has as much energy as the displacement x. The phase
+//! plane of one mode i varies its displacement by x/wᵢ and its velocity by y/wᵢ, so that y is the rate of the
+//! mesh deflection \[m/s\].
 
 use crate::analysis::norm::modal_scales;
 use crate::model::{Model, TrajectoryState};
@@ -62,7 +62,7 @@ pub struct SliceConfig {
 /// Why a slice is impossible. Modes are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SliceError {
-    /// The same mode twice.
+    /// Both modes are the same.
     #[error("a slice needs two different modes, but both are mode {mode}")]
     OneMode {
         /// The mode.
@@ -94,11 +94,11 @@ pub enum SliceError {
 pub struct Plane {
     /// Indices of the varied displacements and velocities among those of all modes.
     components: [usize; 2],
-    /// Change of either per metre of mesh deflection, or per metre per second of its rate.
+    /// Change of each of them per metre of mesh deflection, or per metre per second of its rate.
     scale: [f64; 2],
-    /// Change of the state per unit of either.
+    /// Change of the state per unit of each of them.
     along: [Vec<f64>; 2],
-    /// Half the sides.
+    /// Half the length of each side.
     extent: [f64; 2],
     count: u32,
 }
@@ -205,7 +205,7 @@ impl Plane {
     }
 }
 
-/// `2, 4 … 9, 12`.
+/// Ascending numbers as text with ranges, for example `2, 4 … 9, 12`.
 fn ranges(numbers: impl Iterator<Item = usize>) -> String {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for number in numbers {
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Upwards, the rate of the mesh deflection grows as on the axis, and nothing else changes.
+    /// Upwards in the phase plane, only the rate of the mesh deflection grows, by the value on the axis.
     #[test]
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
@@ -300,7 +300,7 @@ mod tests {
             assert!(moved.into_iter().all(|i| [2, 6].contains(&i)));
         }
         assert!((plane.centre(24)[1] - 0.16).abs() < 1e-15);
-        // By default the top has the energy of the right border.
+        // By default a state at the top has the same energy as a state at the right border.
         let plane = Plane::new(&model, &slice_config([2, 2], SliceOf::PhasePlane)).unwrap();
         let norm = EnergyNorm::new(&model);
         let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);

@@ -1,9 +1,9 @@
 //! Did two probes settle on the same attractor?
 //!
-//! Periodic motions are the same if their strobe states are: point by point in the energy norm, from any
-//! start. Other motions are the same if class, largest exponent and averages over the strobe samples
-//! agree within their standard errors. A coarse bound on RMS and events per cycle covers what the strobe
-//! does not show.
+//! Periodic motions are the same if their strobe states agree point by point in the energy norm, from any
+//! state of the period on. Other motions are the same if class, largest exponent and averages over the strobe
+//! samples agree within their standard errors. A coarse bound on RMS and events per cycle covers differences
+//! between the strobes.
 
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
@@ -11,8 +11,8 @@ use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::{Counters, Kernel, Stop};
 
-/// Distance \[half gaps\] below which two orbits are one. It is far above the error of a settled orbit, 1e-10
-/// divided by its decay per cycle.
+/// Distance \[half gaps\] below which two orbits are the same. It is far above the error of a settled orbit,
+/// 1e-10 divided by its decay per cycle.
 const SAME_ORBIT: f64 = 1e-4;
 
 /// Exponent per cycle above which a motion is undamped.
@@ -29,7 +29,7 @@ const NEAR: f64 = 1e-3;
 /// Difference of exponents \[1/cycle\] that counts as zero whatever its error.
 const NEAR_EXPONENT: f64 = 1e-3;
 
-/// Relative difference that RMS and events per cycle, which have no error bar, may have.
+/// Largest relative difference of RMS and events per cycle, which have no error bar, on one attractor.
 const COARSE: f64 = 0.25;
 
 /// Properties that identify an attractor.
@@ -50,7 +50,7 @@ enum Mark {
 
 #[derive(Debug, Clone)]
 struct Statistics {
-    /// Largest exponent and its standard error.
+    /// Largest exponent.
     exponent: Average,
     /// Averages of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
     strobe: [Average; 3],
@@ -245,9 +245,9 @@ mod tests {
             assert_eq!(a.is_same(&b, &norm), b.is_same(&a, &norm));
             a.is_same(&b, &norm)
         };
-        // Both have the error: the difference has √2 of it, and five times that is 7.07.
+        // Both exponents have the same error. Their difference has √2 of it, so five standard errors are 7.07 errors.
         assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
-        // Mirror images have equal even averages.
+        // Mirror images have equal averages of even powers of δ, so only the mean of δ distinguishes them.
         assert!(!same(&|s| s.strobe[0].mean = -0.08));
         assert!(same(&|s| s.strobe[0].mean = -0.02));
         for i in 0..3 {
@@ -290,7 +290,7 @@ mod tests {
         assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));
         assert!(first.is_same(&orbit(&[2.0, 1e-6, 0.5]), &norm));
         assert!(!first.is_same(&orbit(&[2.0, 1e-2, 0.5]), &norm));
-        // The reversed order is another motion.
+        // The same states in reversed order are another motion.
         assert!(!first.is_same(&orbit(&[2.0, 0.5, 0.0]), &norm));
         assert!(!first.is_same(&orbit(&[0.0, 0.5]), &norm));
         assert!(!first.is_same(&statistics(|_| {}), &norm));

@@ -25,8 +25,8 @@ impl<const N: usize> Summable for [f64; N] {
     }
 }
 
-/// Sums over stretches of `length` units each. If there are [`MOST`], neighbours are joined, and the
-/// stretches double.
+/// Sums over stretches of `length` units each. If there are [`MOST`] stretches, neighbouring ones are joined,
+/// and the length doubles.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct BlockSums<T> {
     complete: Vec<T>,
@@ -37,7 +37,7 @@ pub(in crate::analysis) struct BlockSums<T> {
 }
 
 impl<T: Summable> BlockSums<T> {
-    /// No stretches yet; `empty` is an empty sum.
+    /// Sums without stretches; `empty` is an empty sum.
     pub(in crate::analysis) fn new(empty: T, length: u64) -> Self {
         Self {
             complete: Vec::new(),
@@ -61,7 +61,7 @@ impl<T: Summable> BlockSums<T> {
         &mut self.current
     }
 
-    /// Ends a unit.
+    /// Ends a unit, and the present stretch if it is complete.
     pub(in crate::analysis) fn advance(&mut self) {
         self.filled += 1;
         if self.filled < self.length {
@@ -75,8 +75,8 @@ impl<T: Summable> BlockSums<T> {
         }
     }
 
-    /// Joins neighbours to stretches of twice the length. A last stretch without a neighbour counts only in
-    /// the total, like the open one.
+    /// Joins neighbouring stretches in pairs. A last stretch without a neighbour counts only in the total, like
+    /// the present one.
     fn join(&mut self) {
         let pairs = self.complete.chunks_exact(2);
         if let [single] = pairs.remainder() {
@@ -92,8 +92,8 @@ impl<T: Summable> BlockSums<T> {
         self.length *= 2;
     }
 
-    /// Appends the record of another trajectory. Both get the longer stretches, and their open stretches
-    /// count only in the total. The sum can be evaluated but not continued.
+    /// Appends the record of another trajectory. Both records get the longer stretches, and their incomplete
+    /// stretches count only in the total. The sum can be evaluated but not continued.
     pub(in crate::analysis) fn append(&mut self, other: &Self) {
         debug_assert_eq!(self.first_length, other.first_length);
         while self.length < other.length {
@@ -125,7 +125,7 @@ impl<T: Summable> BlockSums<T> {
         self.length
     }
 
-    /// The complete stretches, in time.
+    /// The complete stretches, in order of time.
     pub(in crate::analysis) fn complete(&self) -> &[T] {
         &self.complete
     }

@@ -1,4 +1,4 @@
-//! How hard do flanks meet, and how long do contacts and flights last?
+//! At which speeds do flanks impact, and how long do contacts and flights last?
 
 use super::sample::Sample;
 use super::sums::Sums;
@@ -6,7 +6,7 @@ use crate::model::{Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
-/// Flanks of the first mesh, drive and coast, whatever their number of springs.
+/// Number of flanks of the first mesh, drive and coast, whatever their number of springs.
 pub(super) const FLANKS: usize = 2;
 
 /// An instant: mesh cycle and time within it \[s\].
@@ -16,7 +16,7 @@ type Instant = (u64, f64);
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
-    /// Release of every contact. `None` for the further springs of a flank.
+    /// Release of every contact. `None` for all springs of a flank except the first.
     releases: Vec<Option<Release>>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,

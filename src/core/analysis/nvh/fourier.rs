@@ -1,9 +1,10 @@
 //! Fourier integrals of the deflection at whole mesh orders and at fractions of them.
 //!
 //! `∫ δ e^{−iωt} dt = e^{−iφ} Σ a_n ∫ P_n e^{−iω(t − middle)} dt`, with φ the phase of the window's middle.
-//! The integrals of even terms are real, those of odd ones imaginary. They are kept for the kernel's regular
-//! window lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow exponential.
-//! If there are many orders, or they turn too fast for the rule, the polynomials are integrated anew.
+//! The integrals of even terms are real, those of odd ones imaginary. They are stored for the kernel's
+//! regular window lengths. Other windows use the Gauss rule, with all frequencies as powers of one slow
+//! exponential. If there are many orders, or they turn too fast for the rule, the integrals of the polynomials
+//! are computed for the window.
 
 use super::block_sums::{BlockSums, Summable};
 use super::lanes::{self, Complex, FrequencyGroup, Integrals, WindowPhase};
@@ -22,15 +23,15 @@ const TWELFTHS: [usize; SUBORDERS] = [3, 4, 6, 8, 9];
 /// Number of sub-orders.
 pub(super) const SUBORDERS: usize = 5;
 
-/// Their denominators. A periodic motion contains a sub-order only if its period is a multiple of the
-/// denominator.
+/// Denominators of the sub-orders. A periodic motion contains a sub-order only if its period is a multiple of
+/// the denominator.
 const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 
 /// Mesh cycles per amplitude of a motion that does not repeat: whole periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// Maximum number of whole orders for nodes and tables. For more orders, integration order by order takes
-/// less work.
+/// Maximum number of whole orders for which nodes and tables are used. For a larger number, integration order
+/// by order takes less work.
 const MOST_AT_NODES: usize = 32;
 
 /// Integrals of the polynomials at every frequency. Shared, because every evaluation of the statistics clones
@@ -53,7 +54,7 @@ pub(super) struct Fourier {
 }
 
 impl Fourier {
-    /// For sub-orders and the first `harmonics` whole orders.
+    /// Integrals for sub-orders and the first `harmonics` whole orders.
     pub(super) fn new(set: InstructionSet, period: f64, harmonics: usize) -> Self {
         let eights = (SUBORDERS + harmonics).div_ceil(2 * LANES) * 2;
         let frequency = |index: usize| match TWELFTHS.get(index) {
@@ -78,8 +79,8 @@ impl Fourier {
         }
     }
 
-    /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency for nodes; 0 if
-    /// nodes are not used.
+    /// Half the angle \[rad\] by which the highest frequency for nodes turns over a window of the length `tau`
+    /// \[s\]; 0 if nodes are not used.
     pub(super) fn half_turn(&self, tau: f64) -> f64 {
         if self.many() { 0.0 } else { PI * self.harmonics as f64 * tau / self.period }
     }
@@ -126,7 +127,7 @@ impl Fourier {
         }
     }
 
-    /// Ends a mesh cycle: `harmonics` are the sums of the whole orders.
+    /// Ends a mesh cycle, and adds the integrals of the whole orders over it to `harmonics`.
     pub(super) fn advance(&mut self, harmonics: &mut [Complex64]) {
         let value = |index: usize| {
             let [re, im] = &self.sums[index / LANES];
@@ -203,8 +204,8 @@ impl Suborders {
         self.filled = 0;
     }
 
-    /// Appends the record of another trajectory. Unfinished windows of both are dropped: no window contains
-    /// parts of two trajectories.
+    /// Appends the record of another trajectory. Incomplete windows of both records are omitted: no window
+    /// contains parts of two trajectories.
     pub(super) fn append(&mut self, other: &Self) {
         self.present = [Complex64::ZERO; SUBORDERS];
         self.filled = 0;
@@ -212,7 +213,7 @@ impl Suborders {
     }
 
     /// Exact amplitudes of a motion that repeats after `period` cycles, from `time` \[s\] of whole periods.
-    /// It contains a fraction of the mesh frequency only if the denominator divides its period.
+    /// The motion contains a fraction of the mesh frequency only if the denominator divides `period`.
     pub(super) fn of_periodic(&self, period: u32, time: f64) -> Vec<f64> {
         (0..SUBORDERS)
             .map(|i| {
@@ -271,7 +272,7 @@ mod tests {
     #[test]
     fn all_ways_agree_with_quadrature() {
         let (period, rules) = (0.7, Rules::shared());
-        // One falls off like a smooth motion, the other as slowly as the long rule allows.
+        // The terms of one series decrease as in a smooth motion, those of the other as slowly as the long rule allows.
         let series: [[f64; TERMS]; 2] = [0.3_f64, 0.9]
             .map(|ratio| std::array::from_fn(|n| ratio.powi(n as i32) * (1.3 * n as f64).cos()));
         for set in InstructionSet::available() {
@@ -323,7 +324,7 @@ mod tests {
         let period = 0.01;
         let amplitude = 3e-6;
         let mut suborders = Suborders::new();
-        // ∫ A cos(ωt) e^{−iωt} over a cycle, only at its own frequency.
+        // ∫ A cos(ωt) e^{−iωt} over a cycle, not zero only at the frequency of the wave.
         let one = Complex64::from(0.5 * amplitude * period);
         let mut window = [Complex64::ZERO; SUBORDERS];
         window[0] = one;

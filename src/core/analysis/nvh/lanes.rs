@@ -14,9 +14,9 @@ pub type Complex = [Lanes; 2];
 /// Eight frequencies, as parts of the mesh frequency.
 #[derive(Debug, Clone, Copy)]
 pub struct FrequencyGroup {
-    /// Their orders.
+    /// Orders of the eight frequencies.
     pub orders: Lanes,
-    /// 1 for orders that are not whole: their phases continue over the mesh cycles. Else 0.
+    /// 1 for orders that are not whole, whose phases differ between the starts of mesh cycles; 0 for whole orders.
     pub fractions: Lanes,
 }
 
@@ -29,7 +29,7 @@ pub type Integrals = [Lanes; TERMS];
 pub struct WindowPhase {
     /// Length \[s\].
     pub duration: f64,
-    /// The same in mesh cycles.
+    /// Length in mesh cycles.
     pub cycles: f64,
     /// Middle, in mesh cycles from the start of the present one.
     pub middle: f64,
@@ -41,8 +41,8 @@ pub struct WindowPhase {
 pub const SIZES: usize = LANES;
 
 for_each_set! {
-    /// Weighted sums over a series, each with a row of weights: of `|a_n|` with the first five, of `a_n²`
-    /// with the sixth, of `a_n` with the others.
+    /// Weighted sums over a series, each with a row of weights: of `|a_n|` with the first five rows, of `a_n²`
+    /// with the sixth row, of `a_n` with the others.
     fn sizes(weights: &[Row; SIZES], series: &Series) -> [f64; SIZES] = sizes_body
 }
 
@@ -70,8 +70,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The same by a Gauss rule, from the parts of the series at its nodes, for the frequencies of
-    /// [`super::fourier`].
+    /// Adds the same Fourier integrals by a Gauss rule, from the parts of the series at its nodes, for the
+    /// frequencies of [`super::fourier`].
     fn add_by_nodes(
         frequencies: &[FrequencyGroup],
         places: &[Lanes],
@@ -83,7 +83,7 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Writes the integrals of the polynomials for an even number of eights of frequencies, by
+    /// Writes the integrals of the polynomials for an even number of groups of eight frequencies, by
     /// `τ (−i)ⁿ j_n(ωτ/2)` (A&S 10.1.14).
     fn integrate(frequencies: &[FrequencyGroup], stretch: &WindowPhase, out: &mut [Integrals]) = integrate_body
 }

@@ -14,7 +14,7 @@ use crate::numerics::legendre::{
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{InstructionSet, Window};
 
-/// Forces below this part of a window's largest are round-off in the search for sign changes.
+/// Force, relative to the largest one of a window, below which the search for sign changes treats it as round-off.
 const NOISE: f64 = 1e-14;
 
 /// How the gears roll, and the friction of each direction of the mesh force.
@@ -100,7 +100,8 @@ fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
 }
 
 /// Mean of the modulus of a series, if the values and slopes at nodes and ends prove that its sign changes
-/// once. Between any two of them, the series or its slope must stay too close to its chord to reach zero.
+/// once. Between two neighbouring positions, the series or its slope must stay too close to its chord to reach
+/// zero.
 fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> Option<f64> {
     /// Step below which the parabola is exact to round-off.
     const SMALL: f64 = 1e-5;
@@ -218,8 +219,8 @@ mod tests {
         );
     }
 
-    /// A force at release, with its only sign change at every place and width. Series with several changes
-    /// are left to halving.
+    /// A force at release, whose only sign change has different positions and widths. Series with several
+    /// changes are integrated by halving.
     #[test]
     fn one_change_of_sign_is_proved_at_the_nodes() {
         let rules = Rules::shared();

@@ -1,6 +1,6 @@
 //! Noise, vibration and harshness: statistics of deflection, force and impacts.
 //!
-//! All integrals come from the windows' polynomials, none from samples:
+//! All integrals are those of the windows' polynomials, without sampling:
 //!
 //! ```text
 //! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule, exact to round-off
@@ -46,7 +46,7 @@ pub struct Nvh {
     rules: &'static Rules,
     set: InstructionSet,
     origin: Origin,
-    /// Whether the origin comes from another trajectory; windows then do not change it.
+    /// Whether the origin is that of another trajectory; windows then do not change it.
     shares_origin: bool,
     /// First and present mesh cycle; `None` before any window.
     cycles: Option<[u64; 2]>,
@@ -67,8 +67,8 @@ pub struct Nvh {
 }
 
 impl Nvh {
-    /// Statistics of a model with amplitudes at the first `harmonics` mesh orders; without any, fractions of
-    /// the mesh order are omitted too.
+    /// Statistics of a model with amplitudes at the first `harmonics` mesh orders. If `harmonics` is 0,
+    /// fractions of the mesh order are omitted too.
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let set = InstructionSet::best();
         let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
@@ -106,8 +106,8 @@ impl Nvh {
         }
     }
 
-    /// Empty statistics for another trajectory of the same model. Both use the same centre, if this one has
-    /// seen a window.
+    /// Empty statistics for another trajectory of the same model. Both use the same centre, if these statistics
+    /// already contain a window.
     pub fn for_same_model(&self) -> Self {
         let mut other = self.clone();
         other.restart();
@@ -136,8 +136,8 @@ impl Nvh {
 
     /// Appends the record of another trajectory of the same model. Both have whole mesh cycles.
     ///
-    /// Nothing is joined across the boundary: an unfinished flight, contact or window of sub-orders is
-    /// omitted. The sum can be evaluated but not continued.
+    /// Flights, contacts and windows of sub-orders that are incomplete at the boundary are omitted. The sum can
+    /// be evaluated but not continued.
     pub fn append(&mut self, other: &Self) {
         if other.cycles.is_none() {
             return;

@@ -1,10 +1,10 @@
-//! How far do deflection and force go, in each mesh cycle and over the record?
+//! How large do deflection and force become in each mesh cycle and over the record?
 //!
-//! The largest value of a record grows with its length. The largest value of a mesh cycle has
-//! a distribution, and its quantiles do not depend on the length. Each cycle takes only a few
-//! operations per window: values at the nodes of the rule, which other statistics also need,
-//! bound the extremes of a window. At the end of a cycle, only the window with its extreme is
-//! searched.
+//! The largest value of a record grows with the length of the record. The largest value of a mesh
+//! cycle has a distribution, whose quantiles do not depend on the length. Few operations per
+//! window are needed, because values at the nodes of the rule, which other statistics also need,
+//! bound the extremes of a window. At the end of a cycle, only the window that may contain the
+//! extreme is searched.
 
 use super::rule::{NodeValues, peaks};
 use super::sample::Sample;
@@ -185,7 +185,7 @@ impl Peaks {
         }
     }
 
-    /// The extremes of all complete cycles.
+    /// The extremes over all complete cycles.
     pub(super) fn record(&self) -> Extremes {
         self.record
     }
@@ -193,7 +193,7 @@ impl Peaks {
     /// Quantiles of `peak` over mesh cycles at [`PEAK_SHARES`], and their standard errors; `None` before the
     /// end of a cycle.
     ///
-    /// If the motion `repeats` after some cycles, these are the quantiles of its period: the smallest peak
+    /// If the motion `repeats` after some cycles, these are the quantiles over its period: the smallest peak
     /// that this share of its cycles does not exceed. Their error is zero.
     pub(super) fn quantiles(
         &self,
@@ -207,7 +207,7 @@ impl Peaks {
         let Some(period) = repeats else {
             let [first, second] = PEAK_SHARES.map(|share| {
                 let (value, error) = quantile(&values, share)?;
-                // Before a cycle beyond the quantile is expected, the value is only the largest.
+                // In a short record, no cycle beyond the quantile is expected, and the value is only the largest peak.
                 let is_observed = (1.0 - share) * values.len() as f64 >= 1.0 - ROUND_OFF;
                 Some((value, if is_observed { error } else { f64::INFINITY }))
             });

@@ -8,15 +8,16 @@ use crate::propagate::InstructionSet;
 use crate::propagate::vectors::{LANES, Lanes, Row};
 use std::sync::OnceLock;
 
-/// Groups of positive nodes of the rule for every series: 48 nodes, exact to degree 95 ≥ 4·23, and so for
-/// fourth powers.
+/// Groups of positive nodes of the long rule, which suits every series: 48 nodes, exact to degree 95 ≥ 4·23, and
+/// therefore for fourth powers.
 const LONG: usize = 3;
 
-/// The same for series that fall off like those of a smooth motion: 32 nodes, exact to degree 63.
+/// Groups of positive nodes of the short rule, for series whose terms decrease as in a smooth motion: 32 nodes,
+/// exact to degree 63.
 const SHORT: usize = 2;
 
-/// Error of a fourth power's mean, relative to the fourth power of the series' bound, at which
-/// the short rule is as good as the long one.
+/// Error of the mean of a fourth power, relative to the fourth power of the series' bound, below
+/// which the short rule is used.
 const ROUND_OFF: f64 = 1e-16;
 
 /// A Gauss rule on \[−1, 1\] by its positive nodes.
@@ -30,9 +31,9 @@ pub struct Rule {
     pub(super) weights: Vec<Lanes>,
     /// The positive nodes.
     pub(super) places: Vec<Lanes>,
-    /// Largest half turn \[rad\] of an exponential over a window that the rule integrates with a 23rd-degree
-    /// series to round-off. There `(2l+1) j_l` is below 1e-16 from the first degree l that the rule misses:
-    /// 41 for the short one and 73 for the long one.
+    /// Half the largest angle \[rad\] by which an exponential may turn over a window if the rule integrates its
+    /// product with a 23rd-degree series to round-off. At this angle `(2l+1) j_l` is below 1e-16 from the first
+    /// degree l that the rule does not integrate exactly: 41 for the short rule and 73 for the long one.
     pub(super) widest_turn: f64,
 }
 
@@ -64,7 +65,7 @@ pub(super) struct Range {
     pub(super) low: f64,
     /// Largest value at nodes and ends.
     pub(super) high: f64,
-    /// Bound on the distance of the series beyond both.
+    /// Bound on the distance by which the series exceeds `high` or falls below `low`.
     pub(super) rise: f64,
 }
 
@@ -81,7 +82,7 @@ pub(super) struct NodeValues<'a> {
     pub(super) rule: &'a Rule,
     pub(super) series: &'a [f64; TERMS],
     sizes: Sizes,
-    /// Its parts at the nodes; entries beyond those of a short rule are unused.
+    /// Even and odd part of the series at the nodes; a short rule leaves the last entries unused.
     parts: ParityValues,
     pub(super) range: Range,
 }
@@ -89,16 +90,16 @@ pub(super) struct NodeValues<'a> {
 /// Both rules.
 #[derive(Debug, Clone)]
 pub struct Rules {
-    /// For series that fall off.
+    /// Rule for series whose terms decrease as in a smooth motion.
     short: Rule,
-    /// For every series.
+    /// Rule for every series.
     long: Rule,
     /// Weights of [`lanes::sizes`].
     weights: [Row; SIZES],
 }
 
 impl Rules {
-    /// The rules, which do not depend on the drive and are made once.
+    /// The rules, which do not depend on the drive and are computed once.
     pub fn shared() -> &'static Self {
         static RULES: OnceLock<Rules> = OnceLock::new();
         RULES.get_or_init(|| {
@@ -281,8 +282,8 @@ impl NodeValues<'_> {
     }
 }
 
-/// By term, bound on the rise of a series above its values at both ends of every cell between neighbouring
-/// nodes, −1 and 1: a cell of length h allows `h²/8 max|P_n''|`.
+/// For each term, a bound on its rise above the values at both ends of a cell. Cells lie between neighbouring
+/// nodes, −1 and 1; a cell of length h allows `h²/8 max|P_n''|`.
 fn rises(nodes: &[f64]) -> [f64; TERMS] {
     /// Steps in a cell, in which the curvature turns by less than three radians.
     const STEPS: usize = 8;
@@ -360,7 +361,7 @@ fn evaluate_four(series: &[[f64; 4]; TERMS], x: &[f64; 4]) -> [[f64; 4]; 3] {
 }
 
 /// Largest values of four series at the stationary points next to given places. Newton's method runs on all
-/// slopes at once, because a single one mostly waits for its own sums. Nothing is fused, so that all
+/// slopes at once, because a single series mostly waits for its sums. No multiply-add is fused, so that all
 /// instruction sets give the same result.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
@@ -474,7 +475,7 @@ mod tests {
         }
     }
 
-    /// Series, some of which fall off.
+    /// Series, some of which have decreasing terms.
     fn some_series() -> impl Iterator<Item = [f64; TERMS]> {
         (0..200).map(|case| {
             let ratio = [0.1, 0.4, 0.7, 0.9, 1.0][case % 5];
@@ -484,7 +485,7 @@ mod tests {
         })
     }
 
-    /// Largest value at closely and evenly spaced places.
+    /// Largest value at closely and evenly spaced positions.
     fn by_search(series: &[f64; TERMS]) -> f64 {
         let places = (0..=20_000).map(|i| -1.0 + f64::from(i) / 10_000.0);
         let values = places.map(|x| evaluate(series, x));
@@ -506,7 +507,7 @@ mod tests {
                 assert!(high <= highest + 1e-6 && low >= lowest - 1e-6);
             }
         }
-        // Much closer than the sum of all coefficients if a series falls off.
+        // If the terms of a series decrease, the bound is much smaller than the sum of all coefficients.
         let mut smooth = [0.0; TERMS];
         smooth[..4].copy_from_slice(&[0.3, 0.2, -0.5, 0.1]);
         assert!(rules.sizes(set, &smooth).rise < 0.01);

@@ -1,10 +1,10 @@
-//! Values in time, in bounded memory, for quantiles.
+//! Values in order of time, in bounded memory, for quantiles.
 
 /// Maximum number of values per record of one kind, even.
 const MOST_VALUES: usize = 1 << 16;
 
-/// A sample in time: every value up to [`MOST_VALUES`] of them, then every second, every
-/// fourth …, evenly over the whole record.
+/// A sample in order of time. It contains every value if there are at most [`MOST_VALUES`], otherwise
+/// every second, every fourth, and so on, evenly over the whole record.
 #[derive(Debug, Clone)]
 pub(super) struct Sample<T> {
     values: Vec<T>,
@@ -37,8 +37,8 @@ impl<T: Copy> Sample<T> {
         self.skipped = self.stride - 1;
     }
 
-    /// Appends the record of another trajectory. Both keep every value of the coarser stride, so that both
-    /// have the weight of their length.
+    /// Appends the record of another trajectory. Both records are thinned to the larger stride, so that each
+    /// has a weight in proportion to its length.
     pub(super) fn append(&mut self, other: &Self) {
         let stride = self.stride.max(other.stride);
         self.thin(stride);
@@ -66,7 +66,7 @@ impl<T: Copy> Sample<T> {
         });
     }
 
-    /// The values in time.
+    /// The values in order of time.
     pub(super) fn values(&self) -> &[T] {
         &self.values
     }

@@ -1,8 +1,8 @@
 //! Which sums are taken over a stretch of cycles, and which statistics follow from them?
 //!
 //! A statistic is a function of time averages. Its standard error is that of its linearisation (delta
-//! method). The averages of a stretch, weighted by the derivatives at the averages of the whole record, form
-//! a series in time. The mean of this series has the required error.
+//! method). Each stretch contributes one value: its averages, weighted by the derivatives at the averages of
+//! the whole record. The mean of these values has the standard error of the statistic.
 
 use super::block_sums::Summable;
 use super::losses::Losses;
@@ -26,7 +26,7 @@ pub(super) struct Sums {
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
     pub flights: [f64; 2],
-    /// The same for contacts.
+    /// Number and total length \[s\] of contacts that ended.
     pub touches: [f64; 2],
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
@@ -39,7 +39,7 @@ pub(super) struct Sums {
 pub(super) struct ContactSums {
     /// ∫ s F dt \[N s\].
     pub force: f64,
-    /// Time while it is closed \[s\].
+    /// Time for which the contact is closed \[s\].
     pub closed: f64,
     /// Entries into contact.
     pub impacts: f64,
@@ -234,19 +234,19 @@ impl<'a> Influence<'a> {
     }
 }
 
-/// The mean of `influence` over each stretch, as a series in time.
+/// The mean of `influence` over each stretch, in order of time.
 fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
     stretches.iter().map(|s| influence(s) / s.time).collect()
 }
 
-/// Sum of the speeds of impacts on both flanks of the first mesh and their number.
+/// Sum of the speeds of impacts on both flanks of the first mesh, and number of impacts.
 fn impact_speed(s: &Sums) -> [f64; 2] {
     let [drive, coast] = [&s.contacts[0], &s.contacts[1]];
     [drive.speed + coast.speed, drive.impacts + coast.impacts]
 }
 
-/// Series in time, one value per stretch, by the names of columns. The mean of each has the error of its
-/// statistic. Contains only statistics that the motion has.
+/// Series with one value per stretch, in order of time, by the names of columns. The mean of each series has
+/// the error of its statistic. Contains only statistics that the motion has.
 pub(super) fn statistics_for_stop_rule(
     stretches: &[Sums],
     total: &Sums,

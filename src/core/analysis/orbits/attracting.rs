@@ -16,10 +16,10 @@ use faer::Mat;
 /// Longest integration of one observation of an approach \[mesh cycles\].
 const LONGEST_WATCH: f64 = 3000.0;
 
-/// Distance, in half gaps, below which a trajectory is on the orbit, if the orbit is known as accurately.
+/// Distance, in half gaps, below which a trajectory counts as on the orbit, if the orbit is known to this accuracy.
 const ARRIVED: f64 = 1e-9;
 
-/// Largest distance, in half gaps, below which a less accurately known orbit counts as reached.
+/// Upper limit of that distance, in half gaps, for orbits that are known less accurately.
 const FARTHEST_ARRIVED: f64 = 1e-5;
 
 /// Largest error of the predicted approach, relative to the decrease of the distance.
@@ -46,9 +46,9 @@ struct ApproachSettings<'a, K: Kernel> {
     /// Observed periods: the number in which the slowest multiplier halves the distance, limited by
     /// [`LONGEST_WATCH`].
     periods: u64,
-    /// Whether [`LONGEST_WATCH`] limits them.
+    /// Whether [`LONGEST_WATCH`] limits the number of observed periods.
     cut: bool,
-    /// Relative decrease of the distance in these periods, at most one half.
+    /// Predicted relative decrease of the distance over the observed periods, at most one half.
     decrease: f64,
     /// Distance below which a trajectory is on the orbit. A residual r leaves an uncertainty r / (1 − μ) of the orbit
     /// along the direction of the slowest multiplier μ.
@@ -71,7 +71,7 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
             orbit,
             periods: periods as u64,
             cut: most < halving,
-            // Without cancellation for a radius near 1.
+            // `1 − radiusⁿ` over n periods, without cancellation for a radius near 1.
             decrease: (-(periods * radius.ln()).exp_m1()).min(0.5),
             arrived: norm.unit()
                 * (2.0 * orbit.residual / (1.0 - radius)).clamp(ARRIVED, FARTHEST_ARRIVED),
@@ -125,8 +125,8 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         })
     }
 
-    /// A possible proof that contact lasts until a trajectory reaches an orbit without events. `None` if it does not
-    /// apply, or if it takes more time than the observation.
+    /// The means to prove that contact lasts until a trajectory reaches an orbit without events. `None` if the orbit
+    /// has events, or if the proof takes more time than the observation.
     fn lasting_contact(
         &self,
         model: &'a Model,
@@ -184,7 +184,7 @@ pub fn approaches<K: Kernel>(
 /// Largest part of an offset, except along its slowest direction, that may remain after an observation.
 const OTHERS_LEFT: f64 = 0.1;
 
-/// Cosine of the angle between offset and prediction above which both point along one direction.
+/// Cosine of the angle between offset and prediction above which both count as parallel.
 const ALIGNED: f64 = 0.9;
 
 /// Smallest decrease of an approach along the slowest direction, relative to the prediction.
@@ -208,7 +208,7 @@ pub enum Approach {
     InContact,
 }
 
-/// Periods that take as long to integrate as the bound of one multiplier's effect over a period takes to compute.
+/// Number of periods whose integration takes as long as bounding the effect of one multiplier over a period.
 const BOUND: u64 = 2;
 
 /// Determines how `trajectory` approaches `orbit`, and advances it during the observation. `None` if no approach is
@@ -302,13 +302,13 @@ const JUST_DOUBLED: f64 = -1.1;
 /// Smallest and largest displacement, in half gaps, at which an orbit of twice the period is sought near its parent.
 const DISPLACEMENTS: [f64; 2] = [1e-5, 0.3];
 
-/// Largest ratio of the distance of that orbit to the displacement that led to it. A more distant orbit is another
-/// one.
+/// Largest distance of an orbit of twice the period from its parent, relative to the displacement from which it was
+/// found. A more distant orbit does not belong to the period doubling.
 const BESIDE: f64 = 4.0;
 
-/// The attracting orbit of twice the period near `parent`, if a period doubling alone has made `parent` unstable. A
-/// trajectory nearer to the parent than halfway between both is moved to halfway. It would leave the parent along the
-/// unstable direction to either side anyway, but slowly near the period doubling.
+/// The attracting orbit of twice the period near `parent`, if a period doubling alone has made `parent` unstable. If
+/// the trajectory is nearer to the parent than halfway between both orbits, it is moved to halfway. It would reach
+/// this distance anyway along the unstable direction, but slowly near the period doubling.
 fn doubled<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -367,7 +367,7 @@ fn doubled<K: Kernel>(
 pub struct Attracting {
     /// The orbit with its shortest period.
     pub orbit: PeriodicOrbit,
-    /// Whether it is the orbit of twice the period near an unstable one.
+    /// Whether the orbit has twice the period of an unstable orbit near it.
     pub doubled: bool,
     /// How the trajectory approaches it.
     pub approach: Approach,

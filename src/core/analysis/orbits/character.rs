@@ -9,7 +9,7 @@ use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-/// Modulus of the leading multiplier above which a stable orbit is near a bifurcation.
+/// Modulus of the leading multiplier from which on a stable orbit counts as near a bifurcation.
 const NEAR_THE_CIRCLE: f64 = 0.9;
 
 /// Bifurcation at which the leading multiplier crosses the unit circle.
@@ -19,7 +19,7 @@ pub enum Bifurcation {
     Fold,
     /// At −1: the period doubles.
     Flip,
-    /// As a complex pair: a torus is born.
+    /// As a complex pair: a torus begins.
     NeimarkSacker,
 }
 
@@ -33,8 +33,8 @@ impl Bifurcation {
         }
     }
 
-    /// The bifurcation of a leading multiplier. `None` well inside the unit circle, where the position means little
-    /// because a complex pair may still become real.
+    /// The bifurcation that a leading multiplier indicates. `None` if it lies well inside the unit circle: there, a
+    /// complex pair may still become real.
     fn of(leading: Complex64) -> Option<Self> {
         (leading.norm() >= NEAR_THE_CIRCLE).then_some(if leading.im != 0.0 {
             Self::NeimarkSacker
@@ -51,7 +51,7 @@ impl Bifurcation {
 pub struct Character {
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// How it gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
+    /// How the orbit gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
     pub bifurcation: Option<Bifurcation>,
     /// Contact-state changes in a period.
     pub events: u64,
@@ -63,7 +63,8 @@ pub struct Character {
     /// Growth, over one period of the full system, of a kick of [`KICK`] in the direction of
     /// strongest growth.
     pub kick_growth: f64,
-    /// The same from the monodromy matrix: its largest singular value.
+    /// Growth of the kick over one period in the linearised system: the largest singular value of the monodromy
+    /// matrix.
     pub kick_growth_linear: f64,
 }
 
@@ -111,7 +112,8 @@ mod tests {
     use crate::structure::StructureContact;
     use num_complex::c64;
 
-    /// The margin of a stop that the orbit nearly reaches is its distance, however far the flanks are.
+    /// The margin of an end stop that the orbit nearly reaches is its distance from the stop, whatever the distance of
+    /// the flanks.
     #[test]
     fn the_margin_is_that_of_any_contact() {
         // Without the transmission error, the depth of the stop depends on δ alone.

@@ -2,8 +2,8 @@
 //!
 //! The monodromy matrix of k mesh cycles is the product of the exact tangent maps of windows and the saltation
 //! matrices at events. Its columns are tangents that start along the coordinate axes. The neutral pair is omitted: it
-//! affects nothing, so the rest is an exact block of the matrix. The matrix is scaled to energy before its
-//! eigenvalues are computed.
+//! does not affect the other components, so these form an exact block of the matrix. The matrix is scaled to energy
+//! coordinates before its eigenvalues are computed.
 
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};

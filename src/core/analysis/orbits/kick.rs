@@ -15,10 +15,11 @@ use serde::{Deserialize, Serialize};
 /// Size of the kick, in half gaps.
 pub const KICK: f64 = 1e-5;
 
-/// Largest number of power iterations for the direction of strongest growth; they stop when it converges.
+/// Largest number of power iterations for the direction of strongest growth. The iteration ends when the direction
+/// converges.
 const MOST_ITERATIONS: usize = 200;
 
-/// Change of the direction per iteration at which it has converged.
+/// Change of the direction per iteration below which it has converged.
 const STILL: f64 = 1e-10;
 
 /// Distances from an orbit after a kick of [`KICK`].
@@ -27,7 +28,7 @@ pub struct Kick {
     /// After 0, 1, 2, … returns of the full system, in half gaps. The list ends before a return that diverges or has
     /// too many events.
     pub distance: Vec<f64>,
-    /// The same, predicted by the monodromy matrix.
+    /// The same distances as predicted by the monodromy matrix.
     pub linear: Vec<f64>,
 }
 

@@ -1,7 +1,8 @@
-//! Where does a path come back nearest to itself?
+//! Where does a path return nearest to an earlier state?
 
-/// Indices of the path that return nearest after `period` steps, nearest first, no two within a period of each other;
-/// at most `most`. `apart` is the distance of an index from its return, `places` are the indices that have one.
+/// Indices of the states of a path that return nearest after `period` steps, nearest first, at most `most`. No two are
+/// within a period of each other. `apart` gives the distance of a state from its return; `places` are the indices of
+/// all states with a return.
 pub fn nearest(
     places: impl Iterator<Item = usize>,
     apart: impl Fn(usize) -> f64,

@@ -23,8 +23,8 @@ const MOST_STEPS: usize = 8;
 /// step follows.
 const CONVERGED: f64 = 1e-11;
 
-/// Residual, in half gaps, at which an orbit counts as found if the next step does not halve it: round-off of nearly
-/// critically damped modes in tables.
+/// Residual, in half gaps, at which an orbit counts as found if the next step does not halve the residual. The
+/// round-off of nearly critically damped modes in tables can prevent smaller residuals.
 const STAGNANT: f64 = 1e-9;
 
 /// Longest step, in half gaps, before the search counts as divergent.

@@ -2,8 +2,8 @@
 //!
 //! The trajectory is advanced. If its strobe states nearly return after k cycles, the midpoint of a state and its
 //! return is a guess for Newton's method on the k-cycle map. A chaotic set contains unstable orbits that its
-//! trajectory approaches again and again. For settled motion, the survey finds its periodic orbit, and its parent at
-//! the midpoint between the points of a doubled one. Given states are guesses as well.
+//! trajectory approaches again and again. For a settled motion, the survey finds its periodic orbit. If its period has
+//! doubled, the midpoint between its points leads to the unstable parent orbit. Given states are guesses as well.
 
 use super::character::{self, Character};
 use super::kick::{self, Kick};
@@ -29,9 +29,9 @@ const SAME_ORBIT: f64 = 1e-6;
 pub struct OrbitConfig {
     /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
     pub periods: Vec<u32>,
-    /// Newton searches for each period.
+    /// Maximum number of Newton searches for each period.
     pub guesses: u32,
-    /// Mesh cycles with a search for guesses.
+    /// Number of mesh cycles in which near returns are sought as guesses.
     pub cycles: u32,
     /// Whether all multipliers are stored, or only the largest.
     pub floquet: bool,
@@ -75,15 +75,15 @@ pub struct OrbitOutcome {
     pub period: u32,
     /// Distance between start and end of a period, in half gaps.
     pub residual: f64,
-    /// Mesh deflection δ at the start of the mesh cycle where it is smallest \[m\].
+    /// Smallest mesh deflection δ at the start of a mesh cycle of the period \[m\].
     pub deflection: f64,
-    /// Its rate δ' there \[m/s\].
+    /// Rate δ' of the mesh deflection at that time \[m/s\].
     pub velocity: f64,
     /// Largest exponent `ln|μ| / k` \[1/cycle\].
     pub lambda: f64,
     /// All multipliers, largest modulus first; empty if `floquet` is not set.
     pub multipliers: Vec<Complex64>,
-    /// Its other properties.
+    /// Other properties of the orbit.
     pub character: Character,
     /// How a kick grows over several returns.
     pub kick: Kick,
@@ -269,7 +269,7 @@ fn find_orbit<K: Kernel>(
     }
 }
 
-/// Whether an orbit of these strobe states passes through the start of another.
+/// Whether an orbit with the strobe states `points` passes through the start of `orbit`.
 fn passes(norm: &EnergyNorm, points: &[TrajectoryState], orbit: &PeriodicOrbit) -> bool {
     points.len() == orbit.period as usize
         && points.iter().any(|point| {

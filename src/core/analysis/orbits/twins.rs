@@ -1,8 +1,8 @@
 //! The leading multiplier of a periodic orbit from full trajectories.
 //!
 //! Twins start at a small distance on both sides of the orbit along the leading eigenvector u of its monodromy
-//! matrix, real and imaginary part in turn. They are integrated over one period and use no tangents or saltations.
-//! With `D u = (P(x + εu) − P(x − εu)) / 2ε`
+//! matrix: one pair along the real part, one along the imaginary part. They are integrated over one period and use no
+//! tangents or saltations. With `D u = (P(x + εu) − P(x − εu)) / 2ε`
 //!
 //! ```text
 //! μ = uᴴ (D u) / uᴴ u,       D u = μ u  if the monodromy matrix is right
@@ -21,11 +21,11 @@ use num_complex::{Complex64, c64};
 /// the map.
 const DISTANCE: f64 = 1e-6;
 
-/// Tolerance on the eigenvector's image, relative to the distance, for the round-off of a period, a few 1e-14 half
-/// gaps. It adds to the error of the twins, and grows if the states are many half gaps.
+/// Tolerance on the eigenvector's image, relative to the distance, for the round-off of a period of a few 1e-14 half
+/// gaps. It adds to the error of the twins.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Fraction of their distance below which twins are rescaled.
+/// Fraction of the initial distance below which twins are rescaled.
 const TOO_NEAR: f64 = 1e-2;
 
 /// Largest round-off, relative to the remaining distance.
@@ -36,9 +36,9 @@ const MOST_ROUND_OFF: f64 = 1e-2;
 pub struct TwinExponent {
     /// `ln|μ| / k` \[1/cycle\].
     pub exponent: f64,
-    /// Its change with one-sided differences.
+    /// Change of the exponent if one-sided differences are used.
     pub error: f64,
-    /// Whether the twins' image of the eigenvector is μ times itself.
+    /// Whether the eigenvector's image by the twins is μ times the eigenvector.
     pub agrees: bool,
 }
 
@@ -102,7 +102,7 @@ pub fn leading_exponent<K: Kernel>(
 struct Twins<'a> {
     norm: &'a EnergyNorm,
     orbit: TrajectoryState,
-    /// A pair ahead and behind per part; `None` for a part that is zero.
+    /// Twins on both sides, displaced along the real and along the imaginary part; `None` for a part that is zero.
     sides: [Option<[TrajectoryState; 2]>; 2],
 }
 

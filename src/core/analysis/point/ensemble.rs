@@ -20,7 +20,7 @@ use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::Kernel;
 use std::f64::consts::TAU;
 
-/// Cycles per trajectory are multiples of this, so that its averages are complete.
+/// Number of which the cycles of each trajectory are a multiple, so that its averages are complete.
 const SHARE: u64 = 100;
 
 /// Cycles for the statistics of a torus that a trajectory reached from chaos.
@@ -70,7 +70,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// Measures the pilot alone until its neighbours separate exponentially, and then starts the branches.
+    /// Measures the pilot alone until its neighbours separate exponentially, and then starts branches from it.
     fn pilot_and_branches(
         &mut self,
         members: &mut Vec<EnsembleTrajectory>,
@@ -92,8 +92,8 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// The trajectories still on the motion. Without exponents the time of an exit is unknown: if any
-    /// trajectory left, none counts.
+    /// The trajectories that have not left the motion. Without exponents the time of an exit is unknown, so
+    /// the list is empty if any trajectory left.
     fn staying<'m>(
         &self,
         members: &'m [EnsembleTrajectory],
@@ -226,7 +226,7 @@ impl<K: Kernel> PointRun<'_, K> {
         verdict
     }
 
-    /// The row of a trajectory on a torus.
+    /// All results of a trajectory on a torus.
     fn on_torus(
         &mut self,
         instruments: &mut Instruments,
@@ -325,8 +325,8 @@ fn unit(members: &[EnsembleTrajectory]) -> u64 {
     }
 }
 
-/// Cycles for each trajectory still on the motion, so that all together have `wanted` of it within the
-/// budget.
+/// Number of cycles for each trajectory that has not left the motion. With it, all trajectories together have
+/// `wanted` cycles of the motion, within the budget.
 fn share(members: &[EnsembleTrajectory], wanted: u64, budget: u64) -> u64 {
     let faded: u64 = (members.iter())
         .map(|member| member.measured() - member.unsettled_cycles())
@@ -337,7 +337,7 @@ fn share(members: &[EnsembleTrajectory], wanted: u64, budget: u64) -> u64 {
     let mut fixed: u64 = left.iter().map(|m| m.unsettled_cycles()).sum();
     let mut lengths: Vec<u64> = alive.iter().map(|m| m.measured()).collect();
     lengths.sort_unstable();
-    // Trajectories that already exceed their share leave less to the others.
+    // If a trajectory already exceeds its share, the others get fewer cycles.
     while let Some(longest) = lengths.last() {
         let even = total.saturating_sub(fixed).div_ceil(lengths.len() as u64);
         if *longest <= even {
@@ -363,8 +363,8 @@ fn joined(parts: &[&Record]) -> Record {
     all
 }
 
-/// Life of chaos over all trajectories, and its endings. Branches spent `parted` cycles on it before their
-/// measurement.
+/// Life of chaos over all trajectories, and the motions on which they ended. Branches spent `parted` cycles in
+/// chaos before their measurement.
 fn chaos(members: &[EnsembleTrajectory], parted: u64) -> ChaosOutcome {
     let mut endings: Vec<(String, u32)> = Vec::new();
     for name in members.iter().filter_map(ending) {
@@ -402,7 +402,7 @@ fn ending(member: &EnsembleTrajectory) -> Option<String> {
     })
 }
 
-/// The first trajectory with the most frequent ending.
+/// Index of the first trajectory with the most frequent ending.
 fn most_frequent(members: &[EnsembleTrajectory]) -> usize {
     let names: Vec<Option<String>> = members.iter().map(ending).collect();
     let count = |name: &Option<String>| names.iter().filter(|other| *other == name).count();
@@ -414,7 +414,7 @@ fn most_frequent(members: &[EnsembleTrajectory]) -> usize {
     .unwrap_or(0)
 }
 
-/// The life of chaos that some trajectories have not left.
+/// A text on the life of chaos that some trajectories have not left.
 fn life(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     match (chaos.lifetime(), high, &chaos.ended_on) {
@@ -432,7 +432,7 @@ fn life(chaos: &ChaosOutcome) -> String {
     }
 }
 
-/// The life of chaos that every trajectory left.
+/// A text on the life of chaos that every trajectory left.
 fn before(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     let lifetime = chaos.lifetime().unwrap_or(f64::NAN);

@@ -18,11 +18,11 @@ pub(super) struct Record {
     pub(super) growth: Option<TangentGrowth>,
     pub(super) twin: Option<Twin>,
     pub(super) watch: Recorders,
-    /// Averages of the squared strobe deflection \[m²\], a statistic of motion that every point has.
+    /// Averages of the squared strobe deflection \[m²\], a statistic that is available at every point.
     pub(super) strobe: CycleAverages,
     /// Measured cycles.
     pub(super) measured: u64,
-    /// Events in them.
+    /// Events in the measured cycles.
     pub(super) events: u64,
 }
 
@@ -32,7 +32,7 @@ impl Record {
         self.growth.as_ref().map(TangentGrowth::averages)
     }
 
-    /// Keeps only the first `cycles`, which had `events` events.
+    /// Keeps only the first `cycles`, which contain `events` events.
     pub(super) fn cut(&mut self, cycles: u64, events: u64) {
         if let Some(growth) = &mut self.growth {
             growth.cut(cycles);
@@ -76,13 +76,13 @@ impl Series {
         }
     }
 
-    /// Whether it contains every measured cycle.
+    /// Whether the series contains every measured cycle.
     pub(super) fn is_whole(&self, measured: u64) -> bool {
         self.growth.len() as u64 == measured
     }
 }
 
-/// The instruments of one trajectory.
+/// All measurements of one trajectory, and the checks whether it repeats.
 pub(super) struct Instruments {
     pub(super) record: Record,
     pub(super) recurrence: Recurrence,

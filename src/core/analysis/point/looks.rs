@@ -2,8 +2,8 @@
 //!
 //! Errors are evaluated at few looks, each after twice as many cycles as the one before. A look ends the
 //! point if the requested errors are met and the record is long compared with its correlation time. Below
-//! [`SKEWED`] cycles no statistic of motion may be skew: bursts are rare and one-sided, and their
-//! precursors reveal a record without bursts.
+//! [`SKEWED`] cycles, the statistics of motion must not be skew. Skewness warns of rare one-sided bursts
+//! that the record may not contain yet.
 
 use super::instruments::Record;
 use super::run::PointRun;
@@ -19,7 +19,7 @@ const MEMORIES: f64 = 20.0;
 /// Cycles from which on skew statistics are accepted.
 pub(super) const SKEWED: u64 = 80_000;
 
-/// Largest skewness of means over [`SKEW_CYCLES`] cycles that is accepted before.
+/// Largest accepted skewness of means over [`SKEW_CYCLES`] cycles in records shorter than [`SKEWED`].
 const SKEWNESS: f64 = 0.8;
 
 /// Cycles per mean in the check of skewness.
@@ -35,18 +35,18 @@ pub(super) struct LookResult {
     pub(super) unverified: Option<String>,
     /// Why the requested errors are not met, if they are not.
     pub(super) missed: Option<String>,
-    /// The same for NVH statistics alone.
+    /// Why NVH statistics do not meet their requested errors, if they do not.
     pub(super) statistics_missed: Option<String>,
     /// Whether NVH statistics have a stop rule and meet it.
     pub(super) statistics_enough: bool,
     /// Whether the budget is too small for the requested errors.
     pub(super) futile: bool,
-    /// Whether there is a stop rule, and nothing is missing.
+    /// Whether there is a stop rule and all of its conditions are met.
     pub(super) can_stop: bool,
     /// Effective sample size and R-hat of the growth of neighbours.
     pub(super) ess: Option<f64>,
     pub(super) rhat: Option<f64>,
-    /// Cycles over which this growth is correlated.
+    /// Cycles over which the growth of neighbours is correlated.
     pub(super) memory: Option<f64>,
 }
 
@@ -66,12 +66,12 @@ struct AveragedStatistic {
 }
 
 impl AveragedStatistic {
-    /// Cycles over which it is correlated.
+    /// Cycles over which the statistic is correlated.
     fn memory(&self) -> f64 {
         correlation_time(&self.values) * self.stretch as f64
     }
 
-    /// Skewness of its means over [`SKEW_CYCLES`] cycles.
+    /// Skewness of the means of the statistic over [`SKEW_CYCLES`] cycles.
     fn skewness(&self) -> f64 {
         let count = (SKEW_CYCLES / self.stretch).max(1) as usize;
         let means: Vec<f64> = self.values.chunks_exact(count).map(mean).collect();
@@ -189,7 +189,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Some(criterion)
     }
 
-    /// Evidence for the requested life of chaos.
+    /// Whether the record demonstrates the requested life of chaos, if one is requested.
     fn life(&self, all: &Record, exits: usize) -> Option<StopCriterion> {
         let lifetime = self.config.lyapunov?.lifetime?;
         let short = exits == 0 && all.measured < 3 * lifetime;
@@ -217,7 +217,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }))
     }
 
-    /// The aim of an error that is `ratio` times the requested one.
+    /// The stop criterion for an error that is `ratio` times the requested one.
     fn criterion(
         &self,
         all: &Record,
@@ -244,9 +244,9 @@ impl<K: Kernel> PointRun<'_, K> {
 /// A requested error or bound.
 #[derive(Debug, Default)]
 struct StopCriterion {
-    /// Why it is not met, if it is not.
+    /// Why the criterion is not met, if it is not.
     missed: Option<String>,
-    /// Whether the budget is too small for it.
+    /// Whether the budget is too small to meet the criterion.
     futile: bool,
 }
 

@@ -1,8 +1,9 @@
 //! How do trajectories of a motion that does not settle start, and how do they leave it?
 //!
-//! A pilot is measured first. Others branch off it some cycles apart, with a small displacement and its
-//! tangents. They separate from it before they are measured. A trajectory leaves the motion when it
-//! repeats or is found on a torus. Its part of the motion ends where the growth of neighbours faded.
+//! A pilot is measured first. Other trajectories branch off it some cycles apart, with a small displacement
+//! and with its tangents. They separate from it before they are measured. A trajectory leaves the motion when
+//! it repeats or is found on a torus. Only its cycles before the growth of neighbours faded belong to the
+//! motion.
 
 use super::instruments::{Instruments, Record};
 use super::plan::{DISPLACEMENT, Plan};
@@ -23,10 +24,10 @@ const BLOCK: u64 = 50;
 /// Cycles per average of the growth of neighbours, to detect that it faded.
 const CHUNK: u64 = 100;
 
-/// Average growth \[1/cycle\] up to which it counts as faded.
+/// Average growth of neighbours \[1/cycle\] up to which this growth counts as faded.
 const FADED: f64 = 3e-3;
 
-/// Faded cycles before the first search for an orbit.
+/// Number of cycles with faded growth before the first search for an orbit.
 const FADED_SEARCH: u64 = 300;
 
 /// Standard errors by which the exponent of chaos exceeds zero.
@@ -42,7 +43,7 @@ pub(super) enum Ending {
 
 /// State of a trajectory since the growth of neighbours faded.
 struct FadedGrowth {
-    /// The record before, without the last cycles, in which the motion changed.
+    /// The record before the growth faded, without the last cycles, in which the motion changed.
     record: Record,
     /// Measured cycles of this record.
     cycles: u64,
@@ -58,15 +59,15 @@ struct BranchStart {
     growth: Option<TangentGrowth>,
 }
 
-/// One trajectory.
+/// One trajectory of the ensemble.
 pub(super) struct EnsembleTrajectory {
     pub(super) trajectory: TrajectoryState,
     pub(super) instruments: Instruments,
     pub(super) ending: Option<Ending>,
     faded: Option<FadedGrowth>,
-    /// Measured cycles and events at the last two ends of chunks.
+    /// Measured cycles and events at the ends of the last two stretches of [`CHUNK`] cycles.
     chunk_ends: [[u64; 2]; 2],
-    /// Only for the pilot.
+    /// Searches for an orbit at doubling counts of cycles, for the pilot only.
     searches: Option<OrbitSearchTimes>,
     next_torus: u64,
     branches: Vec<BranchStart>,
@@ -124,7 +125,8 @@ impl EnsembleTrajectory {
         }
     }
 
-    /// Whether neighbours separate exponentially. Without exponents, whether the motion goes on.
+    /// Whether neighbours separate exponentially. Without exponents, whether the trajectory has not left the
+    /// motion.
     pub(super) fn is_chaotic(&self) -> bool {
         match self.unsettled().averages() {
             Some(averages) => is_chaotic(averages.values(), averages.stretch()),

@@ -7,10 +7,10 @@
 //! 3. Otherwise the energy balance is audited over a stretch. Tangents and twin are aligned, and their growth
 //!    is discarded.
 //! 4. The trajectory is measured. If its neighbours separate exponentially, others branch off it. After every
-//!    block of cycles each is checked for a period, and at doubling counts for an orbit and a torus. Its part
-//!    of the motion ends there.
+//!    block of cycles each is checked for a period, and at doubling counts for an orbit and a torus. If one
+//!    is found, the trajectory has left the motion.
 //! 5. At few looks, each after twice as many cycles, the errors of all trajectories together are evaluated.
-//!    The point ends when they are small enough, cannot become so, or the budget is spent.
+//!    The point ends when the errors are small enough or cannot become so, or when the budget is spent.
 //!
 //! If every trajectory settled, the point has the results of the motion on which they settled.
 
@@ -108,7 +108,7 @@ impl<K: Kernel> PointRun<'_, K> {
         self.unsettled(searches)
     }
 
-    /// Advances the transient; ends early on an attracting orbit.
+    /// Advances the transient. Returns early if the trajectory approaches an attracting orbit.
     fn transient(
         &mut self,
         searches: &mut Option<OrbitSearchTimes>,

@@ -1,8 +1,8 @@
-//! How long will a motion be measured that did not settle over its first cycles?
+//! How many cycles will be measured of a motion that did not settle in its first cycles?
 //!
-//! Looks come at known cycles, and the errors over the first cycles show which look can meet the requested
-//! errors. They do not show whether the motion is skew, which doubles the cycles, or whether a motion whose
-//! neighbours do not separate yet is about to settle. The spread covers both.
+//! Looks follow at known cycles, and the errors over the first cycles show which look can meet the requested
+//! errors. These errors do not show whether the statistics are skew, which doubles the cycles. Nor do they
+//! show whether a motion whose neighbours do not separate yet will settle soon. The spread covers both cases.
 
 use super::looks::{SIGMAS, SKEWED};
 use super::plan::Plan;
@@ -28,7 +28,7 @@ pub struct ExpectedCycles {
 }
 
 impl ExpectedCycles {
-    /// For analyses of a motion that was `outcome` over some cycles without settling.
+    /// The cycles for a motion that did not settle over some cycles, with `outcome` as its results over these.
     pub fn of(config: &PointConfig, outcome: &PointOutcome) -> Self {
         let plan = Plan::of(config);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
@@ -57,7 +57,7 @@ impl ExpectedCycles {
         let (lambda, error) = (found.exponents[0], found.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
         let wanted = outcome.measured_cycles as f64 * ratio * ratio;
-        // If this exceeds the budget, the first look ends the point.
+        // If the wanted cycles exceed the budget, the first look ends the point.
         let looks = (wanted / first).log2().ceil().max(0.0);
         let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
         let skew = match config.effort() {
@@ -117,8 +117,8 @@ mod tests {
         [found.expected, found.spread]
     }
 
-    /// By hand from the rule of looks: 40 000, 80 000, 160 000 cycles with verified errors, 2000, 4000, … in a
-    /// survey; the error falls with the root of the cycles.
+    /// Looks follow after 40 000, 80 000, 160 000 cycles with verified errors, and after 2000, 4000, … in a
+    /// survey. The error falls with the root of the cycles.
     #[test]
     fn looks_tell_how_many_cycles_come() {
         let verified = |target, error, cycles| outlook(Effort::Verified, target, error, cycles);

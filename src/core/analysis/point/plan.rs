@@ -1,12 +1,12 @@
 //! How many trajectories of a motion that does not settle are measured, and over how many cycles?
 //!
-//! The coverage of error bars was measured with these constants (docs/theory.md). A late first look, and few
-//! looks, matter more than any condition on the record itself: conditions that a record meets by chance
-//! select records without bursts.
+//! The coverage of error bars was measured with these constants (docs/theory.md). A late first look and few
+//! looks matter more than conditions on the record itself. Records that meet such conditions by chance are
+//! preferably records without bursts.
 
 use crate::analysis::config::{Effort, PointConfig};
 
-/// Trajectories for a verified error bar.
+/// Number of trajectories for a verified error bar.
 const TRAJECTORIES: usize = 8;
 
 /// Displacement of a new branch, in half gaps.
@@ -15,7 +15,7 @@ pub(super) const DISPLACEMENT: f64 = 1e-3;
 /// Number of gaps between branches within the cycles at the first look.
 const GAPS: u64 = 40;
 
-/// A branch separates from its pilot in a gap divided by this.
+/// Number by which the gap is divided to give the cycles in which a branch separates from its pilot.
 const PARTS: u64 = 5;
 
 /// The plan of a point.
@@ -27,15 +27,15 @@ pub(super) struct Plan {
     pub(super) first: u64,
     /// Cycles of the pilot between two branches.
     pub(super) gap: u64,
-    /// Discarded cycles of a branch.
+    /// Discarded cycles of a branch, in which it separates from the pilot.
     pub(super) part: u64,
     /// Maximum number of measured cycles of all trajectories.
     pub(super) budget: u64,
 }
 
 impl Plan {
-    /// For the requested analyses. There are several trajectories only if the first look is within the budget
-    /// and something is averaged.
+    /// The plan for the requested analyses. There are several trajectories only if the first look is within the
+    /// budget and exponents or NVH statistics are requested.
     pub(super) fn of(config: &PointConfig) -> Self {
         let effort = config.effort();
         let (first, budget) = (effort.first_look(), config.cycles);

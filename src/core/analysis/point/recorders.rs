@@ -160,7 +160,7 @@ impl Recorders {
         }
     }
 
-    /// The least precise statistic; `None` before any.
+    /// The least precise statistic; `None` before there is one.
     pub(super) fn loosest(&self) -> Option<LeastPrecise> {
         let found = self.statistics()?;
         if self.spectra.as_ref().is_some_and(|all| !all.begun()) {

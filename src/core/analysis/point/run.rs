@@ -19,8 +19,8 @@ use crate::numerics::statistics::FEWEST_VALUES;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use std::sync::atomic::AtomicBool;
 
-/// Measured cycles of a twin: as many as an error bar needs. It checks the tangents over the same cycles, and
-/// more cycles would not improve the check.
+/// Measured cycles of a twin: as many as an error bar needs. The twin checks the tangents over the same cycles, and
+/// a longer twin would not improve the check.
 const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
@@ -220,8 +220,8 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// Why the results are unreliable, if the energy balance shows it. An approximate kernel leaves a
-    /// residual by design.
+    /// Why the results are unreliable, if the energy balance does not close. Approximate kernels are not
+    /// checked, because they leave a residual by design.
     fn objection(&self) -> Option<String> {
         let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
         objection(residual)

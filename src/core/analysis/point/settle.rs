@@ -24,7 +24,7 @@ use num_complex::Complex64;
 /// (free flight) by its square root.
 const NEUTRAL: f64 = 1e-7;
 
-/// Return distance, in half gaps, below which a Newton search pays.
+/// Return distance, in half gaps, below which a Newton search is worth its time.
 pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
 /// Cycles integrated before the first search. Later searches follow at doubled counts, so that a chaotic
@@ -58,9 +58,9 @@ impl OrbitSearchTimes {
 pub(super) struct PeriodicMotion {
     /// Period in mesh cycles.
     pub(super) period: u32,
-    /// How it was found.
+    /// How the motion was found.
     pub(super) how: String,
-    /// The map of a period from the trajectory's state, if the search computed it.
+    /// The linearised map of a period from the trajectory's state, if the search computed it.
     pub(super) turn: Option<PeriodMap>,
 }
 

@@ -1,9 +1,9 @@
 //! Does a motion settle in steady contact?
 //!
-//! While no contact opens or closes, the map of a period of the excitation is affine and independent of the
-//! state. Its fixed point, if contact lasts on it, is the only steady motion of the point. It is solved for
-//! once, when a trajectory first stays in contact for a period, and compared with later trajectories in
-//! contact.
+//! While no contact opens or closes, the map of a period of the excitation is affine, with the same matrix
+//! for every state. If contact lasts over the period from its fixed point, this is the only steady motion of
+//! the point. The fixed point is computed once, when a trajectory first stays in contact for a period, and
+//! compared with later trajectories in contact.
 
 use super::run::{Interruption, PointRun};
 use super::settle::PeriodicMotion;
@@ -29,7 +29,7 @@ pub(super) struct Steady {
 }
 
 impl Steady {
-    /// Nothing is known yet. `None` if the excitation has no short period.
+    /// A record before any cycle. `None` if the excitation has no short period.
     pub(super) fn new(recurrence: &Recurrence) -> Option<Self> {
         let period = recurrence.excitation()?;
         (period <= LONGEST_LOOK).then(|| Self {
@@ -87,9 +87,9 @@ impl<K: Kernel> PointRun<'_, K> {
         })
     }
 
-    /// The motion in steady contact, if the trajectory approaches it; the trajectory is then put there. It
-    /// must be in contact over the next period. Otherwise it advances to where the approach failed, within
-    /// the transient.
+    /// The motion in steady contact, if the trajectory approaches it; the trajectory is then moved to this
+    /// motion. The trajectory must be in contact over the next period. If the approach fails, the trajectory has
+    /// advanced up to the failure, within the transient.
     pub(super) fn seek_steady(
         &mut self,
         steady: &mut Steady,

@@ -7,14 +7,14 @@ use crate::propagate::varying_speed::MovingEvent;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Signals at even mesh phases.
+/// Signals at evenly spaced mesh phases.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Phases {
     /// Samples per mesh cycle.
     pub per_cycle: u64,
     /// Number of the first sample, counted from mesh phase 0 of cycle 0.
     pub first: u64,
-    /// Values, signal after signal.
+    /// Values by signal and sample.
     pub values: Vec<Vec<f64>>,
     /// Time of each sample \[s\].
     pub times: Vec<f64>,
@@ -51,9 +51,9 @@ pub struct Level {
     pub load: f64,
     /// The signal, counted from 0.
     pub signal: usize,
-    /// Its mean.
+    /// Mean of the signal.
     pub mean: f64,
-    /// Its root mean square about the mean.
+    /// Root mean square of the signal about its mean.
     pub rms: f64,
     /// Smallest and largest value.
     pub range: [f64; 2],

@@ -4,7 +4,7 @@ use super::RunUpConfig;
 use crate::numerics::point_course::PointCourse;
 use crate::propagate::varying_speed::{COURSE_TERMS, Course, SpeedInterval};
 
-/// Fewest stretches of a run-up, which can be called off between them.
+/// Smallest number of stretches of a run-up. The run-up can be interrupted between stretches.
 pub(super) const PARTS: u32 = 200;
 
 /// The load of a run-up, as a fraction of the rated one.
@@ -17,7 +17,7 @@ pub enum LoadLaw {
 }
 
 impl LoadLaw {
-    /// All loads times a factor.
+    /// A law with all loads multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let mut own = self.clone();
@@ -155,7 +155,7 @@ mod tests {
         }
     }
 
-    /// A bench goes up, holds, and comes down. Stretches end where the speed or the load changes.
+    /// The speed rises, stays constant, and falls. Stretches end where the course of speed or load changes.
     #[test]
     fn stretches_end_where_courses_change() {
         let speed = monotone(&[[0.0, 100.0], [1.003, 300.0], [1.5, 300.0], [4.0, 120.0]]);
@@ -175,8 +175,8 @@ mod tests {
         assert!(ends.windows(2).all(|pair| pair[0] < pair[1]));
     }
 
-    /// On every stretch rotation and load follow the courses. The error of a load over a curved speed falls
-    /// with the fifth power of the length.
+    /// On every stretch, rotation and load agree with the courses. The error of a load over a curved speed
+    /// decreases with the fifth power of the length.
     #[test]
     fn stretches_are_the_courses() {
         let speed = monotone(&[[0.0, 100.0], [1.0, 300.0], [4.0, 400.0], [6.0, 120.0]]);

@@ -1,10 +1,10 @@
-//! Signals at even instants.
+//! Signals at evenly spaced instants.
 
-/// Signals at even instants, the first at time 0.
+/// Signals at evenly spaced instants, the first at time 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instants {
     /// Samples per second.
     pub rate: f64,
-    /// Values, signal after signal, one per instant.
+    /// Values by signal and instant.
     pub values: Vec<Vec<f64>>,
 }

@@ -1,7 +1,7 @@
 //! A run-up or run-down: one motion with a changing speed, recorded as on a test bench.
 //!
-//! Signals are values of the windows' power series at even instants and at even mesh phases. The latter is
-//! called synchronous resampling on a bench; nothing is interpolated.
+//! Signals are values of the windows' power series at evenly spaced instants and mesh phases, without
+//! interpolation. On a test bench, signals at evenly spaced phases result from synchronous resampling.
 
 mod blocks;
 mod course;
@@ -28,7 +28,7 @@ pub struct RunUpConfig {
     pub speed: PointCourse,
     /// The load.
     pub load: LoadLaw,
-    /// Time at the first speed before the start \[s\].
+    /// Time before the start at the constant first speed \[s\].
     pub settle: f64,
     /// Samples per second \[1/s\].
     pub sample_rate: f64,
@@ -47,7 +47,7 @@ pub struct RunUpConfig {
 pub struct RunUp {
     /// The signals, each with its unit.
     pub signals: Vec<[String; 2]>,
-    /// Values at even instants.
+    /// Values at evenly spaced instants.
     pub instants: Instants,
     /// Orders over the speed.
     pub orders: Vec<OrderPoint>,
@@ -59,7 +59,7 @@ pub struct RunUp {
     pub events: Vec<MovingEvent>,
     /// Number of mesh cycles.
     pub cycles: f64,
-    /// Why it ended early, if it did.
+    /// Why the run-up ended early, if it did.
     pub stop: Option<Stop>,
 }
 

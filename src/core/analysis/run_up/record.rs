@@ -1,4 +1,4 @@
-//! A run-up on the kernel, with its signals at even instants and even phases.
+//! A run-up on the kernel, with its signals at evenly spaced instants and mesh phases.
 
 use super::blocks::{Blocks, Phases, levels, orders};
 use super::course::PARTS;
@@ -23,7 +23,7 @@ const ROUNDING: f64 = 1e-9;
 /// Runs a drive up from a trajectory at its first speed.
 ///
 /// # Errors
-/// [`CalledOff`] if it was called off. If the motion cannot go on, the record has the part before.
+/// [`CalledOff`] if the work was interrupted. If the motion cannot be continued, the record contains the part before.
 pub fn record(
     kernel: &VaryingSpeed,
     start: &TrajectoryState,
@@ -82,7 +82,7 @@ pub fn record(
     })
 }
 
-/// Advances a motion over stretches. Returns why it cannot go on, if it cannot.
+/// Advances a motion over stretches. Returns the reason if the motion cannot be continued.
 fn advance<W: MotionObserver>(
     kernel: &VaryingSpeed,
     stretches: impl Iterator<Item = SpeedInterval>,

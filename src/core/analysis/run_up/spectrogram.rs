@@ -6,15 +6,15 @@ use crate::numerics::fourier::hann;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-/// Highest frequency shown, relative to the sample rate: frequencies near half the rate may be aliases.
+/// Highest frequency in a spectrum, relative to the sample rate: frequencies near half the rate may be aliases.
 const HIGHEST: f64 = 0.4;
 
 /// The spectrum of a signal over a stretch of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
-    /// Time of its middle \[s\].
+    /// Time of the middle of the stretch \[s\].
     pub time: f64,
-    /// Speed of the pinion there \[rad/s\].
+    /// Speed of the pinion at this time \[rad/s\].
     pub speed: f64,
     /// The signal, counted from 0.
     pub signal: usize,
@@ -76,7 +76,8 @@ mod tests {
     use crate::numerics::point_course::PointCourse;
     use std::f64::consts::TAU;
 
-    /// A sine on a line has its amplitude there, half of it on both neighbours, nothing elsewhere.
+    /// A sine at the frequency of a line has its amplitude on this line, half of it on both neighbouring lines, and
+    /// zero on all others.
     #[test]
     fn a_sine_has_its_amplitude() {
         let config = RunUpConfig {

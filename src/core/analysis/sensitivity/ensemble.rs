@@ -1,10 +1,11 @@
 //! How do the averages of a chaotic motion change with a parameter?
 //!
 //! Tangents of a chaotic motion grow without bound, and the derivative of a long average by a
-//! parameter is not the average of derivatives. A difference can be measured: averages over many
-//! trajectories at two values of the parameter, from common starts, each over a stretch of cycles
-//! after a transient. The members of the ensemble give the error. There is no derivative if a step
-//! twice as large gives another slope beyond the errors, or if the error is as large as the slope.
+//! parameter is not the average of derivatives. A difference quotient can be computed instead:
+//! averages over many trajectories at two values of the parameter, from common starts, each over a
+//! stretch of cycles after a transient. The scatter of the members of the ensemble gives the error.
+//! The slope is unreliable if the error is as large as the slope. It is also unreliable if a step
+//! twice as large gives a slope that differs by more than the errors.
 
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::modal_series::{integral, padded};
@@ -28,9 +29,9 @@ pub const AVERAGES: [(&str, &str); 4] = [
 pub struct Ensemble {
     /// Number of members.
     pub members: usize,
-    /// Discarded cycles of each.
+    /// Discarded cycles of each member.
     pub transient: u64,
-    /// Measured cycles of each.
+    /// Measured cycles of each member.
     pub cycles: u64,
 }
 
@@ -39,7 +40,7 @@ pub struct Ensemble {
 pub struct Slope {
     /// Mean of the averages at both values of the parameter.
     pub value: f64,
-    /// Its derivative, per unit of the parameter.
+    /// Derivative of this mean, per unit of the parameter.
     pub by: f64,
     /// Standard error of the derivative.
     pub error: f64,
@@ -66,7 +67,7 @@ impl Slope {
 /// Averages of every member at one value of the parameter.
 ///
 /// # Errors
-/// [`MemberError`] of the first member that ends early or is called off.
+/// [`MemberError`] of the first member that ends early or is interrupted.
 pub fn averages<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -102,10 +103,10 @@ pub fn averages<K: Kernel>(
 /// Why a member has no averages.
 #[derive(Debug, thiserror::Error)]
 pub enum MemberError {
-    /// It cannot be integrated.
+    /// The member cannot be integrated.
     #[error(transparent)]
     Stop(#[from] Stop),
-    /// It was called off.
+    /// The work was interrupted.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
 }

@@ -1,8 +1,8 @@
 //! How do the statistics of a periodic orbit change with a parameter?
 //!
 //! The orbit moves by `x_p = (I − M)⁻¹ P_p`, with M and P_p the exact derivatives of the map of its period.
-//! Every average over mesh phase is differentiated under the integral. A jump of the mesh force at a time
-//! t* that moves adds `−(F⁺ − F⁻) t*_p`.
+//! Every average over mesh phase is differentiated under the integral. A jump of the mesh force at a time t*
+//! that depends on the parameter adds `−(F⁺ − F⁻) t*_p`.
 
 use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use super::tangent::ParameterTangent;
@@ -26,18 +26,18 @@ pub const QUANTITIES: [(&str, &str); 4] = [
     ("force_peak", "N"),
 ];
 
-/// Spread of the deflection, relative to its mean, below which it is the round-off of `⟨δ²⟩ − ⟨δ⟩²`.
+/// Spread of the deflection, relative to its mean, below which the spread is the round-off of `⟨δ²⟩ − ⟨δ⟩²`.
 const NO_SPREAD: f64 = 1e-7;
 
-/// Amplitude of a harmonic, relative to the deflection, below which it is round-off.
+/// Amplitude of a harmonic, relative to the deflection, below which the amplitude is round-off.
 const NO_AMPLITUDE: f64 = 1e-13;
 
 /// A quantity of an orbit and its derivative by a parameter, per unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivative {
-    /// Its value.
+    /// Value of the quantity.
     pub value: f64,
-    /// Its derivative; NaN if the value is only round-off, which has a kink there.
+    /// Derivative of the value; NaN if the value is only round-off, which has a kink there.
     pub by: f64,
 }
 
@@ -106,7 +106,7 @@ struct Sums {
     deflection: [f64; 2],
     square: [f64; 2],
     force: [f64; 2],
-    /// Largest |F|, with the derivative of F there times its sign.
+    /// Largest |F|, and the derivative of this value.
     peak: [f64; 2],
     /// If the peak is the end of a window: cycle, time, and the slope of F times its sign \[N/s\].
     peak_end: Option<(u64, f64, f64)>,
@@ -154,8 +154,8 @@ impl Sums {
             .collect()
     }
 
-    /// Considers a place on a window where |F| may be largest. `moved` is the derivative of the place \[s\]
-    /// if it is the start of the window. The next jump gives the derivative of the end.
+    /// Considers a position on a window where |F| may be largest. `moved` is the derivative of the position
+    /// \[s\] if it is the start of the window. The next jump gives the derivative of the end.
     fn highest(&mut self, shown: &WindowDerivative<'_>, force: &Series, x: f64, moved: f64) {
         let value = evaluate(force, x);
         if value.abs() > self.peak[0] {
@@ -226,7 +226,7 @@ impl DerivativeObserver for Sums {
 
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64) {
         self.force[1] -= jump * moved;
-        // Once, even if several contacts jump there.
+        // The end of the peak moves once, even if several contacts jump at this time.
         let ends =
             (self.peak_end).filter(|&(at, end, _)| self.is_same_time((at, end), (cycle, time)));
         if let Some((.., slope)) = ends {

@@ -12,10 +12,11 @@
 //! The last term appears because all times of a window are proportional to T at fixed phase. A kernel's
 //! window has x at its start, and δ and F as series. x and y follow as series too, f from a Volterra
 //! equation like the trajectory's. If a contact closes or opens on its surface, y jumps by
-//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, including the motion of the surface. If a segment
-//! of a closed contact ends at a phase that moves, y jumps by `(f⁻ − f⁺) T φ_p`, with f the vector field.
+//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, including the motion of the surface. If a segment of a
+//! closed contact ends at a phase φ that depends on the parameter, y jumps by `(f⁻ − f⁺) T φ_p`, with f the
+//! vector field.
 //!
-//! Only a kernel's windows and events are used, so that all exact kernels serve.
+//! Only a kernel's windows and events are used, so that any exact kernel is suitable.
 
 use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
@@ -29,8 +30,8 @@ use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::FRAC_PI_2;
 
-/// A contact opens or closes on its surface if its margin there is at most this part of the half gap.
-/// Otherwise its force vanishes, or its gap or line steps.
+/// Largest margin, relative to the half gap, at which a contact opens or closes on its surface. With a larger
+/// margin, the event occurs because the force vanishes, or because gap or line step.
 const ON_SURFACE: f64 = 1e-7;
 
 /// Terms of the exponentials.
@@ -249,7 +250,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         });
     }
 
-    /// Where closed contacts pass from one segment to the next at a phase that moves, the vector field steps.
+    /// Adds the jumps of y where closed contacts pass from one segment to the next at a phase that depends on
+    /// the parameter.
     fn cross_breakpoints(&mut self, closed: &[Closed<'_>]) {
         let n = self.model.modes();
         let mut kicks: Vec<(usize, f64)> = Vec::new();
@@ -396,7 +398,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         out
     }
 
-    /// δ_p − s b_p of a contact at its event, and its margin there.
+    /// δ_p − s b_p of a contact at its event, and the margin of the contact at the event.
     fn at_event(&self, event: &Event) -> (f64, f64) {
         let n = self.model.modes();
         let contact = &self.model.contacts[event.contact];

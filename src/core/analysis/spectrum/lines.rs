@@ -139,8 +139,8 @@ mod tests {
         Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap()
     }
 
-    /// A motion of period 3, observed from its second cycle on over two periods: every signal has only its
-    /// lines.
+    /// A motion of period 3, observed from its second cycle on over two periods: every signal has the lines of
+    /// its sines and no others.
     #[test]
     fn every_sine_is_one_line() {
         let model = model();

@@ -14,9 +14,9 @@ use crate::propagate::Window;
 /// Spectra accumulated while a trajectory is integrated.
 #[derive(Clone)]
 pub enum Spectra {
-    /// For a periodic motion.
+    /// Exact lines of a periodic motion.
     Lines(Lines),
-    /// For any other motion.
+    /// Averaged power of any other motion.
     Welch(Welch),
 }
 
@@ -45,7 +45,7 @@ impl Spectra {
         }
     }
 
-    /// Whether every signal has a spectrum.
+    /// Whether every signal has a spectrum by now.
     pub fn begun(&self) -> bool {
         match self {
             Self::Lines(_) => true,

@@ -1,13 +1,13 @@
 //! Welch spectra of a motion that does not repeat.
 //!
-//! The windows' polynomials are sampled at even instants. Segments of whole mesh cycles overlap by half
+//! The windows' polynomials are sampled at equal intervals. Segments of whole mesh cycles overlap by half
 //! and have a Hann window; their power is averaged (Welch 1967). The distance of lines is the inverse
 //! length of a segment: 1/32 mesh order for 32 mesh cycles. If whole periods of the excitation are not
 //! much longer, they make a segment, so that mesh and shaft orders are on lines.
 //!
-//! A line's amplitude is the peak value of a sine at the frequency of the line. Between two lines the
-//! window shows less of a sine, at most 15 % (1.42 dB) less half-way (scalloping loss), and both lines
-//! show it. Broad-band motion with the one-sided power density S gives lines of amplitude `√(2 B S)`, with
+//! A line's amplitude is the peak value of a sine at the frequency of the line. A sine between two lines
+//! appears in both, with a reduced amplitude: half-way, by 15 % (1.42 dB, scalloping loss). Broad-band motion
+//! with the one-sided power density S gives lines of amplitude `√(2 B S)`, with
 //! B the noise bandwidth, 1.5 lines (Harris 1978).
 
 use crate::analysis::config::{Signals, SpectrumConfig};
@@ -35,11 +35,11 @@ const LONGER: usize = 4;
 /// Noise bandwidth of a Hann window, in lines.
 const BANDWIDTH: f64 = 1.5;
 
-/// Fewest segments from which lines get a standard error.
+/// Smallest number of segments that give a line a standard error.
 const FEWEST_SEGMENTS: u32 = 8;
 
-/// Variance of a mean over the powers of segments that overlap by half, divided by that without overlap:
-/// neighbours share a sixth of their amplitude (Welch 1967), and `1 + 2/6²`.
+/// Variance of the mean power of segments that overlap by half, divided by the variance without overlap:
+/// `1 + 2/6²`, because the amplitudes of neighbouring segments have the correlation 1/6 (Welch 1967).
 const OVERLAP: f64 = 1.0 + 2.0 / 36.0;
 
 /// Accumulates Welch spectra while a trajectory is integrated.
@@ -60,7 +60,7 @@ pub struct Welch {
     hann: Vec<f64>,
 }
 
-/// One signal's pending samples, and sums over segments of its lines' power and its square.
+/// Pending samples of a signal, and sums over segments of the power of each line and of its square.
 #[derive(Clone)]
 struct Record {
     signal: Signal,
@@ -147,7 +147,7 @@ impl Welch {
     /// Adds the segments of another trajectory of the same model to the averages. No segment contains parts
     /// of two trajectories: an unfinished one of the other record is omitted.
     pub fn append(&mut self, other: &Self) {
-        // At the boundary of records two segments do not overlap: errors are a little too large.
+        // At the boundary of the records, segments do not overlap, so errors are slightly too large.
         for (record, own) in self.records.iter_mut().zip(&other.records) {
             let lines = record.power.iter_mut().zip(&own.power);
             for (sums, values) in lines {
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(spectra[0].bandwidth, Some(1.5 / 64.0));
     }
 
-    /// A restart forgets everything before it, including a started segment.
+    /// A restart discards all samples before it, including those of an incomplete segment.
     #[test]
     fn a_restart_forgets_everything() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
@@ -422,7 +422,7 @@ mod tests {
         assert!((0.005..0.12).contains(&share), "{outside} of {count}");
     }
 
-    /// Noise of two records has the averages of both, and smaller errors.
+    /// The spectrum of two records of noise has the averages of both records, and smaller errors.
     #[test]
     fn segments_of_two_trajectories_are_averaged() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();

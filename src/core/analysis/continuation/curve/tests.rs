@@ -51,7 +51,7 @@ fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
     note
 }
 
-/// A torus is resonant where its pair passes a third or a quarter of a turn, and nowhere else.
+/// A torus is resonant where the angle of its pair passes a third or a quarter of a turn, and nowhere else.
 #[test]
 fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
     for (from, to, note) in [
@@ -79,7 +79,7 @@ fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
     assert_eq!(found(Kind::Torus, &[[0.5, 0.0]], &[[0.6, 0.0]]), None);
 }
 
-/// A multiplier that passes the circle beside the one that is on it.
+/// A second multiplier passes the unit circle while the first one is on it.
 #[test]
 fn a_second_multiplier_that_passes_the_circle_is_told() {
     let inside = [[1.0, 0.0], [0.5, 1.0], [0.9, PI]];
@@ -124,7 +124,7 @@ fn what_happens_on_a_graze_besides_is_told() {
         found(kind, &inside, &doubled),
         Some("graze and period doubling")
     );
-    // Round-off in the depth of the graze itself is no other graze, and an extreme inside contact is none either.
+    // Round-off in the depth of the graze itself is not another graze, nor is an extreme during contact.
     let touching = |depths: &[f64]| orbit(&inside, depths);
     let [inward, outward] = [1e-15, -1e-15].map(|depth| touching(&[depth, 0.5]));
     assert_eq!(kind.codimension_two(&inward, &outward), None);

@@ -1,4 +1,4 @@
-//! Known approaches, of maps with two components in place of a mesh cycle.
+//! Known approaches to orbits of maps with two components, which replace the map of a mesh cycle.
 
 use super::*;
 use crate::model::OperatingPoint;
@@ -125,7 +125,7 @@ impl<M: Map> TestModel<M> {
         found.unwrap()
     }
 
-    /// The orbit that attracts a trajectory, sought four times along it.
+    /// The orbit that attracts a trajectory, sought up to four times as the trajectory advances.
     fn attracting(&self, y: [f64; 2]) -> Option<Attracting> {
         let (model, kernel, norm) = (&self.model, &self.kernel, &self.norm);
         let mut trajectory = self.state(y);
@@ -166,7 +166,8 @@ impl Map for Flip {
     }
 }
 
-/// The distance decreases as the inverse square root of time, thousands of times as fast as at the end.
+/// The distance decreases as the inverse square root of time. Far from the orbit this is thousands of times as fast as
+/// near it.
 #[test]
 fn an_orbit_about_to_double_attracts() {
     let place = TestModel::new(Flip {
@@ -247,7 +248,7 @@ fn a_neighbour_on_the_line_keeps_its_states() {
     );
 }
 
-/// A stable orbit within an unstable torus within a stable one, flat in the energy norm.
+/// A stable orbit inside an unstable torus, which lies inside a stable torus. All are flat in the energy norm.
 struct Tori {
     angle: f64,
     flat: f64,
@@ -291,7 +292,7 @@ fn a_torus_around_an_orbit_is_not_taken_for_its_approach() {
             }
             let inside = [0.1 * UNSTABLE * cos, flat * 0.1 * UNSTABLE * sin];
             let seen = place.comes_from(inside);
-            // If it ends on the long axis of the flat torus, a later observation decides.
+            // If an observation ends on the long axis of the flat torus, a later one decides.
             assert!(
                 flat < 1.0 || seen == Some(Approach::AsPredicted),
                 "{angle} {flat} {turn}"
