@@ -354,7 +354,8 @@ pub struct BearingGain {
 
 /// The torque in a shaft or a coupling, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and its damper, in the
 /// direction of rotation. In a drive of two shafts a positive torque acts from the motor on the pinion and from the
-/// wheel on the load, in a train from the lower position on the higher one.
+/// wheel on the load; in a train, in a shaft from the lower position on the higher one, in a coupling from its first
+/// shaft on the second.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TorqueGain {
     /// Shaft or coupling.
