@@ -61,7 +61,7 @@ impl FlankLaw for Even {
     }
 }
 
-/// The mesh table of these teeth.
+/// The mesh table of a drawing with teeth of constant stiffness.
 fn table(pair: &GearPair) -> MeshTableCycle {
     let law = Even {
         path: Flanks::new(pair).unwrap().path(),

@@ -80,7 +80,7 @@ pub enum InternalError {
     Involute {
         /// Tip radius of the ring \[m\].
         tip: f64,
-        /// The smallest possible one \[m\].
+        /// Smallest possible tip radius \[m\].
         least: f64,
     },
     /// Tips of both gears meet outside the path of contact.
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn the_tooth_stands_on_the_line_of_centres() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
-        // The path starts at the ring's tip: its length to the pitch point, and a quarter of the pitch.
+        // From the start of the path, at the ring's tip, to the pitch point, and a quarter of the pitch.
         let (base, tip) = (0.5 * 0.455 * 20f64.to_radians().cos(), 0.5 * 0.455 - 5e-3);
         let approach = base * 20f64.to_radians().tan() - f64::sqrt(tip * tip - base * base);
         let pitch = PI * 5e-3 * 20f64.to_radians().cos();
@@ -339,7 +339,7 @@ mod tests {
         assert!(matches!(near.check(), Err(InternalError::TooNear { .. })));
         let jammed = pair([37, 91], 5e-3, [0.2, 0.0], 0.135);
         assert!(matches!(jammed.check(), Err(InternalError::Jammed { .. })));
-        // 60 and 64 teeth of 20°: the tips foul, as every handbook of internal gears warns.
+        // 60 and 64 teeth of 20°: the tips interfere, as every handbook of internal gears warns.
         let tips = pair([60, 64], 5e-3, [0.0; 2], 0.01);
         assert!(
             matches!(tips.check(), Err(InternalError::Tips { .. })),

@@ -40,7 +40,7 @@ impl Relief {
 /// Modification of a gear's whole flank in one direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Modification {
-    /// Crowning: missing at both ends, with the square of the distance from the middle \[m\].
+    /// Crowning: material missing at both ends, with the square of the distance from the middle \[m\].
     pub crowning: f64,
     /// Slope: material missing at the tip in excess of the root, or at the face end of positive z in excess of that of
     /// negative z \[m\].

@@ -25,7 +25,7 @@ const DEEPEST: f64 = 0.6;
 /// Coefficients of Y.
 const FACTOR: [f64; 5] = [1.122, -1.40, 7.33, -13.08, 14.0];
 
-/// Halvings of the angle of the fillet's normal.
+/// Number of bisections of the angle of the fillet's normal.
 const HALVINGS: usize = 60;
 
 /// A tooth with a crack at its root, through the whole face.
@@ -133,8 +133,8 @@ mod tests {
         }
     }
 
-    /// Moments by components of the force about the middle of the section. The pair is symmetric about the pitch point
-    /// of equal gears.
+    /// Compares with the moments of the components of the force about the middle of the section. Equal gears are
+    /// symmetric about the pitch point.
     #[test]
     fn the_lever_is_that_of_the_force_about_the_section() {
         let pair = pair();

@@ -7,11 +7,11 @@
 //! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
 //! ```
 //!
-//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the
-//! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share
-//! a body, so the common part of its share of `C_jj` and of `C_ji` counts once. Conry &
-//! Seireg 1973 pose the problem of deformation compatibility. Slices do not support each other, as in any
-//! thin-slice model, unless the law of the pairs describes it ([`FaceCoupling`](super::FaceCoupling)).
+//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the bodies between two pairs
+//! `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share the gear bodies, so the part of their
+//! compliance common to `C_jj` and `C_ji` counts once. Conry & Seireg 1973 pose the problem of deformation
+//! compatibility. Slices are independent, as in any thin-slice model, unless the law of the pairs couples them
+//! ([`FaceCoupling`](super::FaceCoupling)).
 //!
 //! Within a slice the common part of the pairs' gaps is linear. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly for any number of slices:
@@ -75,7 +75,7 @@ pub(super) struct PairSpring {
 pub struct LoadSharing {
     face: Face,
     pairs: usize,
-    /// One per pair and slice.
+    /// One ramp per pair and slice.
     ramps: Vec<ContactRamp>,
     /// The slices of a helical face; empty for a spur face, whose slices are equal.
     spans: Vec<FaceSlice>,
@@ -88,13 +88,13 @@ pub struct LoadSharing {
     /// Excess of the line load of each pair over the least at which its contact is
     /// linearised \[N/m\]; for a linear contact, any positive value.
     above_least: [f64; MOST_PAIRS],
-    /// The same pairs with slices that support each other, if gaps vary along the face.
+    /// The same pairs with elastically coupled slices, if gaps vary along the face.
     coupled: Option<Coupled>,
 }
 
 impl LoadSharing {
-    /// The pairs in contact on a face. Its slices support each other if the law of the pairs
-    /// describes it ([`FlankLaw::face_coupling`](super::FlankLaw::face_coupling)).
+    /// The pairs in contact on a face. Its slices are coupled if the law of the pairs describes the coupling
+    /// ([`FlankLaw::face_coupling`](super::FlankLaw::face_coupling)).
     ///
     /// * `misalignment`: angle between the flanks in the plane of action ε \[rad\]; the gap
     ///   grows with z.
@@ -113,7 +113,7 @@ impl LoadSharing {
         })
     }
 
-    /// The same for slices that do not support each other.
+    /// As [`Self::new`], with independent slices.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -126,7 +126,7 @@ impl LoadSharing {
         Self::of_joining(pairs, face, misalignment, pairs.len())
     }
 
-    /// The first `joining` pairs that come into contact, on slices that do not support each other.
+    /// The first `joining` pairs that come into contact, on independent slices.
     fn of_joining(
         pairs: &[ContactPair],
         face: Face,
@@ -166,8 +166,8 @@ impl LoadSharing {
         (load, margins)
     }
 
-    /// The same, with the part of the face in contact. If slices support each other, its search starts from
-    /// `near`, the contact at another mesh phase, or from the whole face.
+    /// As [`Self::distribute_with_margins`], with the part of the face in contact. If slices are coupled, its search
+    /// starts from `near`, the contact at another mesh phase, or from the whole face.
     pub(in crate::gear) fn distribute_from(
         &self,
         force: f64,
@@ -227,7 +227,7 @@ impl LoadSharing {
         (shared, loaded.map(|slices| slices * slice))
     }
 
-    /// Load on slices that support each other, and the loaded length of each pair \[m\].
+    /// Load on coupled slices, and the loaded length of each pair \[m\].
     fn shared(
         &self,
         coupled: &Coupled,
@@ -246,7 +246,8 @@ impl LoadSharing {
         (shared, loaded.map(|part| part * self.face.width))
     }
 
-    /// As in [`SharedLoad`], for pairs that are loaded on these numbers of slices.
+    /// [`SharedLoad::contact_fraction`] at an approach; `loaded` is the number of slices on which each pair carries
+    /// load.
     fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
         if self.spans.is_empty() {
             let on_path = || (loaded.iter().zip(self.on_path)).filter(|(_, on_path)| *on_path);

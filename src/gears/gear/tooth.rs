@@ -59,7 +59,7 @@ pub struct Tooth {
 pub struct Undercut {
     /// Profile shift coefficient at which the tooth is cut, thinning included.
     pub shift: f64,
-    /// Least one without undercut.
+    /// Smallest coefficient without undercut.
     pub limit: f64,
 }
 

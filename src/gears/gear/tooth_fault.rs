@@ -66,7 +66,7 @@ enum FlankOrder {
 }
 
 impl FaultyTeeth {
-    /// Mesh cycles after which all repeat.
+    /// Number of mesh cycles after which all faults repeat.
     pub fn base_cycles(&self) -> usize {
         let of_faults = self
             .faults

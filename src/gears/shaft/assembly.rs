@@ -270,7 +270,7 @@ impl Assembly {
         self.add_offset_node(body, [0.0, 0.0, offset])
     }
 
-    /// The same at a distance `offset` \[m\] in any direction.
+    /// As [`Self::add_carried_node`], at a distance `offset` \[m\] in any direction.
     ///
     /// # Errors
     /// As [`Self::add_carried_node`].

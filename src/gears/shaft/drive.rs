@@ -151,7 +151,7 @@ impl Motion {
         }
     }
 
-    /// Whether any other motion is free.
+    /// Whether any motion besides the rotation is free.
     pub(super) fn may_deflect(self) -> bool {
         self.fixed_freedoms().len() < 5
     }

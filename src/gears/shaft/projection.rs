@@ -37,7 +37,7 @@ pub(super) fn coupling(
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
     };
-    // Skew or symmetric in every bit.
+    // Makes the matrix exactly skew or exactly symmetric.
     let parted = |matrix: &Mat<f64>, sign: f64| {
         let projected = project(matrix);
         let part = |i: usize, j: usize| 0.5 * (projected[(i, j)] + sign * projected[(j, i)]);

@@ -96,7 +96,7 @@ pub struct TrainShaft {
     pub direction: [f64; 3],
     /// Its sections in a row; empty for a rigid body.
     pub sections: Vec<ShaftSection>,
-    /// Longest beam element \[m\] of sections that state none; `None`: the section's outer diameter.
+    /// Largest length of a beam element \[m\] in sections that state none; `None`: the section's outer diameter.
     pub element: Option<f64>,
     /// Its free motions.
     pub motion: Motion,
@@ -123,7 +123,7 @@ pub struct ShaftSection {
     pub outer: f64,
     /// Inner diameter \[m\].
     pub inner: f64,
-    /// Longest beam element \[m\]; `None`: that of the shaft.
+    /// Largest length of a beam element \[m\]; `None`: that of the shaft.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<f64>,
 }
@@ -219,7 +219,7 @@ pub enum StageSide {
     Both,
     /// If the first shaft is ahead of the second.
     Forward,
-    /// If it is behind.
+    /// If the first shaft is behind the second.
     Backward,
 }
 
@@ -260,7 +260,7 @@ pub struct Stop {
 }
 
 impl TrainDrive {
-    /// A gear.
+    /// The gear at a place.
     pub fn gear(&self, place: GearPlace) -> &TrainGear {
         &self.shafts[place.shaft].gears[place.gear]
     }
@@ -331,7 +331,8 @@ impl TrainDrive {
         self.free_of_contacts(&self.connected()).len()
     }
 
-    /// Number of these that are damped by drag, against the ground or between a loose gear and its shaft.
+    /// Number of rotations without contact deflection that drag damps, against the ground or between a loose gear and
+    /// its shaft.
     ///
     /// # Errors
     /// [`TrainError`].

@@ -116,7 +116,7 @@ pub(super) fn waves(
 /// An elastic ring of Young's modulus 1, loaded at its root radius 1: from outside and clamped at its bore, or from
 /// inside and clamped at its outer diameter.
 pub(super) struct Ring {
-    /// Radius at which it is clamped: below 1, or above.
+    /// Radius at which the ring is clamped: below 1 at a bore, above 1 at an outer diameter.
     clamped_radius: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
@@ -129,7 +129,7 @@ pub(super) struct Ring {
 type Basis = [f64; 4];
 
 impl Ring {
-    /// The ring of a ratio of root radius to clamped radius; below 1 for inner teeth.
+    /// A ring with a ratio of root radius to clamped radius, which is below 1 for inner teeth.
     pub fn new(ratio: f64, poisson_ratio: f64) -> Self {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);

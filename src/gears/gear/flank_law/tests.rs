@@ -58,7 +58,7 @@ fn drawn(helix_angle: f64) -> Flanks {
     Flanks::new(&pair).unwrap()
 }
 
-/// Compares everything except the contact and how slices support each other.
+/// Compares everything except the contact and the coupling of slices.
 fn assert_alike(one: &impl FlankLaw, other: &impl FlankLaw) {
     assert_eq!(one.path(), other.path());
     assert_eq!(one.reach(), other.reach());

@@ -7,14 +7,14 @@
 //! samples of a piece, or the margin's polynomial shows it where no sample lies. A piece is accepted if its polynomials
 //! are within the tolerance of the law at phases that are not nodes, with or without such a phase inside.
 //! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
-//! always ends a piece. If slices of a face support each other, their borders bend the law little: other cuts there
-//! are halvings. All pieces that leave this file are accepted ones.
+//! always ends a piece. If slices of a face are coupled, their borders bend the law little: other cuts are then
+//! halvings. This module returns accepted pieces only.
 //!
-//! Pairs of helical gears come into contact gradually all along the face, with many small bends:
-//! their pieces are only halved, until their error is that of the division of the face, and
-//! not below a shortest length, on which polynomials of low degree are as good as others. If slices of
-//! a spur face support each other, a pair may touch inside the face first. Its stiffness then begins as a
-//! square root: the shorter a piece, the larger its tolerance.
+//! Pairs of helical gears come into contact gradually all along the face, with many small bends. Their pieces are
+//! only halved, until their error is that of the division of the face. They are not halved below a shortest length,
+//! on which polynomials of low degree are as good as others. If slices of a spur face are coupled, a pair may first
+//! touch inside the face. The stiffness of the pair then begins as a square root: the shorter a piece, the larger its
+//! tolerance.
 
 use super::breaks::SAME;
 use super::law::{Column, MeshLaw, Quantity};
@@ -37,7 +37,7 @@ const NOISE: f64 = 1e-12;
 /// piece at 1, must therefore stay physical.
 pub(in crate::gear) const EXTRAPOLATED_AT: [f64; 2] = [2.0, 3.0];
 
-/// Smallest and largest stiffness there, relative to that at the end.
+/// Smallest and largest stiffness at [`EXTRAPOLATED_AT`], relative to that at the end of the piece.
 pub(in crate::gear) const EXTRAPOLATION_LIMITS: [f64; 2] = [0.1, 10.0];
 
 /// Largest error of the pieces of helical gears, unless a larger one is requested: about the error of spans of
@@ -47,7 +47,8 @@ const HELICAL: f64 = 1e-5;
 /// Pieces of helical gears shorter than twice this, in cycles, are not halved.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// Their largest error: one bend inside, or a border of contact that reaches its end.
+/// Largest error of short pieces of helical gears: they may contain a bend, or a border of contact that reaches its
+/// end.
 const SHORT: f64 = 1e-2;
 
 /// Terms of the polynomials of short pieces of helical gears.
@@ -70,7 +71,7 @@ enum Verdict {
     Inaccurate(FitError),
 }
 
-/// Error of a polynomial from its law.
+/// Difference between a polynomial and the law.
 #[derive(Debug, Clone, Copy)]
 struct FitError {
     quantity: &'static str,

@@ -17,7 +17,7 @@ pub enum Contact {
     LoadDependent,
 }
 
-/// Line loads that repeat within this part have settled.
+/// Relative change of line loads at convergence.
 const SETTLED: f64 = 1e-12;
 
 /// Largest number of rounds. Each linearises the law at the result of the previous one, so a smooth law

@@ -26,7 +26,7 @@ fn one(compliance: impl Fn(usize) -> f64, waves: usize, slices: usize, angle: f6
     Coupled::of(diagonal, waves, vec![CONTACT], gaps, face(slices), true).unwrap()
 }
 
-/// Load centroid, loaded length, and both sums.
+/// Load centroid \[m\], loaded length \[m\], force \[N\] and stiffness \[N/m\].
 fn figures(coupled: &Coupled, force: f64) -> [f64; 4] {
     let solution = coupled.solve(force);
     let pair = &coupled.pairs(&solution)[0];

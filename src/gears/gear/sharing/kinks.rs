@@ -11,7 +11,7 @@ use super::LoadSharing;
 const FAR: f64 = 1.0;
 
 impl LoadSharing {
-    /// The lengths of [`Self::distribute_with_margins`] of slices that do not support each other, at an approach.
+    /// The margins of [`Self::distribute_with_margins`] for independent slices, at an approach.
     pub(super) fn margins(&self, approach: f64) -> Vec<f64> {
         let mut margins = Vec::new();
         if !self.spans.is_empty() {

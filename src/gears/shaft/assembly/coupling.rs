@@ -24,7 +24,7 @@ pub(super) struct Entries {
     gyroscopic: Vec<Entry>,
     cross_stiffness: Vec<Entry>,
     frame_stiffness: Vec<Entry>,
-    /// Speed of the next parts, in units of Ω.
+    /// Speed of the parts that are added next, in units of Ω.
     turning: f64,
 }
 
@@ -132,9 +132,9 @@ impl Assembly {
         }
     }
 
-    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its axis
-    /// in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's position
-    /// on the carrier, `|u − S r θ|`, as a rotation of the carrier changes nothing.
+    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its
+    /// axis in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's
+    /// position on the rotated carrier, `|u − S r θ|`, because a rotation of both does not change the force.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].

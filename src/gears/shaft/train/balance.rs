@@ -84,7 +84,7 @@ pub(super) struct EquilibriumProblem<'a> {
     pub free: DVector<f64>,
     pub compliance: DMatrix<f64>,
     pub typical: DVector<f64>,
-    /// The same for the meshes: their deflections without p, and by p.
+    /// Deflections of the meshes without p, and their derivatives by p.
     pub meshes: (DVector<f64>, DMatrix<f64>),
 }
 
@@ -100,7 +100,7 @@ impl EquilibriumProblem<'_> {
         &self.free + &self.compliance * force
     }
 
-    /// Residual and tangent of F.
+    /// Residual of the equilibrium, and the derivative of F by d.
     fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.free.len();
         let moved = self.moved(force);

@@ -31,7 +31,7 @@ const NO_THRUST: f64 = 1e-9;
 /// Mean stiffness of a mesh over its face width \[N/m²\], for steel spur gears: 20 N/(mm µm) (ISO 6336-1).
 const MESH: f64 = 2e10;
 
-/// Stiffness of a coupling without torsional springs \[N m/rad\]: its torque does not depend on it.
+/// Assumed stiffness of a coupling without torsional springs \[N m/rad\], which does not affect its torque.
 const LOCKED: f64 = 1e5;
 
 /// A rolling bearing under the mean load of its train.

@@ -170,7 +170,7 @@ pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f6
     [x, y]
 }
 
-/// The same as angle \[rad\] and distance \[m\].
+/// [`arm_vector`] as angle \[rad\] and distance \[m\].
 pub(super) fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
     let [x, y] = arm_vector(axes, set, shaft);
     (y.atan2(x), x.hypot(y))

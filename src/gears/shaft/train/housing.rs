@@ -193,7 +193,7 @@ impl Housing {
         Ok(())
     }
 
-    /// Whether it can move without a force.
+    /// Whether the housing can move without a force.
     pub(super) fn floats(&self) -> bool {
         least_eigenvalue(&scaled(&self.stiffness, self.freedoms())).0 < ROUND_OFF
     }

@@ -47,7 +47,7 @@ pub struct DrawnLaw {
 }
 
 impl MeshLaw {
-    /// The same with a phase lead in cycles.
+    /// This law with a phase lead in cycles.
     pub fn with_phase_lead(&self, cycles: f64) -> Self {
         let later = |law: &ContactLaw| ContactLaw {
             phase: law.phase + cycles,

@@ -54,7 +54,7 @@ pub struct Planet {
 }
 
 impl PlanetarySet {
-    /// Each planet and the carrier.
+    /// Pairs of shafts that the pins connect: each planet and the carrier.
     pub(super) fn pins(&self) -> impl Iterator<Item = [usize; 2]> {
         self.planets
             .iter()

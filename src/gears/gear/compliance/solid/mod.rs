@@ -21,17 +21,17 @@ const NEIGHBOURS: usize = 2;
 /// Largest number of waves along the face.
 const MOST_WAVES: usize = 24;
 
-/// Number of waves that resolve the compliance of teeth on a face of that many tooth heights. The half
-/// of the last wave is about 0.45 heights long; teeth yield to it a twentieth as much as to an even load.
+/// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights. Half the
+/// shortest wavelength is about 0.45 heights. Teeth yield to this wave a twentieth as much as to an even load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
 
-/// Waves of displacement by waves of load along the face on one tooth, by load case.
+/// Compliance of a gear: waves of displacement under waves of load along the face on one tooth, by load case.
 pub(super) struct SolidGear {
     /// At the loaded tooth, for each roll angle: waves of displacement by rows.
     pub own: Vec<Mat<f64>>,
-    /// Both parities along the face.
+    /// The parts even and odd along the face.
     parities: [Parity; 2],
 }
 

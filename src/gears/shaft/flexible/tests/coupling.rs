@@ -32,8 +32,8 @@ fn is_uncoupled(of: &ModalStructure) -> bool {
     of.coupling.is_none() && of.constant_load.is_empty() && of.load_by_speed.is_empty()
 }
 
-/// Nothing else of the structure changes in any bit. Without requested coupling there is
-/// none.
+/// Coupling of the modes leaves all other parts of the structure bit-identical. Modes are uncoupled unless the drive
+/// requests coupling.
 #[test]
 fn the_rest_of_the_structure_stays_in_every_bit() {
     let plain = structure(&drive());
