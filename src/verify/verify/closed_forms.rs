@@ -59,7 +59,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// # Errors
 /// [`CheckError::Missing`] if an eigenvalue does not converge.
 pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError> {
-    /// So large that the constant part disappears in round-off.
+    /// Size of a state at which the constant part of the derivative disappears in round-off.
     const LARGE: f64 = 1e6;
     /// Steps of the Schur iteration per row.
     const STEPS: usize = 1000;

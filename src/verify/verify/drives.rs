@@ -19,7 +19,7 @@ const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
 /// Steps per mesh cycle for the transient into rattle.
 const STEPS: u32 = 2000;
 
-/// Mesh cycles after which it rattles.
+/// Number of mesh cycles after which a drive rattles.
 const TRANSIENT: u64 = 40;
 
 /// A drive at an operating point.
@@ -36,7 +36,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Its piecewise-linear system.
+    /// The piecewise-linear system of the case.
     ///
     /// # Errors
     /// A value is out of its range.
@@ -176,7 +176,7 @@ const STRONG_RATTLE: OperatingPoint = OperatingPoint {
     speed: 1200.0,
 };
 
-/// Only the relative rotation, rigid.
+/// A drive with one degree of freedom: the relative rotation of rigid bodies.
 fn one_degree() -> Case {
     Case {
         name: "1 degree of freedom".to_owned(),

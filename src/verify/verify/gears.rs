@@ -10,7 +10,7 @@ use crate::gear::{
 };
 use crate::store::{Origin, TableStore};
 
-/// The steel pair of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
+/// A steel pair with results of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
 fn published_pair() -> Result<Flanks, CheckError> {
     Ok(Flanks::new(&GearPair {
         teeth: [62, 62],

@@ -80,7 +80,7 @@ impl ExactTrajectory {
         Ok(worst)
     }
 
-    /// The same for the reference integrator, states only.
+    /// Largest error of the states of the reference integrator \[half gaps\].
     fn departure_of_reference(&self, cycles: usize) -> Result<f64, CheckError> {
         let reference = Reference::new(&self.model);
         let mut worst = 0.0f64;
@@ -97,7 +97,7 @@ const EXTENDED: &str = "integrator of 30 digits";
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
-/// Trajectories under one heading.
+/// Exact trajectories, grouped under headings.
 fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();

@@ -160,7 +160,7 @@ impl Serialize for Line {
     }
 }
 
-/// Parts of the ladder. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
+/// Groups of checks. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
 /// nothing about arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

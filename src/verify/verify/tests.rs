@@ -1,4 +1,4 @@
-//! Does the ladder detect a wrong kernel? It must detect an error of 10⁻⁹ in one coefficient.
+//! Do the checks detect a wrong kernel? They must detect an error of 10⁻⁹ in one coefficient.
 
 use super::candidate::Candidate;
 use super::*;

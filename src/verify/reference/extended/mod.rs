@@ -295,7 +295,7 @@ impl Integration<'_> {
         self.let_slide(slips, DoubleDouble::ZERO);
     }
 
-    /// Moves the sliders along whose slips are among these contacts.
+    /// Moves each slider whose slip is among these contacts to the place where its spring has the limit force.
     fn let_slide(&mut self, slips: ActiveSet, time: DoubleDouble) {
         let Extended {
             model, structure, ..
@@ -355,7 +355,7 @@ impl Integration<'_> {
             self.cross(contact, reached);
         }
         let own = ActiveSet::FREE.toggled(contact);
-        // If the push or the surface jumped over the contact, neither is zero.
+        // After a jump of the push or of the surface at the start of a step, neither is zero.
         let stepped =
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
