@@ -35,7 +35,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The requested parts of it; all if none is named.
+    /// The requested parts of the plan; all if none is named.
     pub fn only(self, parts: &[Part]) -> (Vec<Item>, Vec<String>) {
         let is_requested = |part: &Part| parts.is_empty() || parts.contains(part);
         let items = self

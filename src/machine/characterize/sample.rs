@@ -10,13 +10,13 @@ use crate::store::{Figure, Measurement};
 pub struct Sample {
     /// Times of a unit of work, by figure and round \[s\].
     pub figures: Vec<Vec<Vec<f64>>>,
-    /// Gain of every team but the first over one thread, in all rounds.
+    /// Gain of every team except the first over one thread, in all rounds.
     pub gains: Vec<Vec<f64>>,
-    /// Bytes of one table, if it has tables.
+    /// Bytes of one table; 0 without tables.
     pub bytes: usize,
     /// Work of a mesh cycle, if kernels integrate.
     pub work: Work,
-    /// Why threads could not be bound, if so.
+    /// Why threads could not be bound; `None` if they were.
     pub unbound: Option<String>,
     /// Why the measurement ended.
     pub error: Option<MeasurementError>,

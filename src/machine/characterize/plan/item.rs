@@ -30,7 +30,7 @@ pub enum Walk {
     Pages,
     /// Another page with every load.
     Hops,
-    /// The same on huge pages.
+    /// Another page with every load, on huge pages.
     #[strum(to_string = "hops")]
     HopsHuge,
 }
@@ -58,7 +58,7 @@ impl Solver {
         self.into()
     }
 
-    /// The sharing in campaigns on one node.
+    /// How threads share the tables in campaigns on one node.
     pub fn usual_sharing(self) -> Sharing {
         match self {
             Self::Volterra => Sharing::Private,
