@@ -279,7 +279,7 @@ pub enum GearError {
         "the law of friction gives a coefficient of {coefficient:.3e}, which must be above 0 and below 1; check mesh.roughness, mesh.oil_viscosity and the speed, or give mesh.friction"
     )]
     MeanFriction {
-        /// The value of the law.
+        /// Coefficient of friction that the law gives.
         coefficient: f64,
     },
     /// A crack in a ring.

@@ -7,10 +7,9 @@ use std::sync::Arc;
 
 /// The law of one pair of teeth along the path of contact.
 ///
-/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, for all integers j within the reach.
-/// Helical gears stand there at mid-face, and `z tan β_b` further at z \[m\] from it. Forces and
-/// deflections are those along the line of action in the transverse section, loads are per
-/// width of face.
+/// At mesh phase φ in \[0, 1) the pairs are at `s = start + (φ + j) base_pitch`, for all integers j within the reach.
+/// Pairs of helical gears are at these positions at mid-face, and `z tan β_b` further at z \[m\] from mid-face. Forces
+/// and deflections are along the line of action in the transverse section. Loads are per width of face.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
@@ -21,8 +20,8 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it. The gap there is
-    /// part of [`Self::relief`].
+    /// Where pairs can touch under load \[m\]: the path of contact, and positions off the path at which tip edges touch
+    /// their mates. The gap off the path is part of [`Self::relief`].
     fn reach(&self) -> [f64; 2] {
         let path = self.path();
         [path.start, path.end]

@@ -209,8 +209,8 @@ impl Flanks {
     /// is that of these flanks with all lengths over cos β_b, as radii of curvature are. With the base radius
     /// `r_b/(cos β_b cos β)` of the virtual teeth its operating pressure angle is `tan α = tan α_w cos β`. Its bodies
     /// have the same ratios of root to bore, and the number of teeth nearest to that of the virtual teeth.
-    /// Virtual teeth become pointed a little below those of a helix, whose angle grows outwards. Teeth and
-    /// positions of loads end before that.
+    /// Virtual teeth become pointed at a slightly smaller radius than helical teeth, whose helix angle grows outwards.
+    /// Teeth and positions of loads end before that radius.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();

@@ -186,7 +186,8 @@ pub struct Web {
     pub rim_diameter: f64,
 }
 
-/// Basic rack of the gears in their normal section, in normal modules (ISO 53). Its dedendum is the addendum of the tool.
+/// Basic rack of the gears in their normal section, in normal modules (ISO 53). The dedendum of the rack is the
+/// addendum of the tool.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BasicRack {
     /// Addendum `h_a` \[1\].

@@ -1,9 +1,9 @@
 //! Helical gears: their transverse section, which equals that of a spur pair, and the lines of contact
 //! across it.
 //!
-//! z runs along the axes, and the pinion's rotation is positive about it. The section of a right-handed pinion
-//! at z is turned by `z tan β/r` in that sense from the one at mid-face. At each position on the face
-//! the mesh is that of the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
+//! z runs along the axes, and the pinion's rotation is positive about z. The section of a right-handed pinion at z is
+//! turned by `z tan β/r` in this sense from the section at mid-face. At each position on the face the mesh is that of
+//! the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
 
 use super::{BasicRack, GearPair, ToothForm};
 
@@ -40,8 +40,8 @@ impl GearPair {
 
     /// The spur pair whose flanks are those of the transverse section.
     ///
-    /// Its rack has the same depths. The corner of the rack's tip is an ellipse in this section. It is replaced by the
-    /// arc that ends on the flank at the same point and touches the same bottom, so involutes begin
+    /// The rack of the spur pair has the same depths. In this section the corner of the rack's tip is an ellipse. An
+    /// arc replaces it that ends on the flank at the same point and touches the same bottom. Involutes therefore begin
     /// at the same point.
     pub(super) fn transverse_section(&self) -> Self {
         if self.helix_angle == 0.0 {

@@ -294,8 +294,8 @@ mod tests {
         assert!((grown - 1.0).abs() < 0.01, "{grown}");
     }
 
-    /// At the reference distance a tooth of 20° is half a pitch thick: its middle is half a cycle behind its flank,
-    /// less the rotation of the line of action meanwhile.
+    /// At the reference distance a tooth of 20° is half a pitch thick. The phase of its middle follows from half its
+    /// thickness and the length of the path before the pitch point.
     #[test]
     fn the_tooth_stands_on_the_line_of_centres() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
@@ -307,8 +307,8 @@ mod tests {
         assert!((own.symmetry().unwrap() - expected).abs() < 1e-12);
     }
 
-    /// Contact ratios printed for ring meshes: Peng Yue 2025 (37/91 teeth without profile shift), and ISO 6336 reports of
-    /// the NREL 5 MW gearbox, whose planets keep the clearance of the rack at the sun.
+    /// Published contact ratios of ring meshes: Peng Yue 2025 (37/91 teeth without profile shift), and ISO 6336 reports
+    /// of the NREL 5 MW gearbox, whose planets keep the clearance of the rack at the sun.
     #[test]
     fn contact_ratios_are_the_published_ones() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);

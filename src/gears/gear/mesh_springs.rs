@@ -23,7 +23,7 @@ use crate::numerics::legendre::{evaluate, transforms8};
 /// Largest length of a stretch, in mesh cycles.
 const LONGEST: f64 = 0.25;
 
-/// Largest error of the interpolated stiffness, relative to it, and of a gap, relative to [`GAP_SCALE`].
+/// Largest error of the interpolated stiffness, as a part of this stiffness, and of a gap, relative to [`GAP_SCALE`].
 const TOLERANCE: f64 = 1e-9;
 
 /// Reference for errors of a gap \[m\]: typical deflections of loaded teeth.

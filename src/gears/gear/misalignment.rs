@@ -117,10 +117,9 @@ impl MisalignmentReport {
 /// * `centre`: load centroid at a misalignment \[m\], averaged over the mesh cycle, under the
 ///   same mean mesh force `force` \[N\].
 ///
-/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to
-/// (0, 1\], the range for a rising `ε − ε₀ − θ`. A step outside the bracket from the signs
-/// of the residuals is replaced by its middle, so that the search does not oscillate on
-/// very soft shafts.
+/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to (0, 1\], the range for a
+/// rising `ε − ε₀ − θ`. The signs of the residuals give a bracket. Its middle replaces a step outside the bracket, so
+/// that the search does not oscillate on very soft shafts.
 pub fn loaded_misalignment(
     unloaded: f64,
     force: f64,

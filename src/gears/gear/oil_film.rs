@@ -5,9 +5,8 @@
 //! ```
 //!
 //! are the relative radius of curvature across the line of contact and its length (spur gears: β_b = 0). On helical
-//! flanks the film is thinner than their distance along the line of action by `cos β_b`, and its force along that
-//! line is smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')` at the distance x. Only one pair of teeth has
-//! a film.
+//! flanks the film is thinner than their distance x along the line of action by `cos β_b`. Its force along this line is
+//! smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')`. Only one pair of teeth has a film.
 
 use super::{GearError, GearPair};
 use crate::model::Film;

@@ -48,8 +48,8 @@ pub struct SharedLoad {
     pub stiffness: f64,
     /// Centroid of the load across the face, from mid-face \[m\].
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1. On a helical face first the share of the pairs that entered last,
-    /// each at its position on the face, then that of those before them, and so on.
+    /// Share of each pair in the load; they sum to 1. On a helical face the first share is that of the pairs that
+    /// entered last, each at its position on the face. The next shares are those of the pairs that entered before.
     pub share: [f64; MOST_PAIRS],
     /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face lines off the path
     /// count if they carry load.
@@ -61,7 +61,7 @@ pub struct SharedLoad {
 pub(super) struct PairSpring {
     /// The pair that comes into contact.
     pub pair: usize,
-    /// Its additional stiffness of the mesh \[N/m\].
+    /// Stiffness that the pair adds to the mesh \[N/m\].
     pub stiffness: f64,
     /// Approach at which it comes into contact, at the middle of the slice \[m\].
     pub gap: f64,
@@ -157,10 +157,9 @@ impl LoadSharing {
         self.distribute_with_lengths(force).0
     }
 
-    /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its
-    /// formula; zero counts as positive. The law is smooth while none of them changes its sign.
-    /// Their number depends on pairs and slices only. On a helical face there are none, as pairs come
-    /// into contact gradually.
+    /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its formula; zero counts
+    /// as positive. The law is smooth while none of the lengths changes its sign. The number of lengths depends only on
+    /// pairs and slices. On a helical face there are none, because pairs come into contact gradually.
     pub fn distribute_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
         let (load, margins, _) = self.distribute_from(force, &ContactRegion::default());
         (load, margins)

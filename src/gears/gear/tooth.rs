@@ -301,8 +301,8 @@ impl Tooth {
         inverse_involute(base_half_angle(pair, index, teeth)).tan()
     }
 
-    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative for a ring. If not given, the
-    /// addendum is altered so that the tip keeps the rack's clearance; a ring's is never lengthened.
+    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative for a ring. If the drawing does not state it,
+    /// the addendum is altered so that the tip keeps the rack's clearance. The addendum of a ring is never lengthened.
     ///
     /// # Errors
     ///

@@ -79,7 +79,7 @@ pub enum ShaftError {
     ElementsTouch {
         /// Number of rolling elements.
         count: u32,
-        /// Their diameter \[m\].
+        /// Diameter of the rolling elements \[m\].
         diameter: f64,
         /// Distance of the centres of neighbours \[m\].
         room: f64,

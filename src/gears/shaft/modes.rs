@@ -10,8 +10,8 @@
 //! (K + σ M) X = M Φ,   then   (XᵀMΦ) y = (ω² + σ)(XᵀMX) y,   φ ← X y
 //! ```
 //!
-//! It leaves the round-off of the largest *requested* ω² and that of the entries of K. The
-//! projected stiffness needs no product with K, which would cancel again.
+//! The step leaves the round-off of the largest *requested* ω² and that of the entries of K. The projected stiffness
+//! needs no product with K, which would cancel again.
 
 mod lanczos;
 mod pencil;

@@ -15,9 +15,9 @@ const SHAPE_NOISE: f64 = 1e-8;
 /// An entry of a matrix below this part of the largest is round-off of zero.
 const COUPLING_NOISE: f64 = 1e-13;
 
-/// The coupling of the modes of a solution, `None` if there is none, and the contribution of a rotating frame to
-/// their stiffness, empty without one. `to_structure_modes` converts a participation in the solution, one entry per mode,
-/// into that of the structure.
+/// The coupling of the modes of a solution, `None` if there is none. Also the contribution of a rotating frame to their
+/// stiffness, empty without such a frame. `to_structure_modes` converts a participation in the modes of the solution to
+/// the modes of the structure.
 pub(super) fn coupling(
     matrices: &AssembledMatrices,
     solution: &Modes,

@@ -21,11 +21,11 @@ use strum::IntoStaticStr;
 pub enum Tier {
     /// The rotations of both bodies: 2 degrees of freedom. Mounts are rigid.
     Torsional,
-    /// And x and y of both: 6.
+    /// The rotations, x and y of both bodies: 6.
     Translational,
-    /// And axial displacement and tilts of both: 12.
+    /// All motions of both bodies: 12.
     Tilting,
-    /// And x and y of the four pedestals: 20.
+    /// All motions of both bodies, and x and y of the four pedestals: 20.
     Pedestal,
 }
 

@@ -94,7 +94,7 @@ pub struct RollingLaw {
 pub struct RollingLoad {
     /// Load on the bearing \[N, N m\].
     pub load: Ring,
-    /// Its derivative by the displacement, symmetric \[N/m, N, N m\].
+    /// Derivative of the load by the displacement, symmetric \[N/m, N, N m\].
     pub stiffness: Ring<Ring>,
     /// Number of elements that carry load.
     pub elements: u32,

@@ -50,7 +50,7 @@ pub struct TrainDrive {
     pub shafts: Vec<TrainShaft>,
     /// The gears of the first mesh, whose cycles are the unit of time.
     pub gears: [GearPlace; 2],
-    /// Their drawing, at the centre distance of their axes.
+    /// Drawing of these gears, at the centre distance of their axes.
     pub pair: GearPair,
     /// Further meshes.
     pub meshes: Vec<TrainMesh>,
@@ -206,7 +206,7 @@ pub struct Hysteresis {
 pub struct Stage {
     /// Its force law; radians replace the metres of contacts.
     pub law: ContactLaw,
-    /// Its direction of action.
+    /// Direction in which the stage acts.
     #[serde(skip_serializing_if = "StageSide::is_both")]
     pub side: StageSide,
 }

@@ -1,11 +1,11 @@
 //! How compliant is a pair of teeth under load, at any point of the path of contact?
 //!
 //! A gear is a plane elastic body: its teeth are plates on a ring that is clamped at its bore. One
-//! solution ([`GearBody`]) gives the compliance of tooth, body and neighbouring teeth. The deflection
-//! is that along the line of action where it crosses the tooth's centre line. Between there and the
-//! contact the flanks flatten like a half space (Weber & Banaschek 1953).
-//! Compliances are per unit face width: metres of approach along the line of action for a line
-//! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
+//! solution ([`GearBody`]) gives the compliance of tooth, body and neighbouring teeth. The deflection is taken along
+//! the line of action, at its intersection with the tooth's centre line. Between this point and the contact the flanks
+//! flatten like a half space (Weber & Banaschek 1953).
+//! Compliances are per unit face width: metres of approach along the line of action for a line load of 1 N/m. A spring
+//! of width L has the stiffness `L / compliance`.
 
 mod body;
 mod face_coupling;
@@ -107,9 +107,9 @@ impl Flanks {
         (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
     }
 
-    /// Displacements of the bodies of pinion and wheel at the pair at position s, under a unit line load on the pair
-    /// `pairs_ahead` base pitches further along the path, per unit width \[m²/N\]. Exchanging the pairs gives the
-    /// same values. `None` if both are not in contact at the same time.
+    /// Displacements of the bodies of pinion and wheel at the pair at position s, per unit width \[m²/N\]. A unit line
+    /// load acts on the pair `pairs_ahead` base pitches further along the path. Exchanging the pairs gives the same
+    /// values. `None` if both are not in contact at the same time.
     pub fn body_coupling(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let path = self.path();
         let further = s + pairs_ahead as f64 * path.base_pitch;

@@ -47,8 +47,8 @@ fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| a * b).sum()
 }
 
-/// A foot that moves rigidly carries the tooth with it, without stress. The forces on the foot balance the force on
-/// the flank, and its moment about the gear's axis, which is the base radius times the force.
+/// A foot that moves rigidly carries the tooth with it, without stress. The forces on the foot balance the force on the
+/// flank and its moment about the gear's axis (base radius times force).
 #[test]
 fn rigid_motions_are_free_and_forces_in_equilibrium() {
     for gear in [usual(20), usual(120)] {

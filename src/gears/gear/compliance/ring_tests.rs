@@ -22,8 +22,8 @@ fn a_short_foot_turns_as_on_a_half_plane() {
     assert!(narrow.abs() < wide.abs(), "{narrow} {wide}");
 }
 
-/// A bore far below does not affect harmonics that decay above it: the closed form of the disc equals
-/// that of the ring where it takes over.
+/// A bore far below does not affect harmonics that decay above it. At the order at which the closed form of the disc
+/// replaces that of the ring, both are equal.
 #[test]
 fn a_high_harmonic_is_that_of_a_disc() {
     // With the ratio 4 the bore changes order 13 by 169/4²⁶ = 4e-14, and order 20 by less than round-off.

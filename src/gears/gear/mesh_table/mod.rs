@@ -1,11 +1,10 @@
 //! How does the mesh behave over its cycle? Stiffness, load centroid, loaded transmission
 //! error, friction and load shares over mesh phase, misalignment and torque, in numbers.
 //!
-//! The cycle is cut into pieces inside which all quantities are smooth in the mesh phase. A piece
-//! holds the values at eight Gauss nodes, and the polynomial through them holds in between. A
-//! piece ends at a kink due to the load, for example where a relieved pair takes it up. The polynomials
-//! of every piece are within a tolerance of the law between their nodes. All loads and
-//! misalignments of a table have the same pieces.
+//! The cycle is cut into pieces inside which all quantities are smooth in the mesh phase. A piece has the values at
+//! eight Gauss nodes and the polynomial through them. A piece ends at a kink due to the load, for example where a
+//! relieved pair takes up load. Between the nodes the polynomials of every piece are within a tolerance of the law. All
+//! loads and misalignments of a table have the same pieces.
 
 mod breaks;
 mod build;
@@ -144,8 +143,8 @@ pub struct MeshTable {
     pub contact_fraction: Vec<f64>,
     /// Pairs of teeth that carry load anywhere on the face.
     pub loaded_pairs: Vec<f64>,
-    /// `[…][MOST_PAIRS]`: share of each pair in the load, the latest pair first. On a helical
-    /// face first the pairs that entered last, each at its position on the face, and so on.
+    /// `[…][MOST_PAIRS]`: share of each pair in the load, the latest pair first; on a helical face as in
+    /// [`SharedLoad::share`](super::SharedLoad::share).
     pub share: Vec<f64>,
     /// `[misalignment][torque][phase][slice]`, phases piece by piece: line load of all pairs
     /// \[N/m\]; empty if not requested.

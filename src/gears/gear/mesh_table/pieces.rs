@@ -1,11 +1,12 @@
 //! Cuts a stretch of the mesh cycle into pieces on which polynomials follow the law.
 //!
-//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that
-//! depends on load and misalignment. A wedge of contact reaches the end of the face at another.
-//! Stiffness steps or bends there, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes between two
-//! samples of a piece, or the margin's polynomial shows it where no sample lies. A piece is accepted if its polynomials
-//! are within the tolerance of the law at phases that are not nodes, with or without such a phase inside.
+//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that depends on load and
+//! misalignment. A wedge of contact reaches the end of the face at another phase. At such phases stiffness steps or
+//! bends, and a margin of the load sharing changes its sign
+//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes
+//! between two samples of a piece, or the margin's polynomial shows a change between samples. A piece is accepted if
+//! its polynomials are within the tolerance of the law at phases that are not nodes, with or without such a phase
+//! inside.
 //! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
 //! always ends a piece. If slices of a face are coupled, their borders bend the law little: other cuts are then
 //! halvings. This module returns accepted pieces only.
@@ -32,9 +33,9 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Rounding error of a margin's polynomial, relative to its largest value.
 const NOISE: f64 = 1e-12;
 
-/// A window of propagation that starts inside a piece may extend beyond its end by less than the
-/// piece's length, and is solved as a whole. The stiffness extrapolated to these positions, with the end of the
-/// piece at 1, must therefore stay physical.
+/// A window of propagation that starts inside a piece may extend beyond the end of the piece by less than its length.
+/// The window is solved as a whole. The stiffness extrapolated to these positions, with the end of the piece at 1, must
+/// therefore stay physical.
 pub(in crate::gear) const EXTRAPOLATED_AT: [f64; 2] = [2.0, 3.0];
 
 /// Smallest and largest stiffness at [`EXTRAPOLATED_AT`], relative to that at the end of the piece.

@@ -32,10 +32,9 @@ impl LoadSharing {
     /// The pairs at mesh phase `phase`, with their contact linearised at its load under a force > 0 \[N\].
     /// Valid for that force only.
     ///
-    /// The contact of a pair is replaced by the tangent of its law, a compliance and an
-    /// intercept, at the mean line load over its loaded length. The load is shared again until
-    /// the line loads repeat. Deflection and stiffness are those of the law
-    /// if the line load is even across the face; otherwise its mean represents it.
+    /// The tangent of the contact law, a compliance and an intercept, replaces the law of each pair at the mean line
+    /// load over its loaded length. The load is shared again until the line loads repeat. If the line load is even
+    /// across the face, deflection and stiffness are those of the law. Otherwise the mean represents the line load.
     ///
     /// # Errors
     /// Those of [`LoadSharing::new`] and [`ContactPair::new`], a contact law that is not

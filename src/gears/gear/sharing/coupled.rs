@@ -74,7 +74,7 @@ pub(in crate::gear) struct ContactRegion(Vec<Vec<Interval>>);
 pub(super) struct PairLoad {
     /// Force \[N\].
     pub load: f64,
-    /// Its moment about mid-face \[N m\].
+    /// Moment of the force about mid-face \[N m\].
     pub moment: f64,
     /// Part of the face in contact.
     pub loaded: f64,

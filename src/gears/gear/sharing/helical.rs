@@ -160,8 +160,8 @@ impl LoadSharing {
         [positions, shares]
     }
 
-    /// Positions z on a helical face where a pair carries more than a share of the load at an approach, and the
-    /// position of that pair there on the path of contact \[m\].
+    /// Positions z \[m\] on a helical face where a pair carries more than a share of the load at an approach. With each
+    /// z comes the position of this pair on the path of contact \[m\].
     pub(in crate::gear) fn loaded_lines(
         &self,
         approach: f64,

@@ -101,9 +101,9 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis, right-handed, at
-    /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity
-    /// `Ω_f S u`. Therefore
+    /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis,
+    /// right-handed, at `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the
+    /// velocity `Ω_f S u`. Therefore
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
@@ -206,8 +206,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between a
-    /// node and another one, or the ground.
+    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between
+    /// a node and another one, or the ground.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].

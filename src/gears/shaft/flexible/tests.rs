@@ -220,8 +220,8 @@ fn modes_of_either_count_agree_and_the_rest_returns_as_flexibility() {
     }
 }
 
-/// Frequencies fall towards their limit as elements are added, beyond the size (252 freedoms for
-/// two shafts) at which the eigensolver begins to divide the matrix.
+/// Frequencies fall towards their limit as elements are added. This also holds beyond 252 freedoms for two shafts, the
+/// size at which the eigensolver begins to divide the matrix.
 #[test]
 fn any_number_of_elements_is_solved() {
     let modes = |elements| {

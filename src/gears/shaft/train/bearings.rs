@@ -41,7 +41,7 @@ pub struct LoadedBearing {
     pub name: String,
     /// Displacement of the inner ring relative to the outer one: x, y, z \[m\], tilts about x and y \[rad\].
     pub moved: Ring,
-    /// Its load.
+    /// Load on the bearing.
     pub bears: RollingLoad,
 }
 
@@ -49,7 +49,7 @@ pub struct LoadedBearing {
 struct MeshSpring {
     /// The sum of the free freedoms that is its deflection.
     row: Vec<f64>,
-    /// Its mean stiffness \[N/m\].
+    /// Mean stiffness of the mesh \[N/m\].
     stiffness: f64,
 }
 

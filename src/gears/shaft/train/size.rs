@@ -2,8 +2,8 @@
 
 use super::{TrainDrive, TrainError, TrainShaft};
 
-/// Largest number of degrees of freedom of a train. The finest flexible drive has 3612; the dense matrices of 4000 take
-/// some 1.2 GB.
+/// Largest number of degrees of freedom of a train. The finest flexible drive has 3612. The dense matrices of 4000
+/// degrees of freedom take about 1.2 GB.
 const MOST_FREEDOMS: f64 = 4000.0;
 
 /// Largest number of beam elements of a train, including those of held shafts.

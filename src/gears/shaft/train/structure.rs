@@ -34,8 +34,8 @@ const HELD: [(Freedom, &str, &str); 5] = [
 
 impl TrainDrive {
     /// The `retained` lowest of the `modes` lowest modes, as
-    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion is
-    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, `None` if that runs loose.
+    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion acts on the driving
+    /// shaft. The torque on the wheel acts on the shaft of the second gear; it is `None` if this gear runs loose.
     ///
     /// # Errors
     /// [`TrainError`], and as [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes).

@@ -37,8 +37,8 @@ pub(super) struct Axial {
 }
 
 impl Axial {
-    /// The polynomials up to a degree that are even or odd about the middle of a face of width `width`, and the first
-    /// `waves` waves of the same parity.
+    /// The even or odd polynomials up to a degree on a face of width `width`, and the first `waves` waves of the same
+    /// parity.
     pub fn new(width: f64, degree: usize, waves: usize, odd: bool) -> Self {
         let rule = GaussLegendre::new(degree + waves + 8);
         let points = rule.nodes.len();

@@ -43,8 +43,8 @@ struct Parity {
 }
 
 impl SolidGear {
-    /// A gear with this tooth and ratio of root to bore radius, loaded at roll angles of its flank, in `waves`
-    /// waves along a face of a width \[m\]. `None` if the numbers are not finite.
+    /// A gear with a tooth and a ratio of root to bore radius, loaded at roll angles of its flank. Loads are expanded
+    /// in `waves` waves along a face of a width \[m\]. `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -85,8 +85,8 @@ impl SolidGear {
         Some(Self { own, parities })
     }
 
-    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, in the sense of growing x of the
-    /// loaded tooth, by waves of load on this one. Roll angles are given by their indices.
+    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, by waves of load on this one. Displacements
+    /// are positive towards growing x of the loaded tooth. Roll angles are given by their indices.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
         let waves = self.own[near].nrows();
         let mut out = Mat::zeros(waves, waves);

@@ -22,8 +22,8 @@ const RADIAL: usize = 6;
 /// Highest harmonic, times the half angle of the foot.
 const HARMONICS: f64 = 40.0;
 
-/// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z feet of
-/// a half angle \[rad\], on a ring of a ratio of root to bore radius. `None` if the numbers are not finite.
+/// Compliance matrices over the modes of a foot, one per wave k = 0 … z/2 round z feet of a half angle \[rad\], on a
+/// ring with a ratio of root to bore radius. `None` if the numbers are not finite.
 pub(super) fn waves(
     teeth: u32,
     half_angle: f64,

@@ -53,8 +53,8 @@ fn form(rows: &[f64], velocity: &[f64]) -> f64 {
         .sum()
 }
 
-/// The power of the modal damping matrix is that of every bearing's dampers at the
-/// velocity of its node, known from its springs' forces, and of the drag at the shafts' ends.
+/// The power of the modal damping matrix equals the power of the bearings' dampers and of the drag at the shafts' ends.
+/// The velocity at a damper follows from the forces of the parallel springs.
 #[test]
 fn dampers_take_the_power_of_their_velocities() {
     let drive = damped();
