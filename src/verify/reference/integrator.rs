@@ -48,8 +48,8 @@ pub struct Moment<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// Its weight \[s\]: a weight of Gauss's rule, which integrates smooth functions of the state over time to order
-    /// 16; 0 at the start and the end of a smooth piece.
+    /// Weight of the moment \[s\] in Gauss's rule, 0 at the start and the end of a smooth piece. The rule integrates
+    /// smooth functions of the state over time to order 16.
     pub weight: f64,
     /// The segment of every contact.
     pub segments: &'a [Segment],
@@ -64,7 +64,7 @@ pub struct Moment<'a> {
 pub struct Reference<'m> {
     pub(super) model: &'m Model,
     rule: GaussRule,
-    /// Longest step \[s\].
+    /// Largest length of a step \[s\].
     pub(super) step: f64,
 }
 

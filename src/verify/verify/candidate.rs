@@ -82,7 +82,7 @@ impl Candidate {
     /// The kernel of a model.
     ///
     /// # Errors
-    /// Its tables cannot be built.
+    /// The tables of the kernel cannot be built.
     pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, CheckError> {
         (self.prepare)(model)
     }

@@ -200,9 +200,9 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// A mass that falls onto an undamped spring and bounces forever. With the acceleration a from the load and
-/// `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` on the
-/// spring and `2 v / a` in the air, alternately.
+/// A mass that falls onto an undamped spring and bounces forever. The load gives the acceleration a, and `ω² = k Σ w²`.
+/// Over the half gap b the mass reaches the speed `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` in
+/// contact with the spring and `2 v / a` in free flight, alternately.
 pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);

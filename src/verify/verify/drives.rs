@@ -1,5 +1,5 @@
 //! The drives on which kernels are tested, from one degree of freedom to forty modes; all of them rattle. The largest
-//! is the default drive, from the manifest `flex80` at the time of the build.
+//! drive is the default drive, from the manifest `flex80` at the time of the build.
 
 use super::CheckError;
 use super::candidate::Propagator;
@@ -249,7 +249,7 @@ fn job() -> Result<Job, CheckError> {
 /// Shafts, bearings and gears of the default drive.
 ///
 /// # Errors
-/// Its manifest is not as expected.
+/// The built-in manifest is not as expected.
 pub fn shafts() -> Result<FlexibleDrive, CheckError> {
     let job = job()?;
     match job.points.first().map(|point| point.model.source) {

@@ -1,4 +1,4 @@
-//! The validation ladder: is this build right on this machine?
+//! The checks of the verification: is this build right on this machine?
 //!
 //! Each check compares a part of the program with something that shares no code with it: a closed form, a published
 //! value, another integrator, itself on other threads. Its lines contain the compared quantities, their difference, and

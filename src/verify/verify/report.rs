@@ -184,7 +184,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// Its heading.
+    /// Heading of the group.
     pub fn heading(self) -> &'static str {
         match self {
             Self::ClosedForms => "Exactness: closed forms",
@@ -206,9 +206,9 @@ pub struct Finding {
     pub check: &'static str,
     /// Group of its lines.
     pub group: Group,
-    /// Its duration \[s\].
+    /// Duration of the check \[s\].
     pub seconds: f64,
-    /// Its lines.
+    /// Lines of the check.
     pub lines: Vec<Line>,
 }
 

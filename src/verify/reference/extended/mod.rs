@@ -25,8 +25,8 @@ use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
-/// Largest stretch of a slider's spring beyond the limit, and its largest change over a step, that count as zero after
-/// an event, in units of the stretch at the limit.
+/// Bound below which two quantities count as zero after an event: the stretch of a slider's spring beyond the limit,
+/// and its change over a step. The unit is the stretch at the limit.
 const LEFT_BY_AN_EVENT: f64 = 1e-22;
 
 /// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
@@ -41,7 +41,7 @@ pub struct Extended<'m> {
     model: &'m Model,
     structure: Structure,
     order: usize,
-    /// Longest step \[s\].
+    /// Largest length of a step \[s\].
     step: f64,
     /// Growth rate of the speed, relative to the speed of the model \[1/s\].
     acceleration: f64,
