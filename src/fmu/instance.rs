@@ -12,7 +12,7 @@ const SAME_TIME: f64 = 1e-9;
 /// Why a call is refused.
 #[derive(Debug)]
 pub enum Refusal {
-    /// It is impossible in the present state.
+    /// The call is impossible in the present state.
     Discard(String),
     /// The call is never allowed.
     Error(Cow<'static, str>),
