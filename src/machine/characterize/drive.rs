@@ -79,12 +79,12 @@ impl DefaultDrive {
         })
     }
 
-    /// Its structure with some of its modes.
+    /// Structure of the default drive with its lowest `modes` modes.
     pub fn structure(&self, modes: usize) -> Result<ModalStructure, MeasurementError> {
         Ok(self.shafts.modes(modes, modes, false)?)
     }
 
-    /// Its system at an operating point.
+    /// System of the default drive at an operating point.
     pub fn model(
         &self,
         structure: &ModalStructure,

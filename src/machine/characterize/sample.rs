@@ -45,7 +45,7 @@ impl Sample {
         self.unbound = self.unbound.take().or(measured.unbound);
     }
 
-    /// One of its figures; `None` if there was no time for it.
+    /// A figure of the item; `None` if there was no time for it.
     pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
     }
@@ -56,7 +56,7 @@ impl Sample {
         gains.map_or(1.0, |gains| median(&mut gains.clone()))
     }
 
-    /// One of its figures with its key; `None` if there was no time for it.
+    /// A figure of the item with its key; `None` if there was no time for it.
     pub fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
         let figure = self.figure(index, kind)?;
         Some(Measurement { key, figure })

@@ -1,5 +1,5 @@
-//! Solver scaling: teams that integrate the default drive near resonance, each thread at its
-//! operating points, with one copy of the tables for all, one per node or one per thread.
+//! Solver scaling: teams integrate the default drive near resonance, each thread at its operating points. There is one
+//! copy of the tables for all threads, one per node or one per thread.
 //!
 //! Every member advances the same trajectories over the same cycles in every repetition, so all
 //! have the same work and must end in the same bits.
@@ -253,7 +253,7 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         }
     }
 
-    /// Its final state, in bits.
+    /// Final states of the trajectories, in bits.
     fn end(self) -> Result<Vec<u64>, Stop> {
         let bits = |state: &TrajectoryState| -> Vec<u64> {
             let numbers = state.state.iter().map(|x| x.to_bits());

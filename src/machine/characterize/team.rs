@@ -36,7 +36,7 @@ pub struct TeamResults<R> {
     pub times: Vec<Vec<f64>>,
     /// Result of each member.
     pub results: Vec<R>,
-    /// Why members could not be bound, if so.
+    /// Why members could not be bound; `None` if they were.
     pub unbound: Option<String>,
 }
 
