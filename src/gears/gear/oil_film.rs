@@ -52,7 +52,7 @@ mod tests {
         layers: 5,
     };
 
-    /// By hand, from radii of curvature at the pitch point.
+    /// Compares with a calculation by hand from the radii of curvature at the pitch point.
     #[test]
     fn spur_flanks_are_cylinders_at_the_pitch_point() {
         let pair = fixtures::pair([20, 31], ToothForm::default());

@@ -153,7 +153,7 @@ mod tests {
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();
                 assert!(gap > 0.0);
-                // Both fall with the square of the distance; they differ by its cube.
+                // Both fall with the square of the distance behind the path; they differ by its cube.
                 assert!(
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"

@@ -278,9 +278,9 @@ impl Tooth {
 
     /// Angle γ of the normal at which the fillet of an undercut tooth crosses the involute.
     ///
-    /// The fillet goes down with γ. At α it is outside the tooth, on the branch of the involute beyond the base
-    /// circle; at the base circle it is inside. Rounding hides a very small undercut, which then
-    /// ends on the base circle.
+    /// The height of the fillet decreases with γ. At α the fillet is outside the tooth, on the branch of the involute
+    /// beyond the base circle; at the base circle it is inside. Rounding hides a very small undercut, which then ends
+    /// on the base circle.
     fn crossing(&self) -> f64 {
         let outside = |normal: f64| {
             let point = self.fillet(normal);

@@ -83,7 +83,7 @@ pub struct Bearing {
     /// Rolling contacts in addition to these springs; only for trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingBearing>,
-    /// Its pedestal, if it stands neither on the ground nor on a housing.
+    /// Pedestal of the bearing, if the bearing stands neither on the ground nor on a housing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal: Option<Pedestal>,
 }
@@ -130,7 +130,7 @@ pub enum Motion {
     Translation,
     /// The rotation about its axis; mounts are rigid.
     Rotation,
-    /// All but the rotation, which is fixed where torques would act.
+    /// All motions except the rotation, which is fixed at the position where torques would act.
     Lateral,
     /// None.
     None,

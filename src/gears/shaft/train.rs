@@ -79,8 +79,8 @@ pub struct TrainDrive {
     pub damping_overrides: Vec<(usize, f64)>,
     /// Whether shafts and gear bodies have gyroscopic moments.
     pub gyroscopic: bool,
-    /// Load, as a fraction of the rated one, at which rolling bearings have their stiffness; `None` without such
-    /// bearings.
+    /// Load at which the stiffness of rolling bearings is computed, as a fraction of the rated load; `None` without
+    /// such bearings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bearing_load: Option<f64>,
 }
@@ -108,7 +108,7 @@ pub struct TrainShaft {
     pub bearings: Vec<(f64, Bearing)>,
     /// Position at which torques and drag act on it.
     pub torque_at: f64,
-    /// Part of the motor's power that leaves the train here.
+    /// Part of the motor's power that leaves the train at this shaft.
     pub output: f64,
     /// Its brakes against the ground.
     pub drag: Drag,
@@ -152,7 +152,7 @@ pub struct TrainGear {
     /// The part of its body that thickens the shaft; `None` for a loose gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hub: Option<Hub>,
-    /// Its bearing on its shaft; `None` if it is fixed to it.
+    /// Bearing of the gear on its shaft; `None` if the gear is fixed to the shaft.
     pub loose: Option<LooseGear>,
 }
 

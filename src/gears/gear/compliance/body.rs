@@ -41,9 +41,8 @@ const NODES: usize = 48;
 /// as thicker ones.
 pub(in crate::gear) const LEAST_BODY_RATIO: f64 = 1.06;
 
-/// The elastic bodies of both gears, solved at the first use: checks of a drawing's geometry do not
-/// need them. They follow from the drawing, so bodies of equal drawings are equal. `None`
-/// for a gear whose numbers are not finite.
+/// The elastic bodies of both gears. They are solved at the first use, because checks of a drawing's geometry do not
+/// need them. Equal drawings have equal bodies. `None` for a gear whose numbers are not finite.
 #[derive(Debug, Clone, Default)]
 pub(in crate::gear) struct GearBodies(pub(super) OnceLock<[Option<GearBody>; 2]>);
 
@@ -176,7 +175,7 @@ impl GearBody {
     }
 }
 
-/// Work of forces at the displacements of other forces.
+/// Work of forces at the displacements that other forces cause.
 fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
     (forces.iter().zip(compliance))
         .map(|(force, row)| force * row.iter().zip(others).map(|(c, o)| c * o).sum::<f64>())
@@ -223,7 +222,7 @@ pub(super) fn feet(
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
     for (order, compliance) in waves.iter().enumerate() {
         let joined = joined(compliance, &stiffness)?;
-        // The wave in the opposite direction is its mirror image.
+        // The wave in the opposite direction is the mirror image of this one, so both are added together.
         let alone = order == 0 || 2 * order == teeth as usize;
         let weight = if alone { 1.0 } else { 2.0 } / f64::from(teeth);
         for (distance, sum) in sums.iter_mut().enumerate() {

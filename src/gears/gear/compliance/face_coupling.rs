@@ -44,7 +44,7 @@ impl PartialEq for FaceCoupling {
     }
 }
 
-/// Series along the path of contact of every compliance, by rows and columns of waves from the first on.
+/// Compliances as series along the path of contact; rows and columns are the waves from the first on.
 #[derive(Debug, Clone)]
 struct Solved {
     own: PositionSeries,

@@ -100,8 +100,8 @@ impl Flanks {
         )
     }
 
-    /// The tooth of a gear (0 = pinion) above its root circle with its foot clamped, loaded at position s,
-    /// per unit width \[m²/N\].
+    /// Compliance of the tooth of a gear (0 = pinion) above its root circle, loaded at position s with its foot
+    /// clamped, per unit width \[m²/N\].
     pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
         let roll = self.roll(s)[gear];
         (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))

@@ -43,8 +43,8 @@ pub(super) struct Plate {
     /// Work of a unit force on the flank at displacements of the foot, by load: the
     /// forces on the body below the foot.
     pub forces: Vec<Vec<f64>>,
-    /// Displacement along the force where its line crosses the centre line, by unit displacements of
-    /// the foot. These are also the forces on the foot of a unit force there.
+    /// Displacements along the force by unit displacements of the foot, at the point where the line of force crosses
+    /// the centre line. They equal the forces on the foot of a unit force at this point.
     pub places: Vec<Vec<f64>>,
     /// Displacement at the same point by a unit force on the flank, with the foot clamped.
     pub clamped: Vec<f64>,

@@ -116,7 +116,7 @@ pub struct ParallelPlacement {
     pub centre_distance: f64,
     /// Width of the common face \[m\].
     pub width: f64,
-    /// Length of either face beyond it, along the axis of the first gear.
+    /// Length of either face beyond the common face, along the axis of the first gear.
     pub overhang: [FaceOverhang; 2],
     /// Whether the axes have the same direction.
     pub alike: bool,

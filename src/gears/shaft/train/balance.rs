@@ -123,7 +123,7 @@ impl EquilibriumProblem<'_> {
         )
     }
 
-    /// The forces p in equilibrium; if there is no convergence, the last ones as an error.
+    /// The forces p in equilibrium. Without convergence the error contains the last forces.
     pub fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
         let size = self.free.len();
         let mut force = DVector::zeros(size);

@@ -47,7 +47,7 @@ pub struct LoadedBearing {
 
 /// A mesh as a spring.
 struct MeshSpring {
-    /// The sum of the free freedoms that is its deflection.
+    /// Deflection of the mesh, as a sum of the free freedoms.
     row: Vec<f64>,
     /// Mean stiffness of the mesh \[N/m\].
     stiffness: f64,
@@ -269,7 +269,7 @@ impl TrainDrive {
         }
     }
 
-    /// Every mesh along its drive flanks, or along its coast flanks if it coasts.
+    /// Every mesh as a spring along its drive flanks, or along its coast flanks if the mesh coasts.
     fn mesh_springs(
         &self,
         coasting: &[bool],

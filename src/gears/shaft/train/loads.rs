@@ -40,7 +40,7 @@ impl TrainDrive {
         });
         let least = 1e-9 * balance.amax();
         let found = balance.svd(true, true).solve(&loads, least);
-        // Both factors were requested, so there is a solution.
+        // The decomposition has both factors, so a solution exists.
         let found = found.unwrap_or_else(|_| DVector::zeros(participations.len()));
         found.iter().take(1 + meshes).copied().collect()
     }

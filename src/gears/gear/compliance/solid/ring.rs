@@ -1,9 +1,9 @@
 //! The gear body as an elastic ring of the width of the face, with free ends, clamped at its bore.
 //!
-//! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's
-//! method. Higher harmonics do not reach the bore, and not far along the face. A wave along
-//! the face and round the gear is then one of an elastic half space along its wave vector: plane strain
-//! in that direction and shear across it. Lengths are in root radii and stresses in Young's moduli.
+//! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's method. The
+//! displacements of higher harmonics decay within a short distance from the load, before the bore. A wave along the
+//! face and round the gear is then one of an elastic half space: plane strain along its wave vector and shear across
+//! it. Lengths are in root radii and stresses in Young's moduli.
 
 use super::axial::{Axial, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};

@@ -96,9 +96,9 @@ impl SolidTooth {
         Some(solid)
     }
 
-    /// Adds the part that is odd or even about the centre line, as in the plane. With K the stiffness, B the work of
-    /// the foot's modes, `A = (K + Bᵀ B)⁻¹` and `C = B A Bᵀ`, the foot's stiffness is `C⁻¹ − 1` and
-    /// the forces of a load f on it are `C⁻¹ B A f`.
+    /// Adds the part that is odd or even about the centre line, as in the plane. K is the stiffness and B the work of
+    /// the foot's modes. With `A = (K + Bᵀ B)⁻¹` and `C = B A Bᵀ` the stiffness of the foot is `C⁻¹ − 1`. The forces of
+    /// a load f on the foot are `C⁻¹ B A f`.
     fn add(
         &mut self,
         part: &Part,
