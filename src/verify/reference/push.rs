@@ -3,7 +3,7 @@
 use super::crossing::Margin;
 use crate::model::{MeshGain, Model, Segment};
 
-/// Round-off of a difference of positions, relative to these.
+/// Round-off of a difference of positions, relative to the positions.
 const AT_LIMIT: f64 = 1e-14;
 
 /// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] of a contact on a segment and its rate \[N/s\], in a state with

@@ -17,7 +17,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     for part in [0..n, n..2 * n] {
         let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in part {
-            // The neutral pair's displacement affects nothing else: no difference, and no scale.
+            // Skip equal entries: the displacement of the neutral pair affects nothing else, so the scale may be 0.
             if a[i] != b[i] {
                 worst = worse(worst, (a[i] - b[i]).abs() / scale);
             }

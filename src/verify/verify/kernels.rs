@@ -9,7 +9,7 @@ use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
-/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one before.
+/// A trajectory known to all digits, cycle by cycle. Each cycle starts from the rounded end of the previous one.
 struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,

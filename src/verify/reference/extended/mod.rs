@@ -410,7 +410,7 @@ impl Integration<'_> {
                 if !closed {
                     margins.push((indentation, false, StateEnd::Freedom));
                 } else if !crossed && indentation[0].value() < 0.0 {
-                    // Beyond the surface after a jump of line or gap.
+                    // After a jump of line or gap the closed contact is beyond its surface.
                     margins.push((indentation, false, StateEnd::Surface));
                 }
             } else if closed {
