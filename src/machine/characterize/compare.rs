@@ -35,7 +35,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Number of figures that agree, and of those that can be judged.
+    /// Number of figures that agree, and number of figures that can be judged.
     pub fn agreeing(&self) -> (usize, usize) {
         let judgements = self.pairs.iter().filter_map(|pair| pair.agrees);
         (
@@ -113,7 +113,7 @@ pub struct MachineRate {
     pub rate: f64,
     /// Gain over one thread, measured alternately, divided by the number of threads.
     pub efficiency: f64,
-    /// Number of threads beyond which the gain grows by less than two per cent.
+    /// Smallest number of threads whose gain is within two per cent of the best.
     pub worthwhile: u64,
     /// Whether the machine was quiet while it was measured.
     pub quiet: bool,

@@ -1,5 +1,5 @@
-//! The drive for timing kernels: the default one, from the manifest `flex80` at
-//! the build of the program, with any number of its modes.
+//! The drive for timing kernels: the default drive, from the manifest `flex80` at the time of the build, with any
+//! number of its modes.
 
 use super::error::MeasurementError;
 use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};

@@ -25,7 +25,7 @@ pub struct Limits {
     pub huge_pages: bool,
 }
 
-/// The measurements in this order, and those that are impossible.
+/// The measurements in the order of execution, and those that are impossible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The items.

@@ -219,7 +219,7 @@ struct Trajectories<'s, K: Kernel> {
     /// One per operating point, as kernels keep prepared data in them.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
-    /// The operating point at which it begins, different for every member.
+    /// The operating point at which the member begins, different for every member.
     first: usize,
     stopped: Option<Stop>,
 }
