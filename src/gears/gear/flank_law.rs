@@ -27,7 +27,7 @@ pub trait FlankLaw: Sync {
         [path.start, path.end]
     }
 
-    /// Compliance of a pair at s within the reach; off the path that of its nearer end.
+    /// Compliance of a pair at s within the reach; off the path the compliance at the nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
     /// Displacement of the gear bodies at the pair at s, under a unit line load on the pair `ahead` base pitches

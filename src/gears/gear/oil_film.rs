@@ -16,7 +16,7 @@ use crate::model::Film;
 pub struct OilFilm {
     /// Dynamic viscosity η of the oil at its temperature \[Pa s\].
     pub viscosity: f64,
-    /// Thickness at which it begins to act, and at which the flanks touch \[m\].
+    /// Thickness at which the film begins to act, and thickness at which the flanks touch \[m\].
     pub thickness: [f64; 2],
     /// Number of layers.
     pub layers: usize,

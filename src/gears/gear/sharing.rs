@@ -309,9 +309,8 @@ impl LoadSharing {
 
     /// Approach of the gears under a force \[m\].
     ///
-    /// Finds the last knot that needs no more force, and solves the quadratic from there
-    /// on. Its terms are sums over the engaged ramps, not of changes since the first knot, so
-    /// nothing cancels.
+    /// Finds the last knot that needs no more force, and solves the quadratic from there on. The terms of the quadratic
+    /// are sums over the engaged ramps, not of changes since the first knot, so nothing cancels.
     fn approach(&self, force: f64) -> f64 {
         let engaged = |x: f64| -> f64 {
             let forces = self.ramps.iter().map(|r| r.total() * r.state_at(x).mean);

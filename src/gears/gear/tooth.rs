@@ -151,8 +151,8 @@ impl Tooth {
             radius: module * rack.tip_radius,
             range: [angle, FRAC_PI_2],
         };
-        // Depth of the end of the rack's straight flank below the rolling line; it touches the
-        // line of action a distance of depth / sin α before the pitch point.
+        // Depth of the end of the rack's straight flank below the rolling line. This end touches the line of action at
+        // a distance of depth / sin α before the pitch point.
         let straight = module * (rack.dedendum - rack.tip_radius * (1.0 - sin) - shift);
         let form_roll = (reference_radius * sin - straight / sin) / base_radius;
         let mut tooth = Self {

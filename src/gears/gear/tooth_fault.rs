@@ -189,7 +189,8 @@ mod tests {
         assert_eq!((cycles.len(), &cycles[1]), (7, &sound));
     }
 
-    /// About 0.98, where tooth 0 of the pinion is in the middle, its coast flank mirrors its drive flank.
+    /// The coast flank of tooth 0 of the pinion mirrors its drive flank about 0.98, where the tooth is on the line of
+    /// centres.
     #[test]
     fn coast_flanks_mirror_the_tooth() {
         let drive = Division::levels(&[4.0, 3.0], &[0.6]);

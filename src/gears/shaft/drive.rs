@@ -165,7 +165,7 @@ pub(super) struct Support {
     /// Node below the bearing; `None` for the ground.
     pub base: Option<usize>,
     pub stiffness: Bearing,
-    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
+    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without such contacts.
     pub contacts: Ring<Ring>,
 }
 
@@ -252,7 +252,7 @@ impl Shaft {
     fn check_held(&self, number: usize, motion: Motion) -> Result<(), ShaftError> {
         let supports =
             |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
-        // Two springs hold a line in a plane, or one and a tilt spring.
+        // In a plane two springs hold a shaft, or one spring and a tilt spring.
         let upright = motion == Motion::Translation || supports(|b| b.tilt) > 0;
         let is_supported = |count: usize| count == 2 || (count == 1 && upright);
         let needed = match motion {

@@ -62,8 +62,8 @@ pub(in crate::gear) struct GearBody {
     tooth: Vec<f64>,
     /// Legendre series of the compliance of the body below the tooth.
     foundation: Vec<f64>,
-    /// Displacement of the tooth 1, 2 … further on by a load, in the sense of growing x of the loaded tooth:
-    /// coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
+    /// Displacements of the teeth 1, 2 … further on by a load, positive towards growing x of the loaded tooth.
+    /// Coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
     neighbours: Vec<Vec<f64>>,
 }
 

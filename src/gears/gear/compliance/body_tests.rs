@@ -146,10 +146,10 @@ fn bodies_are_stable() {
     }
 }
 
-/// Drawings of every kind have a compliance: 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
-/// ones, sharp and full roots, rims and discs. A finer resolution changes it by less than 3 %, with undercut
-/// teeth 6 %. The change is largest if flanks are steep and the force near the root crosses the centre line far
-/// below the foot.
+/// Drawings of every kind have a compliance: 9 to 500 teeth, steep and flat flanks, long, short and nearly pointed
+/// teeth, sharp and full roots, rims and discs. A finer resolution changes the compliance by less than 3 %, and by less
+/// than 6 % for undercut teeth. The change is largest if flanks are steep and the force near the root crosses the
+/// centre line far below the foot.
 #[test]
 fn every_drawing_has_a_compliance() {
     let mut state = 1u64;

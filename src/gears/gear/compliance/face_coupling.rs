@@ -18,10 +18,10 @@ use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 use std::sync::OnceLock;
 
-/// Positions on the path of contact at which the pair is solved.
+/// Number of positions on the path of contact at which the pair is solved.
 const NODES: usize = 9;
 
-/// Terms of the series through them; the omitted terms are below 1e-4 of the first.
+/// Number of terms of the series through these positions; the omitted terms are below 1e-4 of the first.
 const TERMS: usize = 7;
 
 /// Compliance of a pair of gears to loads that vary along the face, solved at the first use.

@@ -24,8 +24,8 @@ pub(super) fn half_width(materials: &[Material; 2], radius: f64, line_load: f64)
 }
 
 /// Approach of the contact to points at given depths below either surface under a line load
-/// \[m\]: `w 2/π Σ (1 − ν²)/E (ln(2 h/a) − ν/(2 (1 − ν)))` with the half width a (Weber &
-/// Banaschek 1953; Johnson 1985, eq. 5.58). It grows a little less than the load.
+/// \[m\]: `w 2/π Σ (1 − ν²)/E (ln(2 h/a) − ν/(2 (1 − ν)))` with the half width a (Weber & Banaschek 1953; Johnson 1985,
+/// eq. 5.58). The approach grows a little less than in proportion to the load.
 pub(super) fn approach(
     materials: &[Material; 2],
     radius: f64,

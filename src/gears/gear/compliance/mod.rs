@@ -42,8 +42,8 @@ impl PairCompliance {
         self.tooth[0] + self.tooth[1] + self.hertz
     }
 
-    /// The compliance that the pair does not share with another in contact, from their
-    /// [`Flanks::body_coupling`] \[m²/N\].
+    /// Compliance that the pair does not share with a second pair in contact \[m²/N\]; `coupling` is the
+    /// [`Flanks::body_coupling`] of both pairs.
     pub fn uncoupled(&self, coupling: [f64; 2]) -> f64 {
         self.total() - coupling[0] - coupling[1]
     }

@@ -103,10 +103,10 @@ impl Plate {
 
     /// Adds the part that is odd or even about the centre line.
     ///
-    /// With K the stiffness, B the work of the foot's modes at the displacements a, f a load and
-    /// U the displacements of the foot, `K a = f − Bᵀ q` and `B a = U`. K alone lets the
-    /// plate float: `A = (K + Bᵀ B)⁻¹` does not, and with `C = B A Bᵀ`
-    /// `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹ U`.
+    /// K is the stiffness, B the work of the foot's modes at the displacements a, f a load and U the displacements of
+    /// the foot: `K a = f − Bᵀ q` and `B a = U`. K is singular, because the plate can float, but `A = (K + Bᵀ B)⁻¹`
+    /// exists. With `C = B A Bᵀ` the solution is `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹
+    /// U`.
     fn add(
         &mut self,
         part: &Part,

@@ -200,7 +200,7 @@ impl<'a> Exact<'a> {
         (2..=NODES).rev().find_map(|terms| {
             let mut series = [0.0; NODES];
             series[..terms].copy_from_slice(&full[..terms]);
-            // At its ends it equals the table, so that there are no steps between pieces.
+            // At its ends the polynomial equals the table, so that there are no steps between pieces.
             let [before, behind] = [(first, -1.0), (last, 1.0)]
                 .map(|(sample, x)| sample.values[quantity] - evaluate(&series, x));
             series[0] += 0.5 * (before + behind);

@@ -180,18 +180,19 @@ impl MeshTableCycle {
         sum / (to - from)
     }
 
-    /// Largest less smallest loaded transmission error \[m\], jumps between pieces included.
+    /// Difference of the largest and the smallest loaded transmission error \[m\], jumps between pieces included.
     pub fn peak_to_peak(&self) -> f64 {
         self.range(&self.transmission_error)
     }
 
-    /// Largest less smallest of one of this cycle's quantities, jumps between pieces included.
+    /// Difference of the largest and the smallest value of one of this cycle's quantities, jumps between pieces
+    /// included.
     pub fn range(&self, values: &[[f64; NODES]]) -> f64 {
         let [lowest, highest] = self.extremes(values);
         highest - lowest
     }
 
-    /// Smallest and largest of one of this cycle's quantities, jumps between pieces included.
+    /// Smallest and largest value of one of this cycle's quantities, jumps between pieces included.
     pub fn extremes(&self, values: &[[f64; NODES]]) -> [f64; 2] {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut meet = |value: f64| {

@@ -41,7 +41,7 @@ impl Lines {
         }
     }
 
-    /// Positions on the path of contact that carry load \[m\], and their shares in it.
+    /// Positions on the path of contact that carry load \[m\], and their shares in the load.
     fn bearing(&self, sharing: &LoadSharing, load: &SharedLoad) -> [Vec<f64>; 2] {
         match self {
             Self::Spur(pairs) => [

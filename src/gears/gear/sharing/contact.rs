@@ -1,4 +1,4 @@
-//! Flanks that stiffen as they flatten: how does the contact law follow its load?
+//! How does the contact law of flanks that stiffen as they flatten follow its load?
 
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};

@@ -324,8 +324,8 @@ impl Coupled {
         }
     }
 
-    /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]: with
-    /// `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]` it is at `y = x r − o` where the pairs carry F.
+    /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]. With `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]`
+    /// the minimum is at `y = x r − o`, and x follows from the force F that the pairs carry.
     fn minimum(&self, patch: &Patch, mean: f64) -> (Iterate, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();

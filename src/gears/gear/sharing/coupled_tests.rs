@@ -161,8 +161,8 @@ fn contact_may_be_in_two_places() {
     assert!(pair.loaded < 0.9);
 }
 
-/// The slope is that of one function of y and x: with a constant contact its second derivatives are
-/// symmetric, and it vanishes in equilibrium.
+/// The slope is that of one function of y and x. With a constant contact the second derivatives of this function are
+/// symmetric, and the slope vanishes in equilibrium.
 #[test]
 fn slopes_are_those_of_one_function() {
     let mean = 1e5;

@@ -157,7 +157,7 @@ fn rotary_inertia_and_shear_of_a_stubby_shaft() {
     }
 }
 
-/// The dense solution alone is 9e-9 off here; discretisation accounts for 3e-10.
+/// The dense solution alone has an error of 9e-9 here; discretisation accounts for 3e-10.
 #[test]
 fn the_lowest_frequency_survives_a_fine_mesh() {
     let found = simply_supported(0.02, f64::INFINITY, 120, 6);

@@ -4,9 +4,9 @@
 //! d = d₀ + C p,   p + F(d) − K₀ d = 0
 //! ```
 //!
-//! d are the motions at the one-sided springs, F are their forces, and K₀ replaces them in C. The approaches of
-//! rolling elements are convex in d, and so is the total potential. Its derivative by p is C times this residual.
-//! Newton steps with a line search along it converge to its minimum.
+//! d are the motions at the one-sided springs, F are their forces, and K₀ replaces the springs in C. The approaches of
+//! rolling elements are convex in d, and so is the total potential. The derivative of the potential by p is C times
+//! this residual. Newton steps with a line search on this derivative converge to the minimum of the potential.
 
 use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
 use nalgebra::{DMatrix, DVector};
