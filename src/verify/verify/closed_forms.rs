@@ -11,8 +11,8 @@ use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
 use std::f64::consts::PI;
 
-/// In constant contact a mesh cycle is one affine map: the kernel's multipliers compared with the eigenvalues of a
-/// product of matrix exponentials.
+/// Compares the kernel's multipliers with the eigenvalues of a product of matrix exponentials: in constant contact a
+/// mesh cycle is one affine map.
 pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     let mut exact = Vec::new();
@@ -158,7 +158,7 @@ impl ShakenMass {
         Ok(Model::new(&structure, &drive, point)?)
     }
 
-    /// Whether the forced vibration, started on it, reaches a stop within two cycles.
+    /// Whether a motion that starts as the forced vibration reaches a stop within two cycles.
     fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, CheckError> {
         let model = self.model(amplitude)?;
         let [stiff, loss] = self.impedance();

@@ -39,9 +39,10 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Mean stiffness of that pair without shared bodies, from the other program (its rule of thumb, ε b E/18, gives
-/// 4.0966e8 N/m). It uses cantilevers on a fitted foundation, which count a part of the root twice and are 5 % softer
-/// than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the root angle.
+/// Mean stiffness of the published pair without shared bodies, from the other program (its rule of thumb, ε b E/18,
+/// gives 4.0966e8 N/m). The program uses cantilevers on a fitted foundation, which count a part of the root twice and
+/// are 5 % softer than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the
+/// root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const PLACES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;

@@ -150,7 +150,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             format!("{}: times of {events} events", kernel.name),
             EXTENDED,
             all.time,
-            // The slower the crossing of a surface, the less its time is defined; among many events some are slow.
+            // The slower the crossing of a surface, the larger the error of its time; among many events some are slow.
             subjects.extent.pick(1e-13, 1e-12),
             "cycles",
         ));

@@ -275,7 +275,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Moves sliders that are at their limits within the round-off of doubles exactly there.
+    /// Moves sliders that are at their limits within the round-off of doubles exactly to these limits.
     fn clamp_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
