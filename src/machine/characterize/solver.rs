@@ -140,7 +140,7 @@ fn copies(
     let copy = |reader: HardwareThread| {
         std::thread::scope(|scope| {
             let maker = scope.spawn(|| {
-                // If it cannot be bound, the system chooses the place of the memory.
+                // If the thread cannot be bound, the system chooses the place of the memory.
                 _ = topology.bind_current_thread(&[reader.index]);
                 built.to_vec()
             });
@@ -203,7 +203,8 @@ fn advance<K: Kernel>(
     Ok(measured)
 }
 
-/// The first of `count` teams before each of the others; only the first if there is no other.
+/// Order of the measurements: the first of `count` teams before each of the others, or only the first if it is the only
+/// team.
 fn in_turn(count: usize) -> Vec<usize> {
     match count {
         0 | 1 => (0..count).collect(),
