@@ -6,8 +6,8 @@
 //! leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between ([`friction_direction`]). Over a cycle
 //! the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss factor if `ε ≤ 2`.
 //!
-//! A helical pair is `ε_β/2` cycles ahead at one end of its face and as much behind at the other. Its lines of
-//! contact carry the same load per length at any length of contact.
+//! A helical pair is `ε_β/2` cycles ahead at one end of its face and `ε_β/2` cycles behind at the other. All lines of
+//! contact carry the same load per length.
 
 use super::{FrictionDirection, GearError, GearPair, friction_direction};
 use crate::numerics::quadrature::GaussLegendre;

@@ -255,7 +255,7 @@ fn check_piece(
     if error > TOLERANCE {
         return Ok(FitResult::Cut(0.5 * (from + to), error));
     }
-    // The same number on every slice: the same pairs are within reach.
+    // Every slice has the same number of springs, because the same pairs are within reach.
     let on_slice = count / slices;
     debug_assert!(on_slice <= MOST_PAIRS);
     Ok(FitResult::Follows(
@@ -418,7 +418,7 @@ mod tests {
         }
     }
 
-    /// Crowned leads on slices: pairs with equal gaps come into contact together on each.
+    /// Crowned leads on slices: pairs with equal gaps come into contact together on each slice.
     #[test]
     fn crowned_leads_have_springs_of_their_own() {
         let mut pair = relieved().pair.clone();

@@ -252,7 +252,7 @@ impl RollingLaw {
     }
 
     /// Adds a contact with this approach and its gradient. If the gradient rotates, `across` is the direction across
-    /// it and the distance over which it rotates. Returns the force \[N\].
+    /// the gradient and the distance over which it rotates. Returns the force \[N\].
     fn press(
         &self,
         approach: f64,

@@ -100,7 +100,7 @@ pub struct TrainShaft {
     pub element: Option<f64>,
     /// Its free motions.
     pub motion: Motion,
-    /// Rigid bodies on it, with their positions; one with polar inertia alone does not tilt with it.
+    /// Rigid bodies on the shaft, with their positions. A body with only polar inertia does not tilt with the shaft.
     pub discs: Vec<(f64, Disc)>,
     /// Gears on it.
     pub gears: Vec<TrainGear>,
@@ -181,7 +181,7 @@ pub struct ShaftCoupling {
     pub shafts: [usize; 2],
     /// Positions at which it is fixed to them \[m\].
     pub at: [f64; 2],
-    /// Stiffness across the axis, along it \[N/m\], against tilts and against twist \[N m/rad\].
+    /// Stiffness across the axis and along the axis \[N/m\], against tilts and against twist \[N m/rad\].
     pub stiffness: [f64; 4],
     /// Damper against twist \[N m s/rad\].
     pub damping: f64,

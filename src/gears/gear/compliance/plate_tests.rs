@@ -129,7 +129,7 @@ fn a_slender_tooth_is_a_cantilever() {
     }
 }
 
-/// The profile bounds the plate: the area by the nodes equals that between the curves.
+/// The profile bounds the plate: the area from the nodes equals the area between the curves.
 #[test]
 fn nodes_fill_the_plate() {
     let gear = usual(20);

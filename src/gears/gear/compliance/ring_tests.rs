@@ -8,8 +8,8 @@ fn alone(half_angle: f64, ratio: f64, most: f64) -> Mat<f64> {
     waves(1, half_angle, &ring, 8, most).swap_remove(0)
 }
 
-/// A foot that is short compared with the radius stands on a half plane: a moment by a linear
-/// stress turns it by 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
+/// A foot that is short compared with the radius stands on a half plane. A moment by a linear stress turns the foot by
+/// 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
 #[test]
 fn a_short_foot_turns_as_on_a_half_plane() {
     let turn = |half_angle: f64| {
@@ -69,8 +69,8 @@ fn a_thick_ring_is_a_hole_in_a_plate() {
     assert!((cross * 1e6 / (NU - 1.0) - 1.0).abs() < 1e-5, "{cross}");
 }
 
-/// The transverse compliance by a uniform stress is P* of Sainsot, Velex & Duverger (2004), that
-/// by a radial one P* Q*, within the error of their fit.
+/// The transverse compliance under a uniform stress is P* of Sainsot, Velex & Duverger (2004), within the error of
+/// their fit. The radial compliance is P* Q*.
 #[test]
 fn the_ring_is_the_one_of_the_published_fit() {
     let polynomial = |[a, b, c, d, e, f]: [f64; 6], theta: f64, ratio: f64| {

@@ -1,5 +1,5 @@
-//! Where do the flanks cut the mesh cycle? Between these cuts they change smoothly with the
-//! mesh phase. Loads cut it further ([`super::pieces`]).
+//! Where do the flanks cut the mesh cycle? Between these cuts gaps and compliances of the pairs change smoothly with
+//! the mesh phase. Loads cut the cycle further ([`super::pieces`]).
 
 use super::error::MeshTableError;
 use crate::gear::FlankLaw;

@@ -244,10 +244,10 @@ fn kink<L: FlankLaw>(
     Ok(Some(0.5 * (low + high)))
 }
 
-/// The next phase of a search for a sign change between two phases, from the zero at `part` of their distance by linear
-/// interpolation. It is moved a little to the middle, so that the other end also advances. The distance from the
-/// middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi 2020).
-/// `width` is the initial interval, `round` the number of steps done.
+/// The next phase of a search for a sign change between two phases. Linear interpolation gives the zero at `part` of
+/// their distance. This phase is moved a little towards the middle, so that the other end also advances. The distance
+/// from the middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi
+/// 2020). `width` is the initial interval, `round` the number of steps done.
 fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
     let (own, middle) = (high - low, 0.5 * (low + high));
     let line = low + part * own;

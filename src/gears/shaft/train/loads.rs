@@ -88,8 +88,8 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed. `participations` converts a
-    /// sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
+    /// Forces of all brakes and of the motor against them: a constant part and a part per speed of the first gear.
+    /// `participations` converts a sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
     pub(super) fn brakes(
         &self,
         layout: &Layout,

@@ -468,9 +468,9 @@ impl TrainDrive {
     }
 }
 
-/// Removes the neutral rotation from the terms of a rotating frame. Those terms would increase centrifugal forces while
-/// the set runs ahead, in proportion to the small variation of its speed. But nothing would hold the mean speed, as no
-/// contact is deflected: from any start the set would run at a different speed than that of the mesh cycle.
+/// Removes the neutral rotation from the terms of a rotating frame. These terms would change centrifugal forces in
+/// proportion to the small variation of the set's speed. But nothing would hold the mean speed, because no contact is
+/// deflected. From any start the set would rotate at another speed than that of the mesh cycle.
 fn release_neutral(structure: &mut ModalStructure) {
     if structure.frame.stiffness.is_empty() {
         return;

@@ -98,9 +98,9 @@ fn dampers_take_the_power_of_their_velocities() {
     }
 }
 
-/// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs
-/// and dampers of its bearings, its inertia and the mesh force. Its mass m follows from `Σ φ² = 1/m`
-/// with the displacement φ of the modes.
+/// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs and dampers
+/// of its bearings, its inertia and the mesh force. The mass m of the shaft follows from `Σ φ² = 1/m` with the
+/// displacement φ of the modes.
 #[test]
 fn bearing_forces_balance_the_accelerations() {
     let mut drive = damped();
