@@ -157,8 +157,8 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// An exponent above this, per mesh cycle, counts as chaos in the check of twins.
 const CHAOTIC: f64 = 0.1;
 
-/// The largest exponent from tangents and from a twin, in chaos; in other motion neither of them aligns within so few
-/// cycles.
+/// Compares the largest exponent from tangents with that from a twin, in chaos. In other motion neither tangents nor
+/// twin align within this number of cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     // The number of cycles of a twin.
