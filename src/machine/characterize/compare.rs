@@ -17,7 +17,7 @@ pub struct Pair {
     pub b: f64,
     /// b over a.
     pub ratio: f64,
-    /// Part of the value within which they should agree; absent if neither run states a spread.
+    /// Part of the value within which both runs should agree; absent if neither run states a spread.
     pub spread: Option<f64>,
     /// Whether both values agree within the spread; absent if there is none.
     pub agrees: Option<bool>,
