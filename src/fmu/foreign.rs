@@ -158,7 +158,7 @@ pub struct Callbacks {
     environment: Opaque,
 }
 
-/// A pointer to them, as in a call.
+/// A pointer to the functions of an importer of FMI 2.0.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct CallbacksOf(*const Callbacks);

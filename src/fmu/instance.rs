@@ -12,7 +12,7 @@ const SAME_TIME: f64 = 1e-9;
 /// Why a call is refused.
 #[derive(Debug)]
 pub enum Refusal {
-    /// It is impossible in the present state.
+    /// The call is impossible in the present state.
     Discard(String),
     /// The call is never allowed.
     Error(Cow<'static, str>),
@@ -24,7 +24,7 @@ impl Refusal {
         Self::Error(sentence.into())
     }
 
-    /// The status for it.
+    /// Status that a refused call returns.
     pub fn status(&self) -> c_int {
         match self {
             Self::Discard(_) => DISCARD,
@@ -166,7 +166,7 @@ impl Instance {
         }
     }
 
-    /// The value of a variable that counts.
+    /// The value of an integer variable.
     pub fn count(&mut self, reference: u32) -> Result<i64, Refusal> {
         let role = self.role(reference)?;
         if !role.is_whole() {
@@ -260,7 +260,7 @@ impl Instance {
         })
     }
 
-    /// Its state.
+    /// State of the instance.
     pub fn state(&self) -> &LiveState {
         &self.live
     }

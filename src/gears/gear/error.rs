@@ -71,7 +71,7 @@ pub enum GearError {
     RackTip {
         /// Tip radius in modules.
         tip_radius: f64,
-        /// Largest one, in modules.
+        /// Largest tip radius that fits, in modules.
         limit: f64,
     },
     /// The rack cuts off part of the flank that the mate would touch.
@@ -86,7 +86,7 @@ pub enum GearError {
         gear: usize,
         /// Profile shift coefficient at which it is cut.
         shift: f64,
-        /// Least one without undercut.
+        /// Smallest profile shift coefficient without undercut.
         limit: f64,
         /// Diameter at which the involute begins \[m\].
         form_diameter: f64,
@@ -279,7 +279,7 @@ pub enum GearError {
         "the law of friction gives a coefficient of {coefficient:.3e}, which must be above 0 and below 1; check mesh.roughness, mesh.oil_viscosity and the speed, or give mesh.friction"
     )]
     MeanFriction {
-        /// The value of the law.
+        /// Coefficient of friction that the law gives.
         coefficient: f64,
     },
     /// A crack in a ring.

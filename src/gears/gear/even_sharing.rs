@@ -6,13 +6,13 @@
 //! leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between ([`friction_direction`]). Over a cycle
 //! the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss factor if `ε ≤ 2`.
 //!
-//! A helical pair is `ε_β/2` cycles ahead at one end of its face and as much behind at the other. Its lines of
-//! contact carry the same load per length at any length of contact.
+//! A helical pair is `ε_β/2` cycles ahead at one end of its face and `ε_β/2` cycles behind at the other. All lines of
+//! contact carry the same load per length.
 
 use super::{FrictionDirection, GearError, GearPair, friction_direction};
 use crate::numerics::quadrature::GaussLegendre;
 
-/// Longest stretch over which a linearly varying direction is replaced by its mean, in mesh cycles.
+/// Largest length of a stretch over which a linearly varying direction is replaced by its mean, in mesh cycles.
 const LONGEST: f64 = 1.0 / 24.0;
 
 /// Ends closer than this \[cycles\] coincide.
@@ -97,7 +97,7 @@ impl EvenSharing {
         self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
     }
 
-    /// Ends at marks of a pair, mapped by `moved`.
+    /// Ends of stretches where a pair passes one of `marks`, times after its first touch, mapped by `moved`.
     fn ends_at(&self, marks: &[f64], least_distance: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         let half = 0.5 * self.overlap_ratio;
         let mut ends: Vec<f64> = (marks.iter())
@@ -115,8 +115,8 @@ impl EvenSharing {
         ends
     }
 
-    /// A time after the last first touch of a tooth at mid-face, from any one \[cycles\]. The tooth touches again every
-    /// `teeth` cycles. Negative while only one end of the face touches.
+    /// Converts a time after any first touch of a tooth to a time after its latest one, at mid-face \[cycles\]. The
+    /// tooth touches again every `teeth` cycles. Negative while only one end of the face touches.
     pub(super) fn within_turn(&self, since: f64, teeth: u32) -> f64 {
         let half = 0.5 * self.overlap_ratio;
         (since + half).rem_euclid(f64::from(teeth)) - half
@@ -140,7 +140,7 @@ impl EvenSharing {
         own / all
     }
 
-    /// Mean over a stretch of the mesh cycle that contains no such end.
+    /// Mean over a stretch of the mesh cycle that contains no end of [`Self::direction_breaks`].
     pub fn mean(&self, [from, to]: [f64; 2]) -> FrictionDirection {
         let rule = GaussLegendre::new(RULE);
         let (mut direction, mut lever) = (0.0, 0.0);

@@ -61,7 +61,7 @@ impl FlankLaw for Even {
     }
 }
 
-/// The mesh table of these teeth.
+/// The mesh table of a drawing with teeth of constant stiffness.
 fn table(pair: &GearPair) -> MeshTableCycle {
     let law = Even {
         path: Flanks::new(pair).unwrap().path(),
@@ -150,7 +150,7 @@ fn evenly_shared_load_has_ohlendorf_s_loss_factor() {
 }
 
 /// Lines of contact with the same load per length: Λ agrees with the mesh table, whose spans across the face give an
-/// error of 1e-5. Its means agree with those over many phases.
+/// error of 1e-5. The means of Λ agree with those over many phases.
 #[test]
 fn helical_lines_slide_as_their_mesh_table_has_it() {
     for degrees in [-8.0, 12.0, 30.0] {

@@ -1,5 +1,5 @@
-//! The gear pair of tests: the unit tests use it from here, and those of the whole program (`tests/common`) compile
-//! the same file. It names its types through `super`: the gears here, and the re-exports of the program there.
+//! The gear pair of tests. The unit tests use this module, and the tests of the whole program (`tests/common`) compile
+//! the same file. The file names its types through `super`: the gears here, and the re-exports of the program there.
 
 use super::{GearPair, ToothForm};
 

@@ -7,10 +7,9 @@ use std::sync::Arc;
 
 /// The law of one pair of teeth along the path of contact.
 ///
-/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, for all integers j within the reach.
-/// Helical gears stand there at mid-face, and `z tan β_b` further at z \[m\] from it. Forces and
-/// deflections are those along the line of action in the transverse section, loads are per
-/// width of face.
+/// At mesh phase φ in \[0, 1) the pairs are at `s = start + (φ + j) base_pitch`, for all integers j within the reach.
+/// Pairs of helical gears are at these positions at mid-face, and `z tan β_b` further at z \[m\] from mid-face. Forces
+/// and deflections are along the line of action in the transverse section. Loads are per width of face.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
@@ -21,24 +20,24 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it. The gap there is
-    /// part of [`Self::relief`].
+    /// Where pairs can touch under load \[m\]: the path of contact, and positions off the path at which tip edges touch
+    /// their mates. The gap off the path is part of [`Self::relief`].
     fn reach(&self) -> [f64; 2] {
         let path = self.path();
         [path.start, path.end]
     }
 
-    /// Compliance of a pair at s within the reach; off the path that of its nearer end.
+    /// Compliance of a pair at s within the reach; off the path the compliance at the nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
-    /// How much the gear bodies yield at the pair at s under a unit line load on the pair `pairs_ahead`
-    /// base pitches further, both in contact, and the other way round \[m²/N\]. 0 if every pair has
-    /// a separate body.
+    /// Displacement of the gear bodies at the pair at s, under a unit line load on the pair `ahead` base pitches
+    /// further \[m²/N\]. Both are in contact; exchanging them gives the same value. 0 if every pair has a separate
+    /// body.
     fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
         0.0
     }
 
-    /// How slices of the face support each other; `None` if they do not.
+    /// Elastic coupling of the slices of the face; `None` if they are independent.
     fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
         None
     }
@@ -117,7 +116,7 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
     }
 }
 
-/// A law on a face whose slices do not support each other, as in thin-slice models.
+/// A law on a face with independent slices, as in thin-slice models.
 #[derive(Debug, Clone, Copy)]
 pub struct IndependentSlices<'a, L>(
     /// The law.
@@ -171,9 +170,8 @@ impl<L: FlankLaw> FlankLaw for IndependentSlices<'_, L> {
 /// F_n = w_n dz/cos β_b,   F = F_n cos β_b = w_n dz,   x = x_n/cos β_b = C_n w_n/cos β_b
 /// ```
 ///
-/// ISO 6336-1 multiplies the stiffness of that pair by cos β, 2 % less at 30°. The coupling of pairs is
-/// a matter of the bodies, which are no more inclined than their axes: the ring in
-/// the transverse section.
+/// ISO 6336-1 multiplies the stiffness of that pair by cos β, 2 % less at 30°. The coupling of pairs comes from the
+/// gear bodies, which are not inclined. It is that of the ring in the transverse section.
 impl FlankLaw for Flanks {
     fn path(&self) -> PathOfContact {
         self.path()
@@ -231,7 +229,7 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - slope]
     }
 
-    /// Starts of reliefs, ends of the path, and the ends of virtual teeth before it.
+    /// Starts of reliefs, ends of the path, and the ends of virtual teeth if they lie before those of the path.
     fn kinks(&self) -> Vec<f64> {
         let (path, cos) = (self.path(), self.base_helix_angle.cos());
         let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();

@@ -1,6 +1,6 @@
-//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief and sliding. All are in
-//! the transverse section, in which helical gears are spur gears, and so are compliances.
-//! [`FlankLaw`](super::FlankLaw) has the compliances of inclined teeth.
+//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief and sliding. All are in the
+//! transverse section, in which helical gears equal spur gears. So are the compliances; those of inclined teeth are
+//! in [`FlankLaw`](super::FlankLaw).
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
@@ -209,8 +209,8 @@ impl Flanks {
     /// is that of these flanks with all lengths over cos β_b, as radii of curvature are. With the base radius
     /// `r_b/(cos β_b cos β)` of the virtual teeth its operating pressure angle is `tan α = tan α_w cos β`. Its bodies
     /// have the same ratios of root to bore, and the number of teeth nearest to that of the virtual teeth.
-    /// Virtual teeth become pointed a little below those of a helix, whose angle grows outwards. Teeth and
-    /// positions of loads end before that.
+    /// Virtual teeth become pointed at a slightly smaller radius than helical teeth, whose helix angle grows outwards.
+    /// Teeth and positions of loads end before that radius.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();
@@ -336,7 +336,7 @@ impl Flanks {
         self.relative_radius_at(self.roll(s))
     }
 
-    /// The same at the roll angles of both flanks.
+    /// Radius of relative curvature at the roll angles of both flanks \[m\].
     pub(super) fn relative_radius_at(&self, [one, two]: [f64; 2]) -> f64 {
         let (one, two) = (
             one * self.teeth[0].base_radius,

@@ -41,8 +41,8 @@ pub struct ToothForm {
     pub profile_points: [PointCourse; 2],
     /// Missing material \[m\] of the lead through points, over the distance from the middle of each gear's face.
     pub lead_points: [PointCourse; 2],
-    /// Bore of the gear bodies \[m\], where they are clamped; `None`: the shaft's diameter, which
-    /// only the shaft knows.
+    /// Bore of the gear bodies \[m\], where they are clamped; `None`: the shaft's diameter, which this drawing does
+    /// not contain.
     pub bore: [Option<f64>; 2],
     /// Outer diameter of a ring with inner teeth as the wheel \[m\]. The ring is clamped all round there, and the
     /// wheel has no bore. `None`: the teeth of the wheel point outwards.
@@ -171,7 +171,7 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Its ends around a position on its shaft \[m\].
+    /// Positions of both ends of a hub whose middle is at a position on its shaft \[m\].
     pub fn ends(&self, at: f64) -> [f64; 2] {
         [-0.5, 0.5].map(|side| at + side * self.length)
     }
@@ -186,7 +186,8 @@ pub struct Web {
     pub rim_diameter: f64,
 }
 
-/// Basic rack of the gears in their normal section, in normal modules (ISO 53). Its dedendum is the addendum of the tool.
+/// Basic rack of the gears in their normal section, in normal modules (ISO 53). The dedendum of the rack is the
+/// addendum of the tool.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BasicRack {
     /// Addendum `h_a` \[1\].

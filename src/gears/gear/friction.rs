@@ -11,10 +11,10 @@
 //! ```
 //!
 //! (`friction` and `friction_lever` of the structure). Its power is `−μ F Σ p |v|`: friction
-//! dissipates. For helical gears F is the force along the line of action in the transverse section, where
-//! the flanks slide. Friction is proportional to the force along their normal, so σ is ± 1/cos β_b there. On the
-//! coast flanks pairs stand at the mirror images of these positions, −s, where the
-//! pinion slides in the opposite direction: Λ₀ has the opposite sign, Λ₁ the same.
+//! dissipates. For helical gears F is the force along the line of action in the transverse section, where the flanks
+//! slide. Friction is proportional to the force along the normal of the flanks, so σ is ± 1/cos β_b. On the coast
+//! flanks pairs are at the mirror images of these positions, −s. The pinion slides there in the opposite direction: Λ₀
+//! has the opposite sign, Λ₁ the same sign.
 
 /// Effect of friction per unit of coefficient and mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct FrictionDirection {
     /// Net direction Λ₀ on the drive flanks, in \[−1, 1\]; +1 if the pinion slides along
     /// +t, as it does before the pitch point.
     pub direction: f64,
-    /// Its first moment Λ₁ about the pitch point \[m\], ≤ 0.
+    /// First moment Λ₁ of the direction about the pitch point \[m\], ≤ 0.
     pub lever: f64,
 }
 

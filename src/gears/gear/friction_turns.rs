@@ -5,8 +5,8 @@ use super::even_sharing::SAME_END;
 use crate::model::Division;
 
 impl EvenSharing {
-    /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps, and gives each part its
-    /// mean. This is exact for the direction of spur pairs, and for the moment of friction over each stretch.
+    /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps, and gives each part its mean
+    /// friction. The mean is exact for the direction of spur pairs, and for the moment of friction over each stretch.
     pub fn cut(&self, mesh: &[Division]) -> Vec<Division> {
         let stretches = self.direction_breaks(SAME_END);
         let starts = || std::iter::once(&0.0).chain(&stretches);

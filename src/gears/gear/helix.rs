@@ -1,9 +1,9 @@
 //! Helical gears: their transverse section, which equals that of a spur pair, and the lines of contact
 //! across it.
 //!
-//! z runs along the axes, and the pinion's rotation is positive about it. The section of a right-handed pinion
-//! at z is turned by `z tan β/r` in that sense from the one at mid-face. At each position on the face
-//! the mesh is that of the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
+//! z runs along the axes, and the pinion's rotation is positive about z. The section of a right-handed pinion at z is
+//! turned by `z tan β/r` in this sense from the section at mid-face. At each position on the face the mesh is that of
+//! the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
 
 use super::{BasicRack, GearPair, ToothForm};
 
@@ -40,8 +40,8 @@ impl GearPair {
 
     /// The spur pair whose flanks are those of the transverse section.
     ///
-    /// Its rack has the same depths. The corner of the rack's tip is an ellipse in this section. It is replaced by the
-    /// arc that ends on the flank at the same point and touches the same bottom, so involutes begin
+    /// The rack of the spur pair has the same depths. In this section the corner of the rack's tip is an ellipse. An
+    /// arc replaces it that ends on the flank at the same point and touches the same bottom. Involutes therefore begin
     /// at the same point.
     pub(super) fn transverse_section(&self) -> Self {
         if self.helix_angle == 0.0 {
@@ -83,12 +83,11 @@ impl GearPair {
 /// Unit vector of the force of the wheel on the pinion's drive flanks: its component along the line of
 /// action n in the transverse section, and that along z, about which the pinion turns forward.
 ///
-/// `(−cos β_b, sin β_b)`: normal to the lines of contact in the plane of action. A right-handed pinion
-/// (β > 0) that drives is pushed along +z, the wheel along −z. On the coast flanks the pinion is
-/// pushed along −z by the same force. The mesh force is F < 0 there and refers to the transverse line of
-/// action on either flank, so the axial force on the pinion is `F tan β_b` on both. That is
-/// `F_t tan β` with the tangential force `F_t = F cos α_t` at the reference cylinder, as
-/// `tan β_b = tan β cos α_t`.
+/// `(−cos β_b, sin β_b)`: normal to the lines of contact in the plane of action. A right-handed pinion (β > 0) that
+/// drives is pushed along +z, the wheel along −z. On the coast flanks the same force pushes the pinion along −z. The
+/// mesh force F refers to the transverse line of action, and F < 0 on the coast flanks. The axial force on the pinion
+/// is therefore `F tan β_b` on both flanks. This is `F_t tan β` with the tangential force `F_t = F cos α_t` at the
+/// reference cylinder, because `tan β_b = tan β cos α_t`.
 pub fn mesh_force_direction(pair: &GearPair) -> [f64; 2] {
     let (sin, cos) = pair.base_helix_angle().sin_cos();
     [-cos, sin]

@@ -80,7 +80,7 @@ pub enum InternalError {
     Involute {
         /// Tip radius of the ring \[m\].
         tip: f64,
-        /// The smallest possible one \[m\].
+        /// Smallest possible tip radius \[m\].
         least: f64,
     },
     /// Tips of both gears meet outside the path of contact.
@@ -294,12 +294,12 @@ mod tests {
         assert!((grown - 1.0).abs() < 0.01, "{grown}");
     }
 
-    /// At the reference distance a tooth of 20° is half a pitch thick: its middle is half a cycle behind its flank,
-    /// less the rotation of the line of action meanwhile.
+    /// At the reference distance a tooth of 20° is half a pitch thick. The phase of its middle follows from half its
+    /// thickness and the length of the path before the pitch point.
     #[test]
     fn the_tooth_stands_on_the_line_of_centres() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
-        // The path starts at the ring's tip: its length to the pitch point, and a quarter of the pitch.
+        // From the start of the path, at the ring's tip, to the pitch point, and a quarter of the pitch.
         let (base, tip) = (0.5 * 0.455 * 20f64.to_radians().cos(), 0.5 * 0.455 - 5e-3);
         let approach = base * 20f64.to_radians().tan() - f64::sqrt(tip * tip - base * base);
         let pitch = PI * 5e-3 * 20f64.to_radians().cos();
@@ -307,8 +307,8 @@ mod tests {
         assert!((own.symmetry().unwrap() - expected).abs() < 1e-12);
     }
 
-    /// Contact ratios printed for ring meshes: Peng Yue 2025 (37/91 teeth without profile shift), and ISO 6336 reports of
-    /// the NREL 5 MW gearbox, whose planets keep the clearance of the rack at the sun.
+    /// Published contact ratios of ring meshes: Peng Yue 2025 (37/91 teeth without profile shift), and ISO 6336 reports
+    /// of the NREL 5 MW gearbox, whose planets keep the clearance of the rack at the sun.
     #[test]
     fn contact_ratios_are_the_published_ones() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
@@ -339,7 +339,7 @@ mod tests {
         assert!(matches!(near.check(), Err(InternalError::TooNear { .. })));
         let jammed = pair([37, 91], 5e-3, [0.2, 0.0], 0.135);
         assert!(matches!(jammed.check(), Err(InternalError::Jammed { .. })));
-        // 60 and 64 teeth of 20°: the tips foul, as every handbook of internal gears warns.
+        // 60 and 64 teeth of 20°: the tips interfere, as every handbook of internal gears warns.
         let tips = pair([60, 64], 5e-3, [0.0; 2], 0.01);
         assert!(
             matches!(tips.check(), Err(InternalError::Tips { .. })),

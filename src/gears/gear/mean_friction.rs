@@ -5,13 +5,13 @@
 //! v_Σ = 2 v_t sin α_w,   ρ = r_w1 r_w2 sin α_w / a
 //! ```
 //!
-//! with the line load w = F/b \[N/mm\], the sum of both flanks' velocities across the contact at the
-//! pitch point v_Σ \[m/s\], and the relative radius of curvature there ρ \[mm\]. For helical flanks it is `ρ/cos β_b`
-//! across their lines of contact, which also carry F/b: `F/cos β_b` on `b/cos β_b`. η is the dynamic viscosity
-//! \[mPa s\] of the oil at its temperature, Ra the mean roughness of both flanks \[µm\] and X_L the factor of the
-//! type of oil (Schlenk, *Untersuchungen zur Freßtragfähigkeit von Großzahnrädern*, TU München 1995;
-//! ISO/TR 14179-2:2001). It is a fit to loaded gears in an FZG rig. As in the report, line loads below
-//! 150 N/mm are raised to that, and pitch line speeds above 50 m/s are reduced to that.
+//! from Schlenk (*Untersuchungen zur Freßtragfähigkeit von Großzahnrädern*, TU München 1995) and ISO/TR 14179-2:2001. w
+//! = F/b is the line load \[N/mm\]. At the pitch point, v_Σ is the sum of both flanks' velocities across the contact
+//! \[m/s\] and ρ the relative radius of curvature \[mm\]. The radius is `ρ/cos β_b` across the lines of contact of
+//! helical flanks, which also carry F/b: `F/cos β_b` on `b/cos β_b`. η is the dynamic viscosity \[mPa s\] of the oil at
+//! its temperature, Ra the mean roughness of both flanks \[µm\] and X_L the factor of the type of oil. The formula is a
+//! fit to loaded gears in an FZG rig. As in the report, lower line loads count as 150 N/mm, and higher pitch line
+//! speeds as 50 m/s.
 
 use super::{GearError, GearPair};
 

@@ -12,18 +12,18 @@
 //! the mesh phase but not on the load. If two pairs swap their order of contact their gaps are equal, so the
 //! force does not step.
 //!
-//! Slices do not support each other here, so each has separate springs. The gap of a slice is that of its middle:
-//! misaligned flanks close slice by slice, with an error of second order in the width of a slice.
+//! Slices are independent here, so each has separate springs. The gap of a slice is that of its middle: misaligned
+//! flanks close slice by slice, with an error of second order in the width of a slice.
 
 use super::mesh_table::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS, MeshTableError, breaks};
 use super::sharing::{Face, LoadSharing, MOST_PAIRS, PairSpring, pairs_at};
 use super::{FlankLaw, NODES, friction_direction};
 use crate::numerics::legendre::{evaluate, transforms8};
 
-/// Longest stretch, in mesh cycles.
+/// Largest length of a stretch, in mesh cycles.
 const LONGEST: f64 = 0.25;
 
-/// Largest error of the interpolated stiffness, relative to it, and of a gap, relative to [`GAP_SCALE`].
+/// Largest error of the interpolated stiffness, as a part of this stiffness, and of a gap, relative to [`GAP_SCALE`].
 const TOLERANCE: f64 = 1e-9;
 
 /// Reference for errors of a gap \[m\]: typical deflections of loaded teeth.
@@ -35,7 +35,7 @@ const TOGETHER: f64 = 1e-15;
 /// Largest number of stretches of a cycle.
 const MOST: usize = 1024;
 
-/// Shortest stretch, in mesh cycles.
+/// Smallest length of a stretch, in mesh cycles.
 const SHORTEST: f64 = 1e-9;
 
 /// The springs of a mesh over its cycle.
@@ -81,8 +81,8 @@ impl PhaseSprings {
         self.springs.iter().map(|spring| spring.pair)
     }
 
-    /// Whether pairs come into contact in the same order on each of `slices` slices. The order of pairs that do so
-    /// together does not count: it is a matter of rounding.
+    /// Whether pairs come into contact in the same order on each of `slices` slices. Pairs that come into contact
+    /// together may have any order, because it depends on rounding.
     fn same_order(&self, other: &Self, slices: usize) -> bool {
         let on_slice = self.springs.len() / slices;
         if self.springs.len() != other.springs.len() {
@@ -177,9 +177,9 @@ impl MeshSprings {
 
 /// Result of a fit to a stretch.
 enum FitResult {
-    /// Polynomials follow its springs.
+    /// The springs, as polynomials within the tolerance.
     Follows(Vec<Vec<SpringPiece>>),
-    /// It must be cut at this phase; error of the polynomials.
+    /// Phase at which the stretch must be cut, and the error of the polynomials.
     Cut(f64, f64),
 }
 
@@ -255,7 +255,7 @@ fn check_piece(
     if error > TOLERANCE {
         return Ok(FitResult::Cut(0.5 * (from + to), error));
     }
-    // The same number on every slice: the same pairs are within reach.
+    // Every slice has the same number of springs, because the same pairs are within reach.
     let on_slice = count / slices;
     debug_assert!(on_slice <= MOST_PAIRS);
     Ok(FitResult::Follows(
@@ -418,7 +418,7 @@ mod tests {
         }
     }
 
-    /// Crowned leads on slices: pairs with equal gaps come into contact together on each.
+    /// Crowned leads on slices: pairs with equal gaps come into contact together on each slice.
     #[test]
     fn crowned_leads_have_springs_of_their_own() {
         let mut pair = relieved().pair.clone();

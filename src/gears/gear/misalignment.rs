@@ -37,9 +37,9 @@ impl TiltCompliance {
         }
     }
 
-    /// The same with positions across the face reversed: an opening by a force at mid-face changes ends. A mirrored
-    /// coast flank is the image of the drive flank in reversed positions, with its misalignment. But bent shafts open
-    /// both flanks at the same end of the face.
+    /// The compliance with positions across the face reversed, which changes the sign of the tilt by a force at
+    /// mid-face. A mirrored coast flank is the image of the drive flank in reversed positions, with its misalignment.
+    /// But bent shafts open both flanks at the same end of the face.
     pub fn other_way_round(self) -> Self {
         Self {
             by_force: -self.by_force,
@@ -56,7 +56,7 @@ impl TiltCompliance {
 /// Settings of the fixed-point search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MisalignmentSearch {
-    /// First step's relaxation, in (0, 1\]; later ones are Aitken's.
+    /// Relaxation of the first step, in (0, 1\]; later steps follow Aitken.
     pub relaxation: f64,
     /// Largest `|ε₀ + θ − ε|` of a solution \[rad\].
     pub tolerance: f64,
@@ -74,14 +74,14 @@ impl Default for MisalignmentSearch {
     }
 }
 
-/// One evaluation.
+/// One evaluation of the load centroid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MisalignmentStep {
     /// Trial misalignment \[rad\].
     pub misalignment: f64,
     /// Load centroid there \[m\].
     pub centre: f64,
-    /// Misalignment of the structure under that load less the trial value \[rad\].
+    /// Misalignment of the structure under that load minus the trial value \[rad\].
     pub residual: f64,
 }
 
@@ -117,10 +117,9 @@ impl MisalignmentReport {
 /// * `centre`: load centroid at a misalignment \[m\], averaged over the mesh cycle, under the
 ///   same mean mesh force `force` \[N\].
 ///
-/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to
-/// (0, 1\], the range for a rising `ε − ε₀ − θ`. A step outside the bracket from the signs
-/// of the residuals is replaced by its middle, so that the search does not oscillate on
-/// very soft shafts.
+/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to (0, 1\], the range for a
+/// rising `ε − ε₀ − θ`. The signs of the residuals give a bracket. Its middle replaces a step outside the bracket, so
+/// that the search does not oscillate on very soft shafts.
 pub fn loaded_misalignment(
     unloaded: f64,
     force: f64,

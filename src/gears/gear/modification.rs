@@ -1,5 +1,5 @@
-//! Material that is missing from the involute flanks, along the profile and along the lead (ISO 21771, clause 9), by
-//! design or by errors of manufacture, normal to the flank.
+//! Material that is missing from the involute flanks, normal to the flank, by design or by errors of manufacture. It
+//! varies along the profile and along the lead (ISO 21771, clause 9).
 
 /// Relief of a flank, from 0 at its start to its maximum at the end of the flank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -40,9 +40,9 @@ impl Relief {
 /// Modification of a gear's whole flank in one direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Modification {
-    /// Crowning: missing at both ends, with the square of the distance from the middle \[m\].
+    /// Crowning: material missing at both ends, with the square of the distance from the middle \[m\].
     pub crowning: f64,
-    /// Slope: material missing at the tip in excess of the root, or at the face end of positive z in excess of that of
+    /// Slope: difference of the missing material between tip and root, or between the face ends of positive and
     /// negative z \[m\].
     pub slope: f64,
 }

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! are the relative radius of curvature across the line of contact and its length (spur gears: β_b = 0). On helical
-//! flanks the film is thinner than their distance along the line of action by `cos β_b`, and its force along that line
-//! is smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')` at the distance x. One pair of teeth counts.
+//! flanks the film is thinner than their distance x along the line of action by `cos β_b`. Its force along this line is
+//! smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')`. Only one pair of teeth has a film.
 
 use super::{GearError, GearPair};
 use crate::model::Film;
@@ -16,7 +16,7 @@ use crate::model::Film;
 pub struct OilFilm {
     /// Dynamic viscosity η of the oil at its temperature \[Pa s\].
     pub viscosity: f64,
-    /// Thickness at which it begins to act, and at which the flanks touch \[m\].
+    /// Thickness at which the film begins to act, and thickness at which the flanks touch \[m\].
     pub thickness: [f64; 2],
     /// Number of layers.
     pub layers: usize,
@@ -52,7 +52,7 @@ mod tests {
         layers: 5,
     };
 
-    /// By hand, from radii of curvature at the pitch point.
+    /// Compares with a calculation by hand from the radii of curvature at the pitch point.
     #[test]
     fn spur_flanks_are_cylinders_at_the_pitch_point() {
         let pair = fixtures::pair([20, 31], ToothForm::default());

@@ -1,9 +1,10 @@
 //! How much more does a tooth bend if its root has a crack?
 //!
-//! The crack starts at the critical section of ISO 6336-3, where the tangent of the fillet makes 30° with the centre line
-//! of the tooth. It runs across this section, of chord h, through the whole face b. A force F along the line of action
-//! with the angle α to the section crosses the centre line above it and bends it with the moment `F ℓ`,
-//! `ℓ = r_b − y cos α` (y: radius of the section). A crack of depth a = s h adds the rotation C F ℓ and the deflection C F ℓ²,
+//! The crack starts at the critical section of ISO 6336-3, where the tangent of the fillet makes 30° with the centre
+//! line of the tooth. The crack runs across this section, of chord h, through the whole face b. A force F along the
+//! line of action has the angle α to the section and crosses the centre line above it. The force bends the section with
+//! the moment `F ℓ`, `ℓ = r_b − y cos α` (y: radius of the section). A crack of depth a = s h adds the rotation C F ℓ
+//! and the deflection C F ℓ²,
 //!
 //! ```text
 //! C = 72π/(E' b h²) ∫₀ˢ x Y²(x) dx,    E' = E/(1 − ν²) in plane strain,
@@ -11,8 +12,8 @@
 //! ```
 //!
 //! from the energy release rate K²/E'. Y is the factor of an edge crack in pure bending (Brown & Srawley 1966, ASTM STP
-//! 410, within 0.2 % up to 0.6). Shear and compression of the section do not open the crack and are left out. A force on
-//! the other flank closes it.
+//! 410, within 0.2 % up to 0.6). Shear and compression of the section do not open the crack and are left out. A force
+//! on the other flank closes the crack.
 
 use super::tooth::Tooth;
 use super::{GearError, GearPair};
@@ -25,7 +26,7 @@ const DEEPEST: f64 = 0.6;
 /// Coefficients of Y.
 const FACTOR: [f64; 5] = [1.122, -1.40, 7.33, -13.08, 14.0];
 
-/// Halvings of the angle of the fillet's normal.
+/// Number of bisections of the angle of the fillet's normal.
 const HALVINGS: usize = 60;
 
 /// A tooth with a crack at its root, through the whole face.
@@ -133,8 +134,8 @@ mod tests {
         }
     }
 
-    /// Moments by components of the force about the middle of the section. The pair is symmetric about the pitch point
-    /// of equal gears.
+    /// Compares with the moments of the components of the force about the middle of the section. Equal gears are
+    /// symmetric about the pitch point.
     #[test]
     fn the_lever_is_that_of_the_force_about_the_section() {
         let pair = pair();

@@ -7,11 +7,11 @@
 //! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
 //! ```
 //!
-//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the
-//! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share
-//! a body, so the common part of its share of `C_jj` and of `C_ji` counts once. Conry &
-//! Seireg 1973 pose the problem of deformation compatibility. Slices do not support each other, as in any
-//! thin-slice model, unless the law of the pairs describes it ([`FaceCoupling`](super::FaceCoupling)).
+//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the bodies between two pairs
+//! `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share the gear bodies, so the part of their
+//! compliance common to `C_jj` and `C_ji` counts once. Conry & Seireg 1973 pose the problem of deformation
+//! compatibility. Slices are independent, as in any thin-slice model, unless the law of the pairs couples them
+//! ([`FaceCoupling`](super::FaceCoupling)).
 //!
 //! Within a slice the common part of the pairs' gaps is linear. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly for any number of slices:
@@ -48,8 +48,8 @@ pub struct SharedLoad {
     pub stiffness: f64,
     /// Centroid of the load across the face, from mid-face \[m\].
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1. On a helical face first the share of the pairs that entered last,
-    /// each at its position on the face, then that of those before them, and so on.
+    /// Share of each pair in the load; they sum to 1. On a helical face the first share is that of the pairs that
+    /// entered last, each at its position on the face. The next shares are those of the pairs that entered before.
     pub share: [f64; MOST_PAIRS],
     /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face lines off the path
     /// count if they carry load.
@@ -61,7 +61,7 @@ pub struct SharedLoad {
 pub(super) struct PairSpring {
     /// The pair that comes into contact.
     pub pair: usize,
-    /// Its additional stiffness of the mesh \[N/m\].
+    /// Stiffness that the pair adds to the mesh \[N/m\].
     pub stiffness: f64,
     /// Approach at which it comes into contact, at the middle of the slice \[m\].
     pub gap: f64,
@@ -75,7 +75,7 @@ pub(super) struct PairSpring {
 pub struct LoadSharing {
     face: Face,
     pairs: usize,
-    /// One per pair and slice.
+    /// One ramp per pair and slice.
     ramps: Vec<ContactRamp>,
     /// The slices of a helical face; empty for a spur face, whose slices are equal.
     spans: Vec<FaceSlice>,
@@ -88,13 +88,13 @@ pub struct LoadSharing {
     /// Excess of the line load of each pair over the least at which its contact is
     /// linearised \[N/m\]; for a linear contact, any positive value.
     above_least: [f64; MOST_PAIRS],
-    /// The same pairs with slices that support each other, if gaps vary along the face.
+    /// The same pairs with elastically coupled slices, if gaps vary along the face.
     coupled: Option<Coupled>,
 }
 
 impl LoadSharing {
-    /// The pairs in contact on a face. Its slices support each other if the law of the pairs
-    /// describes it ([`FlankLaw::face_coupling`](super::FlankLaw::face_coupling)).
+    /// The pairs in contact on a face. Its slices are coupled if the law of the pairs describes the coupling
+    /// ([`FlankLaw::face_coupling`](super::FlankLaw::face_coupling)).
     ///
     /// * `misalignment`: angle between the flanks in the plane of action ε \[rad\]; the gap
     ///   grows with z.
@@ -113,7 +113,7 @@ impl LoadSharing {
         })
     }
 
-    /// The same for slices that do not support each other.
+    /// As [`Self::new`], with independent slices.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -126,7 +126,7 @@ impl LoadSharing {
         Self::of_joining(pairs, face, misalignment, pairs.len())
     }
 
-    /// The first `joining` pairs that come into contact, on slices that do not support each other.
+    /// The first `joining` pairs that come into contact, on independent slices.
     fn of_joining(
         pairs: &[ContactPair],
         face: Face,
@@ -157,17 +157,16 @@ impl LoadSharing {
         self.distribute_with_lengths(force).0
     }
 
-    /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its
-    /// formula; zero counts as positive. The law is smooth while none of them changes its sign.
-    /// Their number depends on pairs and slices only. On a helical face there are none, as pairs come
-    /// into contact gradually.
+    /// Distribution of a force, and lengths \[m\] (line loads \[N/m\] last) whose signs select its formula; zero counts
+    /// as positive. The law is smooth while none of the lengths changes its sign. The number of lengths depends only on
+    /// pairs and slices. On a helical face there are none, because pairs come into contact gradually.
     pub fn distribute_with_margins(&self, force: f64) -> (SharedLoad, Vec<f64>) {
         let (load, margins, _) = self.distribute_from(force, &ContactRegion::default());
         (load, margins)
     }
 
-    /// The same, with the part of the face in contact. If slices support each other, its search starts from
-    /// `near`, the contact at another mesh phase, or from the whole face.
+    /// As [`Self::distribute_with_margins`], with the part of the face in contact. If slices are coupled, its search
+    /// starts from `near`, the contact at another mesh phase, or from the whole face.
     pub(in crate::gear) fn distribute_from(
         &self,
         force: f64,
@@ -227,7 +226,7 @@ impl LoadSharing {
         (shared, loaded.map(|slices| slices * slice))
     }
 
-    /// Load on slices that support each other, and the loaded length of each pair \[m\].
+    /// Load on coupled slices, and the loaded length of each pair \[m\].
     fn shared(
         &self,
         coupled: &Coupled,
@@ -246,7 +245,8 @@ impl LoadSharing {
         (shared, loaded.map(|part| part * self.face.width))
     }
 
-    /// As in [`SharedLoad`], for pairs that are loaded on these numbers of slices.
+    /// [`SharedLoad::contact_fraction`] at an approach; `loaded` is the number of slices on which each pair carries
+    /// load.
     fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
         if self.spans.is_empty() {
             let on_path = || (loaded.iter().zip(self.on_path)).filter(|(_, on_path)| *on_path);
@@ -309,9 +309,8 @@ impl LoadSharing {
 
     /// Approach of the gears under a force \[m\].
     ///
-    /// Finds the last knot that needs no more force, and solves the quadratic from there
-    /// on. Its terms are sums over the engaged ramps, not of changes since the first knot, so
-    /// nothing cancels.
+    /// Finds the last knot that needs no more force, and solves the quadratic from there on. The terms of the quadratic
+    /// are sums over the engaged ramps, not of changes since the first knot, so nothing cancels.
     fn approach(&self, force: f64) -> f64 {
         let engaged = |x: f64| -> f64 {
             let forces = self.ramps.iter().map(|r| r.total() * r.state_at(x).mean);

@@ -1,8 +1,8 @@
 //! Contact of a tip edge off the path of contact: before and after the contact of rigid gears.
 //!
-//! Loaded gears come closer than rigid ones. The tip edge of an entering tooth therefore meets its mate before
-//! it reaches the line of action; that of a leaving one stays in contact beyond it. With rigid
-//! rotation the gap between the two grows with the square of the distance from the path.
+//! Loaded gears come closer than rigid ones. The tip edge of an entering tooth therefore touches its mate before it
+//! reaches the line of action. The tip edge of a leaving tooth stays in contact beyond this line. With rigid rotation
+//! the gap between edge and mate grows with the square of the distance from the path.
 //!
 //! With the tip's gear at the origin, its mate at (a, 0) and the operating pressure angle α_w, consider a pair whose
 //! conjugate flanks would touch at u on the line of action. Its tip edge is at the roll angle t_a of the
@@ -153,7 +153,7 @@ mod tests {
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();
                 assert!(gap > 0.0);
-                // Both fall with the square of the distance; they differ by its cube.
+                // Both fall with the square of the distance behind the path; they differ by its cube.
                 assert!(
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"

@@ -59,7 +59,7 @@ pub struct Tooth {
 pub struct Undercut {
     /// Profile shift coefficient at which the tooth is cut, thinning included.
     pub shift: f64,
-    /// Least one without undercut.
+    /// Smallest coefficient without undercut.
     pub limit: f64,
 }
 
@@ -151,8 +151,8 @@ impl Tooth {
             radius: module * rack.tip_radius,
             range: [angle, FRAC_PI_2],
         };
-        // Depth of the end of the rack's straight flank below the rolling line; it touches the
-        // line of action a distance of depth / sin α before the pitch point.
+        // Depth of the end of the rack's straight flank below the rolling line. This end touches the line of action at
+        // a distance of depth / sin α before the pitch point.
         let straight = module * (rack.dedendum - rack.tip_radius * (1.0 - sin) - shift);
         let form_roll = (reference_radius * sin - straight / sin) / base_radius;
         let mut tooth = Self {
@@ -278,9 +278,9 @@ impl Tooth {
 
     /// Angle γ of the normal at which the fillet of an undercut tooth crosses the involute.
     ///
-    /// The fillet goes down with γ. At α it is outside the tooth, on the branch of the involute beyond the base
-    /// circle; at the base circle it is inside. Rounding hides a very small undercut, which then
-    /// ends on the base circle.
+    /// The height of the fillet decreases with γ. At α the fillet is outside the tooth, on the branch of the involute
+    /// beyond the base circle; at the base circle it is inside. Rounding hides a very small undercut, which then ends
+    /// on the base circle.
     fn crossing(&self) -> f64 {
         let outside = |normal: f64| {
             let point = self.fillet(normal);
@@ -301,8 +301,8 @@ impl Tooth {
         inverse_involute(base_half_angle(pair, index, teeth)).tan()
     }
 
-    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative for a ring. If not given, the
-    /// addendum is altered so that the tip keeps the rack's clearance; a ring's is never lengthened.
+    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\], negative for a ring. If the drawing does not state it,
+    /// the addendum is altered so that the tip keeps the rack's clearance. The addendum of a ring is never lengthened.
     ///
     /// # Errors
     ///

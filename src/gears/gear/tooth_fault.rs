@@ -17,8 +17,8 @@ use crate::model::{Division, FlankError};
 use crate::numerics::integers::least_multiple;
 use serde::Serialize;
 
-/// Approximate number of cycles from the passage of a pinion tooth's drive flank at the pitch point to that of its
-/// middle at the line of centres: half its thickness, which is nearly half a pitch.
+/// Approximate number of cycles after which the middle of a pinion tooth passes the line of centres, counted from the
+/// passage of its drive flank at the pitch point. This is half the tooth's thickness, which is nearly half a pitch.
 const HALF_TOOTH: f64 = 0.25;
 
 /// A tooth that differs from the others.
@@ -66,7 +66,7 @@ enum FlankOrder {
 }
 
 impl FaultyTeeth {
-    /// Mesh cycles after which all repeat.
+    /// Number of mesh cycles after which all faults repeat.
     pub fn base_cycles(&self) -> usize {
         let of_faults = self
             .faults
@@ -80,8 +80,8 @@ impl FaultyTeeth {
         self.cycles(sound, FlankOrder::Drive)
     }
 
-    /// The cycles of coast flanks, mirror images of the drive flanks about the phase at which tooth 0 of the pinion
-    /// is on the line of centres.
+    /// The cycles of coast flanks. They mirror the drive flanks about the phase at which tooth 0 of the pinion is on
+    /// the line of centres.
     pub fn on_coast(&self, sound: &[Division]) -> Vec<Vec<Division>> {
         let centred = self.pairs.pitch_phase + HALF_TOOTH;
         let twice = 2.0 * self.symmetry;
@@ -189,7 +189,8 @@ mod tests {
         assert_eq!((cycles.len(), &cycles[1]), (7, &sound));
     }
 
-    /// About 0.98, where tooth 0 of the pinion is in the middle, its coast flank mirrors its drive flank.
+    /// The coast flank of tooth 0 of the pinion mirrors its drive flank about 0.98, where the tooth is on the line of
+    /// centres.
     #[test]
     fn coast_flanks_mirror_the_tooth() {
         let drive = Division::levels(&[4.0, 3.0], &[0.6]);

@@ -1,9 +1,9 @@
 //! From nodes, beams, springs and discs to dense mass and stiffness matrices.
 //!
-//! Every node has the six freedoms of [`Freedom`]. A freedom is free, fixed to the ground,
-//! tied to a free one at a constant ratio (a gear train), or carried by the rigid body of
-//! another node. Only the free ones appear in the matrices: `T^T M T` and `T^T K T`, with the
-//! map T from free to all freedoms, are formed entry by entry.
+//! Every node has the six freedoms of [`Freedom`]. A freedom may be free or fixed to the ground. It may be tied to a
+//! free freedom at a constant ratio (a gear train), or carried by the rigid body of another node. Only free freedoms
+//! appear in the matrices: `T^T M T` and `T^T K T`, with the map T from free to all freedoms, are formed entry by
+//! entry.
 
 mod coupling;
 
@@ -270,7 +270,7 @@ impl Assembly {
         self.add_offset_node(body, [0.0, 0.0, offset])
     }
 
-    /// The same at a distance `offset` \[m\] in any direction.
+    /// As [`Self::add_carried_node`], at a distance `offset` \[m\] in any direction.
     ///
     /// # Errors
     /// As [`Self::add_carried_node`].

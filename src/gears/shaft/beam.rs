@@ -209,8 +209,8 @@ impl BeamElement {
         full
     }
 
-    /// Rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`: of the
-    /// deflection at an end, between it and the slope there, of a slope, between both slopes.
+    /// Rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`. The entries are those of the deflection at an
+    /// end, between this deflection and the slope at the same end, of a slope, and between both slopes.
     fn rotary(&self) -> [f64; 4] {
         let (l, phi) = (self.length, self.shear_parameter());
         [
@@ -224,7 +224,7 @@ impl BeamElement {
 
 /// Deflection and slope at either end of an element in the plane of x, with their signs.
 const IN_X: [(usize, f64); 4] = [(0, 1.0), (4, 1.0), (6, 1.0), (10, 1.0)];
-/// The same in the plane of y, where the slope is `−θx`.
+/// Deflection and slope at either end in the plane of y, where the slope is `−θx`.
 const IN_Y: [(usize, f64); 4] = [(1, 1.0), (3, -1.0), (7, 1.0), (9, -1.0)];
 
 /// Writes the 4 × 4 matrix of one bending plane (deflection and slope at either end) into

@@ -57,7 +57,7 @@ impl Disc {
         Ok(disc.with(Self::annulus(outer, web.rim_diameter, length, density)?))
     }
 
-    /// This body and another about the same centre.
+    /// Sum of this body and another one about the same centre.
     pub fn with(self, other: Self) -> Self {
         Self {
             mass: self.mass + other.mass,

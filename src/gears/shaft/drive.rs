@@ -83,7 +83,7 @@ pub struct Bearing {
     /// Rolling contacts in addition to these springs; only for trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingBearing>,
-    /// Its pedestal, if it stands neither on the ground nor on a housing.
+    /// Pedestal of the bearing, if the bearing stands neither on the ground nor on a housing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal: Option<Pedestal>,
 }
@@ -130,7 +130,7 @@ pub enum Motion {
     Translation,
     /// The rotation about its axis; mounts are rigid.
     Rotation,
-    /// All but the rotation, which is fixed where torques would act.
+    /// All motions except the rotation, which is fixed at the position where torques would act.
     Lateral,
     /// None.
     None,
@@ -151,7 +151,7 @@ impl Motion {
         }
     }
 
-    /// Whether any other motion is free.
+    /// Whether any motion besides the rotation is free.
     pub(super) fn may_deflect(self) -> bool {
         self.fixed_freedoms().len() < 5
     }
@@ -165,7 +165,7 @@ pub(super) struct Support {
     /// Node below the bearing; `None` for the ground.
     pub base: Option<usize>,
     pub stiffness: Bearing,
-    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without.
+    /// Stiffness of its rolling contacts at the mean load \[N/m, N, N m\]; zero without such contacts.
     pub contacts: Ring<Ring>,
 }
 
@@ -252,7 +252,7 @@ impl Shaft {
     fn check_held(&self, number: usize, motion: Motion) -> Result<(), ShaftError> {
         let supports =
             |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
-        // Two springs hold a line in a plane, or one and a tilt spring.
+        // In a plane two springs hold a shaft, or one spring and a tilt spring.
         let upright = motion == Motion::Translation || supports(|b| b.tilt) > 0;
         let is_supported = |count: usize| count == 2 || (count == 1 && upright);
         let needed = match motion {

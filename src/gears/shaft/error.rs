@@ -79,7 +79,7 @@ pub enum ShaftError {
     ElementsTouch {
         /// Number of rolling elements.
         count: u32,
-        /// Their diameter \[m\].
+        /// Diameter of the rolling elements \[m\].
         diameter: f64,
         /// Distance of the centres of neighbours \[m\].
         room: f64,
@@ -189,7 +189,7 @@ pub enum ShaftError {
         shaft: usize,
         /// Length of the hub \[m\].
         length: f64,
-        /// Longest that fits \[m\].
+        /// Largest length that fits \[m\].
         room: f64,
     },
     /// The stiffness matrix has a negative eigenvalue beyond round-off.

@@ -31,7 +31,7 @@ impl FlexibleDrive {
     ) -> Result<ModalStructure, ShaftError> {
         drive::check(&self.gears, &self.shafts, self.density, Motion::All)?;
         let mut structure = self.train()?.modes(modes, retained, mta)?;
-        // Torques count from the gear to the load, but a train counts along its shaft.
+        // Torques are positive from the gear to the load here, but along the shaft in a train.
         for wheel in structure.torques.iter_mut().skip(1) {
             for gain in &mut wheel.gain {
                 *gain = -*gain;

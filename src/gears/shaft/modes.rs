@@ -10,8 +10,8 @@
 //! (K + σ M) X = M Φ,   then   (XᵀMΦ) y = (ω² + σ)(XᵀMX) y,   φ ← X y
 //! ```
 //!
-//! It leaves the round-off of the largest *requested* ω² and that of the entries of K. The
-//! projected stiffness needs no product with K, which would cancel again.
+//! The step leaves the round-off of the largest *requested* ω² and that of the entries of K. The projected stiffness
+//! needs no product with K, which would cancel again.
 
 mod lanczos;
 mod pencil;
@@ -35,8 +35,8 @@ const ASYMMETRY_BOUND: f64 = 1e-10;
 /// Smallest number of freedoms for which only the lowest modes are computed.
 const LARGE: usize = 400;
 
-/// The band must be this many times narrower than the matrix, and the modes this many times fewer than freedoms,
-/// for that to be less work.
+/// The band must be this many times narrower than the matrix, and the modes this many times fewer than freedoms, for
+/// a banded solution to be less work.
 const NARROW: usize = 8;
 
 /// The lowest modes of a structure.
@@ -110,7 +110,7 @@ impl Modes {
         refined.finish(pencil, shift, requested, rigid)
     }
 
-    /// The same for banded matrices; `None` if a dense solution is needed.
+    /// As [`Self::lowest`], for banded matrices; `None` if a dense solution is needed.
     fn of_band(
         mass: &Mat<f64>,
         stiffness: &Mat<f64>,
@@ -185,7 +185,7 @@ impl Modes {
         Ok(self)
     }
 
-    /// One shape.
+    /// Shape of a mode.
     fn column(&self, mode: usize) -> Vec<f64> {
         self.shape.col(mode).iter().copied().collect()
     }
@@ -352,7 +352,7 @@ pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f
             }
             let shape = solution.shape.col(rigid + index);
             let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            // The first entry of those equal within round-off.
+            // The first of the largest entries, which are equal within round-off.
             shape
                 .iter()
                 .find(|v| v.abs() > (1.0 - 1e-6) * peak)

@@ -15,9 +15,9 @@ const SHAPE_NOISE: f64 = 1e-8;
 /// An entry of a matrix below this part of the largest is round-off of zero.
 const COUPLING_NOISE: f64 = 1e-13;
 
-/// The coupling of the modes of a solution, `None` if there is none, and the contribution of a rotating frame to
-/// their stiffness, empty without one. `to_structure_modes` converts a participation in the solution, one entry per mode,
-/// into that of the structure.
+/// The coupling of the modes of a solution, `None` if there is none. Also the contribution of a rotating frame to their
+/// stiffness, empty without such a frame. `to_structure_modes` converts a participation in the modes of the solution to
+/// the modes of the structure.
 pub(super) fn coupling(
     matrices: &AssembledMatrices,
     solution: &Modes,
@@ -37,7 +37,7 @@ pub(super) fn coupling(
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
     };
-    // Skew or symmetric in every bit.
+    // Makes the matrix exactly skew or exactly symmetric.
     let parted = |matrix: &Mat<f64>, sign: f64| {
         let projected = project(matrix);
         let part = |i: usize, j: usize| 0.5 * (projected[(i, j)] + sign * projected[(j, i)]);

@@ -1,10 +1,9 @@
 //! The rigid-body tiers: the drive of [`FlexibleDrive`](super::FlexibleDrive) with shafts that
 //! neither bend nor twist.
 //!
-//! Each shaft with its gear is one rigid body that moves as its gear's centre does. Gear body,
-//! shaft and end inertia keep their positions on it, and the bearings act at theirs. The
-//! matrices are those of the flexible drive, reduced to rigid motions of the shafts. A tier
-//! determines which of these motions are free.
+//! Each shaft with its gear is one rigid body, described by the motion of the gear's centre. Gear body, shaft, end
+//! inertia and bearings keep their positions on the shaft. The matrices are those of the flexible drive, reduced to
+//! rigid motions of the shafts. A tier determines which of these motions are free.
 
 use super::disc::Disc;
 use super::drive::{self, Motion, Pedestal, Shaft};
@@ -21,11 +20,11 @@ use strum::IntoStaticStr;
 pub enum Tier {
     /// The rotations of both bodies: 2 degrees of freedom. Mounts are rigid.
     Torsional,
-    /// And x and y of both: 6.
+    /// The rotations, x and y of both bodies: 6.
     Translational,
-    /// And axial displacement and tilts of both: 12.
+    /// All motions of both bodies: 12.
     Tilting,
-    /// And x and y of the four pedestals: 20.
+    /// All motions of both bodies, and x and y of the four pedestals: 20.
     Pedestal,
 }
 

@@ -94,7 +94,7 @@ pub struct RollingLaw {
 pub struct RollingLoad {
     /// Load on the bearing \[N, N m\].
     pub load: Ring,
-    /// Its derivative by the displacement, symmetric \[N/m, N, N m\].
+    /// Derivative of the load by the displacement, symmetric \[N/m, N, N m\].
     pub stiffness: Ring<Ring>,
     /// Number of elements that carry load.
     pub elements: u32,
@@ -252,7 +252,7 @@ impl RollingLaw {
     }
 
     /// Adds a contact with this approach and its gradient. If the gradient rotates, `across` is the direction across
-    /// it and the distance over which it rotates. Returns the force \[N\].
+    /// the gradient and the distance over which it rotates. Returns the force \[N\].
     fn press(
         &self,
         approach: f64,

@@ -50,7 +50,7 @@ pub struct TrainDrive {
     pub shafts: Vec<TrainShaft>,
     /// The gears of the first mesh, whose cycles are the unit of time.
     pub gears: [GearPlace; 2],
-    /// Their drawing, at the centre distance of their axes.
+    /// Drawing of these gears, at the centre distance of their axes.
     pub pair: GearPair,
     /// Further meshes.
     pub meshes: Vec<TrainMesh>,
@@ -79,8 +79,8 @@ pub struct TrainDrive {
     pub damping_overrides: Vec<(usize, f64)>,
     /// Whether shafts and gear bodies have gyroscopic moments.
     pub gyroscopic: bool,
-    /// Load, as a fraction of the rated one, at which rolling bearings have their stiffness; `None` without such
-    /// bearings.
+    /// Load at which the stiffness of rolling bearings is computed, as a fraction of the rated load; `None` without
+    /// such bearings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bearing_load: Option<f64>,
 }
@@ -96,11 +96,11 @@ pub struct TrainShaft {
     pub direction: [f64; 3],
     /// Its sections in a row; empty for a rigid body.
     pub sections: Vec<ShaftSection>,
-    /// Longest beam element \[m\] of sections that state none; `None`: the section's outer diameter.
+    /// Largest length of a beam element \[m\] in sections that state none; `None`: the section's outer diameter.
     pub element: Option<f64>,
     /// Its free motions.
     pub motion: Motion,
-    /// Rigid bodies on it, with their positions; one with polar inertia alone does not tilt with it.
+    /// Rigid bodies on the shaft, with their positions. A body with only polar inertia does not tilt with the shaft.
     pub discs: Vec<(f64, Disc)>,
     /// Gears on it.
     pub gears: Vec<TrainGear>,
@@ -108,7 +108,7 @@ pub struct TrainShaft {
     pub bearings: Vec<(f64, Bearing)>,
     /// Position at which torques and drag act on it.
     pub torque_at: f64,
-    /// Part of the motor's power that leaves the train here.
+    /// Part of the motor's power that leaves the train at this shaft.
     pub output: f64,
     /// Its brakes against the ground.
     pub drag: Drag,
@@ -123,7 +123,7 @@ pub struct ShaftSection {
     pub outer: f64,
     /// Inner diameter \[m\].
     pub inner: f64,
-    /// Longest beam element \[m\]; `None`: that of the shaft.
+    /// Largest length of a beam element \[m\]; `None`: that of the shaft.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<f64>,
 }
@@ -152,7 +152,7 @@ pub struct TrainGear {
     /// The part of its body that thickens the shaft; `None` for a loose gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hub: Option<Hub>,
-    /// Its bearing on its shaft; `None` if it is fixed to it.
+    /// Bearing of the gear on its shaft; `None` if the gear is fixed to the shaft.
     pub loose: Option<LooseGear>,
 }
 
@@ -181,7 +181,7 @@ pub struct ShaftCoupling {
     pub shafts: [usize; 2],
     /// Positions at which it is fixed to them \[m\].
     pub at: [f64; 2],
-    /// Stiffness across the axis, along it \[N/m\], against tilts and against twist \[N m/rad\].
+    /// Stiffness across the axis and along the axis \[N/m\], against tilts and against twist \[N m/rad\].
     pub stiffness: [f64; 4],
     /// Damper against twist \[N m s/rad\].
     pub damping: f64,
@@ -206,7 +206,7 @@ pub struct Hysteresis {
 pub struct Stage {
     /// Its force law; radians replace the metres of contacts.
     pub law: ContactLaw,
-    /// Its direction of action.
+    /// Direction in which the stage acts.
     #[serde(skip_serializing_if = "StageSide::is_both")]
     pub side: StageSide,
 }
@@ -219,7 +219,7 @@ pub enum StageSide {
     Both,
     /// If the first shaft is ahead of the second.
     Forward,
-    /// If it is behind.
+    /// If the first shaft is behind the second.
     Backward,
 }
 
@@ -260,7 +260,7 @@ pub struct Stop {
 }
 
 impl TrainDrive {
-    /// A gear.
+    /// The gear at a place.
     pub fn gear(&self, place: GearPlace) -> &TrainGear {
         &self.shafts[place.shaft].gears[place.gear]
     }
@@ -331,7 +331,8 @@ impl TrainDrive {
         self.free_of_contacts(&self.connected()).len()
     }
 
-    /// Number of these that are damped by drag, against the ground or between a loose gear and its shaft.
+    /// Number of rotations without contact deflection that drag damps, against the ground or between a loose gear and
+    /// its shaft.
     ///
     /// # Errors
     /// [`TrainError`].

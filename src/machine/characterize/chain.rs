@@ -184,7 +184,7 @@ mod tests {
                     changes += usize::from(at / PAGE != chain.place() / PAGE);
                 }
                 assert_eq!(chain.place(), first, "{lines} {walk:?}");
-                // To another page only at the end of one, or every time.
+                // The walk goes to another page at the end of each page, or with every load.
                 let pages = lines.div_ceil(PAGE);
                 let wanted = match walk {
                     _ if ring <= PAGE => 0,

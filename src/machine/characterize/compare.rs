@@ -17,25 +17,25 @@ pub struct Pair {
     pub b: f64,
     /// b over a.
     pub ratio: f64,
-    /// Part of the value within which they should agree; absent if neither run states a spread.
+    /// Part of the value within which both runs should agree; absent if neither run states a spread.
     pub spread: Option<f64>,
-    /// Whether they do.
+    /// Whether both values agree within the spread; absent if there is none.
     pub agrees: Option<bool>,
 }
 
 /// Two runs, figure by figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Figures of both.
+    /// Figures that both runs have.
     pub pairs: Vec<Pair>,
-    /// Figures of the first only.
+    /// Number of figures that only the first run has.
     pub only_a: usize,
-    /// Figures of the second only.
+    /// Number of figures that only the second run has.
     pub only_b: usize,
 }
 
 impl Comparison {
-    /// Number of figures that agree, and of those that can be judged.
+    /// Number of figures that agree, and number of figures that can be judged.
     pub fn agreeing(&self) -> (usize, usize) {
         let judgements = self.pairs.iter().filter_map(|pair| pair.agrees);
         (
@@ -85,7 +85,7 @@ pub fn compare(a: &Characteristics, b: &Characteristics) -> Comparison {
 }
 
 fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
-    // Each run states a spread of its values; the wider one has seen more disturbances.
+    // Each run states a spread of its values; the wider one contains more disturbances.
     let spread = [a.spread, b.spread].into_iter().flatten().reduce(f64::max);
     let ratio = b.value / a.value;
     Pair {
@@ -113,7 +113,7 @@ pub struct MachineRate {
     pub rate: f64,
     /// Gain over one thread, measured alternately, divided by the number of threads.
     pub efficiency: f64,
-    /// Number of threads beyond which the gain grows by less than two per cent.
+    /// Smallest number of threads whose gain is within two per cent of the best.
     pub worthwhile: u64,
     /// Whether the machine was quiet while it was measured.
     pub quiet: bool,

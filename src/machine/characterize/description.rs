@@ -155,7 +155,7 @@ fn answering_hypervisor() -> Option<String> {
     }
 }
 
-/// Other processors do not report it.
+/// Other processors do not report a hypervisor.
 #[cfg(not(target_arch = "x86_64"))]
 fn answering_hypervisor() -> Option<String> {
     None

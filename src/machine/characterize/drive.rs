@@ -1,5 +1,5 @@
-//! The drive for timing kernels: the default one, from the manifest `flex80` at
-//! the build of the program, with any number of its modes.
+//! The drive for timing kernels: the default drive, from the manifest `flex80` at the time of the build, with any
+//! number of its modes.
 
 use super::error::MeasurementError;
 use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};
@@ -79,12 +79,12 @@ impl DefaultDrive {
         })
     }
 
-    /// Its structure with some of its modes.
+    /// Structure of the default drive with its lowest `modes` modes.
     pub fn structure(&self, modes: usize) -> Result<ModalStructure, MeasurementError> {
         Ok(self.shafts.modes(modes, modes, false)?)
     }
 
-    /// Its system at an operating point.
+    /// System of the default drive at an operating point.
     pub fn model(
         &self,
         structure: &ModalStructure,

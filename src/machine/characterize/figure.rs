@@ -3,7 +3,7 @@
 use crate::numerics::statistics::student;
 use crate::store::Figure;
 
-/// Conversion of a repetition's time.
+/// How the time of a repetition becomes the value of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// Work divided by the time.

@@ -1,4 +1,4 @@
-//! Latency: the time of a load that the next one depends on, over the size of the buffer.
+//! Latency: the time of a load on which the next load depends, over the size of the buffer.
 
 use super::chain::Chain;
 use super::error::MeasurementError;

@@ -7,13 +7,13 @@ use super::team::TeamResults;
 pub struct Measured {
     /// Times of a unit of work, for every figure of the item \[s\].
     pub times: Vec<Vec<f64>>,
-    /// Rate over that of one thread, for every team but the first.
+    /// Rate divided by that of one thread, for every team except the first.
     pub gains: Vec<Vec<f64>>,
-    /// Bytes of one table, if it has tables.
+    /// Bytes of one table; 0 without tables.
     pub bytes: usize,
     /// Work of a mesh cycle, if kernels integrate.
     pub work: Work,
-    /// Why threads could not be bound, if so.
+    /// Why threads could not be bound; `None` if they were.
     pub unbound: Option<String>,
 }
 

@@ -12,7 +12,7 @@ pub fn near(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     Ok(buffer)
 }
 
-/// The same on huge pages.
+/// As [`near`], on huge pages.
 pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     let mut buffer = untouched(lines)?;
     let refused = |source| MeasurementError::HugePages { source };
@@ -21,7 +21,7 @@ pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, MeasurementErro
     Ok(buffer)
 }
 
-/// Untouched pages.
+/// A buffer of untouched pages.
 pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     Buffer::new(lines).map_err(|source| MeasurementError::Memory {
         bytes: lines * LINE,
@@ -29,8 +29,8 @@ pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     })
 }
 
-/// The same on a node: touched first by a thread that is bound to a core of the node. If the node has no
-/// core, the memory of the touching thread is bound to the node.
+/// A buffer on a node, touched first by a thread that is bound to a core of the node. If the node has no core, the
+/// memory of the touching thread is bound to the node.
 pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, MeasurementError> {
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();

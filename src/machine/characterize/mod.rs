@@ -51,7 +51,7 @@ use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
-/// Measures a machine; the result is `None` if `called_off` was raised meanwhile.
+/// Measures a machine; the result is `None` if `called_off` was set meanwhile.
 ///
 /// # Errors
 /// The drive for timing kernels cannot be assembled.
@@ -126,7 +126,7 @@ fn limits(
     settings: &Settings,
     description: &crate::store::Description,
 ) -> Limits {
-    /// Assumed if the system reports nothing.
+    /// Memory \[bytes\] that counts as free if the system reports none.
     const USUAL: u64 = 1 << 30;
     let free = (description.memory_available.into_iter())
         .chain(description.memory_limit)

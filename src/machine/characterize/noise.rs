@@ -1,8 +1,7 @@
 //! Who else used the machine while it was measured?
 //!
-//! The system's accounts (`/proc/stat`, ticks of usable processors) less those of this process,
-//! the time that the hypervisor gave to others, the load average, and the scatter of
-//! the repetitions of a measurement.
+//! The evidence is the ticks of usable processors (`/proc/stat`) minus those of this process, the time that the
+//! hypervisor gave to others, the load average, and the scatter of the repetitions of a measurement.
 
 use crate::store::Noise;
 use std::fs;
@@ -10,7 +9,7 @@ use std::fs;
 /// Largest part of the processors that other programs may use before the machine counts as shared.
 const MOST_OTHERS: f64 = 0.02;
 
-/// Largest part that the hypervisor may take.
+/// Largest part of the processors that the hypervisor may take.
 const MOST_STOLEN: f64 = 0.01;
 
 /// Largest relative distance of the median repetition from the best.

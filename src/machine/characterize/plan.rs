@@ -25,7 +25,7 @@ pub struct Limits {
     pub huge_pages: bool,
 }
 
-/// The measurements in this order, and those that are impossible.
+/// The measurements in the order of execution, and those that are impossible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The items.
@@ -35,7 +35,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The requested parts of it; all if none is named.
+    /// The requested parts of the plan; all if none is named.
     pub fn only(self, parts: &[Part]) -> (Vec<Item>, Vec<String>) {
         let is_requested = |part: &Part| parts.is_empty() || parts.contains(part);
         let items = self

@@ -10,13 +10,13 @@ use crate::store::{Figure, Measurement};
 pub struct Sample {
     /// Times of a unit of work, by figure and round \[s\].
     pub figures: Vec<Vec<Vec<f64>>>,
-    /// Gain of every team but the first over one thread, in all rounds.
+    /// Gain of every team except the first over one thread, in all rounds.
     pub gains: Vec<Vec<f64>>,
-    /// Bytes of one table, if it has tables.
+    /// Bytes of one table; 0 without tables.
     pub bytes: usize,
     /// Work of a mesh cycle, if kernels integrate.
     pub work: Work,
-    /// Why threads could not be bound, if so.
+    /// Why threads could not be bound; `None` if they were.
     pub unbound: Option<String>,
     /// Why the measurement ended.
     pub error: Option<MeasurementError>,
@@ -45,7 +45,7 @@ impl Sample {
         self.unbound = self.unbound.take().or(measured.unbound);
     }
 
-    /// One of its figures; `None` if there was no time for it.
+    /// A figure of the item; `None` if there was no time for it.
     pub fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
     }
@@ -56,7 +56,7 @@ impl Sample {
         gains.map_or(1.0, |gains| median(&mut gains.clone()))
     }
 
-    /// One of its figures with its key; `None` if there was no time for it.
+    /// A figure of the item with its key; `None` if there was no time for it.
     pub fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
         let figure = self.figure(index, kind)?;
         Some(Measurement { key, figure })

@@ -1,5 +1,5 @@
-//! Solver scaling: teams that integrate the default drive near resonance, each thread at its
-//! operating points, with one copy of the tables for all, one per node or one per thread.
+//! Solver scaling: teams integrate the default drive near resonance, each thread at its operating points. There is one
+//! copy of the tables for all threads, one per node or one per thread.
 //!
 //! Every member advances the same trajectories over the same cycles in every repetition, so all
 //! have the same work and must end in the same bits.
@@ -140,7 +140,7 @@ fn copies(
     let copy = |reader: HardwareThread| {
         std::thread::scope(|scope| {
             let maker = scope.spawn(|| {
-                // If it cannot be bound, the system chooses the place of the memory.
+                // If the thread cannot be bound, the system chooses the place of the memory.
                 _ = topology.bind_current_thread(&[reader.index]);
                 built.to_vec()
             });
@@ -203,7 +203,8 @@ fn advance<K: Kernel>(
     Ok(measured)
 }
 
-/// The first of `count` teams before each of the others; only the first if there is no other.
+/// Order of the measurements: the first of `count` teams before each of the others, or only the first if it is the only
+/// team.
 fn in_turn(count: usize) -> Vec<usize> {
     match count {
         0 | 1 => (0..count).collect(),
@@ -219,7 +220,7 @@ struct Trajectories<'s, K: Kernel> {
     /// One per operating point, as kernels keep prepared data in them.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
-    /// The operating point at which it begins, different for every member.
+    /// The operating point at which the member begins, different for every member.
     first: usize,
     stopped: Option<Stop>,
 }
@@ -253,7 +254,7 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         }
     }
 
-    /// Its final state, in bits.
+    /// Final states of the trajectories, in bits.
     fn end(self) -> Result<Vec<u64>, Stop> {
         let bits = |state: &TrajectoryState| -> Vec<u64> {
             let numbers = state.state.iter().map(|x| x.to_bits());

@@ -103,14 +103,14 @@ pub fn nodes(
     Ok(results.checked("reading from node to node")?.into())
 }
 
-/// Times per operation of multiply-adds in registers, over those of the whole team.
+/// Times per multiply-add in registers, over the operations of the whole team.
 pub fn arithmetic(
     topology: &Topology,
     team: &[HardwareThread],
     set: Set,
     pace: RepetitionTime,
 ) -> Result<Measured, MeasurementError> {
-    /// Takes less than a millisecond.
+    /// Number of iterations, which take less than a millisecond.
     const ROUNDS: usize = 100_000;
     let iterate = |(right, operations): &mut (bool, u64), _| {
         let (value, done) = vectors::multiply_add(set, ROUNDS);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// A hardware thread that a member of a team is bound to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HardwareThread {
-    /// The system's number of it.
+    /// The system's number of the thread.
     pub index: u32,
     /// The system's number of its NUMA node.
     pub node: u32,
@@ -21,11 +21,11 @@ pub struct HardwareThread {
 /// Duration of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RepetitionTime {
-    /// Repeat until this time has passed,
+    /// Time after which repetitions end.
     pub slice: Duration,
-    /// but at least this often,
+    /// Smallest number of repetitions.
     pub least: usize,
-    /// and at most this often.
+    /// Largest number of repetitions.
     pub most: usize,
 }
 
@@ -36,7 +36,7 @@ pub struct TeamResults<R> {
     pub times: Vec<Vec<f64>>,
     /// Result of each member.
     pub results: Vec<R>,
-    /// Why members could not be bound, if so.
+    /// Why members could not be bound; `None` if they were.
     pub unbound: Option<String>,
 }
 

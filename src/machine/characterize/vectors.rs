@@ -204,7 +204,7 @@ loops!(
     |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c)
 );
 
-/// The same loops by the compiler; without stores that bypass the caches.
+/// Loops that the compiler translates, without stores that bypass the caches.
 #[cfg(not(target_arch = "x86_64"))]
 mod baseline {
     use super::super::buffer::{LANES, Line};

@@ -2,12 +2,12 @@
 
 use crate::model::{ActiveSet, Model, Segment};
 
-/// Compressed open contacts that open when their force vanishes.
+/// Compressed open contacts, among those that open when their force vanishes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Compressed {
     /// Contacts whose force vanished and that are not yet free.
     pub unladen: ActiveSet,
-    /// Layers of films that have become thinner.
+    /// Layers of films that have been passed: the film is thinner than the layer.
     pub passed: ActiveSet,
 }
 

@@ -5,7 +5,7 @@
 pub(super) struct Margin {
     /// Margin \[m\], for a force \[N\].
     pub value: f64,
-    /// Its rate \[m/s\], \[N/s\].
+    /// Rate of the margin \[m/s\], for a force \[N/s\].
     pub rate: f64,
 }
 

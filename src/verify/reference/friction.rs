@@ -1,7 +1,7 @@
 //! When does dry friction stick and slip?
 //!
-//! When the speed of sliding vanishes, the force that would hold the structure decides: it sticks, or slips back at
-//! once.
+//! When the speed of sliding vanishes, the force that would hold the structure decides: the contact sticks, or slips
+//! back at once.
 
 use super::crossing::Margin;
 use super::end_conditions::{EndCondition, SlidingDirection};

@@ -12,7 +12,7 @@ use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
 
-/// Most changes of contact state in one mesh cycle before the integration stops.
+/// Largest number of changes of contact state allowed in a mesh cycle.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
 /// A change of a contact.
@@ -48,8 +48,8 @@ pub struct Moment<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// Its weight \[s\]: a weight of Gauss's rule, which integrates smooth functions of the state over time to order
-    /// 16; 0 at the start and the end of a smooth piece.
+    /// Weight of the moment \[s\] in Gauss's rule, 0 at the start and the end of a smooth piece. The rule integrates
+    /// smooth functions of the state over time to order 16.
     pub weight: f64,
     /// The segment of every contact.
     pub segments: &'a [Segment],
@@ -64,7 +64,7 @@ pub struct Moment<'a> {
 pub struct Reference<'m> {
     pub(super) model: &'m Model,
     rule: GaussRule,
-    /// Longest step \[s\].
+    /// Largest length of a step \[s\].
     pub(super) step: f64,
 }
 
@@ -180,7 +180,7 @@ impl Integration<'_> {
             if contact.release.of_stop() || contact.release.of_friction() {
                 continue;
             }
-            // A vanishing force also jumps with the stiffness.
+            // Contacts that open at zero force are always checked: their force jumps with the stiffness.
             if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
             }
@@ -347,7 +347,7 @@ impl Integration<'_> {
             *unladen = unladen.toggled(contact);
         }
         if was_unladen && watched == EndCondition::Deflection {
-            // It is free now; no force changes.
+            // The contact is free now; no force changes.
             return Ok(Some(reached));
         }
         let segment = self.segments[contact];
@@ -425,7 +425,7 @@ impl Integration<'_> {
                 let compressed = closed || self.compressed.unladen.holds(contact);
                 let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
                 if own.release == Release::Slip || self.leaving.holds(contact) {
-                    // Right after a slip it is a double root, which round-off must not split.
+                    // Right after a slip the margin has a double root, which round-off must not split.
                     margin.value += round_off(model, contact, state);
                 }
                 margin

@@ -11,8 +11,8 @@
 //! Speed is not a goal. The step and the rule are fixed, and [`Reference::refined`] halves the step to show that the
 //! result does not change.
 //!
-//! [`Extended`] computes the same to some 30 digits by Taylor series in numbers of two doubles, and shares no method
-//! with [`Reference`].
+//! [`Extended`] computes the trajectory to about 30 digits by Taylor series in numbers of two doubles, and shares no
+//! method with [`Reference`].
 
 mod compressed;
 mod crossing;

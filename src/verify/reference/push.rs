@@ -3,11 +3,11 @@
 use super::crossing::Margin;
 use crate::model::{MeshGain, Model, Segment};
 
-/// Round-off of a difference of positions, relative to these.
+/// Round-off of a difference of positions, relative to the positions.
 const AT_LIMIT: f64 = 1e-14;
 
-/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] of a contact on a segment (of an open one, as if it were closed),
-/// and its rate \[N/s\], in a state with time derivative `slope`.
+/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] of a contact on a segment and its rate \[N/s\], in a state with
+/// time derivative `slope`. An open contact counts as closed.
 pub(super) fn push(
     model: &Model,
     contact: usize,

@@ -1,14 +1,14 @@
 //! How do rigid stops change a state, and with what force do they hold it?
 //!
-//! Impacts are followed one by one until the duration of the remaining impacts is so short that its third power is
-//! below round-off. Then the velocity is set to zero, and the state rests.
+//! Impacts are computed one by one until the duration of the remaining impacts is so short that its third power is
+//! below round-off. Then the velocity is set to zero, and the structure rests on the stop.
 
 use super::crossing::Margin;
 use super::integrator::Integration;
 use super::push::round_off;
 use crate::model::{ActiveSet, Stop};
 
-/// Duration of the omitted impacts, in units of the fastest rate: if the force hardly changes, and otherwise.
+/// Duration of the omitted impacts, times the fastest rate: if the force hardly changes, and otherwise.
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
 /// Relative change of a force that hardly changes.

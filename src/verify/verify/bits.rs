@@ -9,7 +9,7 @@ use crate::analysis::{MultistabilityConfig, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
 use crate::numerics::random::PointSeed;
 
-/// Integration in one piece and in two.
+/// Compares the bits of an integration in one part with those of an integration in two parts.
 pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
@@ -57,7 +57,7 @@ fn on_threads<T: Send>(
     pool.install(work)
 }
 
-/// Probes of attractors and a mesh table on one thread and on three.
+/// Compares probes of attractors and a mesh table on one thread with those on three.
 pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;

@@ -18,7 +18,7 @@ use crate::propagate::{
 use num_complex::Complex64;
 use std::sync::atomic::AtomicBool;
 
-/// Most events in a mesh cycle.
+/// Largest number of events allowed in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
 
 /// A kernel by name.
@@ -27,7 +27,7 @@ pub struct Candidate {
     pub name: String,
     /// Whether it follows stiffness that varies within a segment.
     follows_variation: bool,
-    /// Allowed round-off, in units of the structured kernel's.
+    /// Allowed round-off, relative to that of the structured kernel.
     pub round_off: f64,
     /// Divisor for the number of cycles in long tests.
     pub one_of: u64,
@@ -82,14 +82,14 @@ impl Candidate {
     /// The kernel of a model.
     ///
     /// # Errors
-    /// Its tables cannot be built.
+    /// The tables of the kernel cannot be built.
     pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, CheckError> {
         (self.prepare)(model)
     }
 }
 
-/// The kernels that are exact between events: closed modes, and the structured one for every instruction set of this
-/// machine with code. The last one supports every drive.
+/// The kernels that are exact between events: closed modes, and the structured kernel for every instruction set that
+/// the machine and the code support. The last kernel supports every drive.
 pub fn kernels() -> Vec<Candidate> {
     let volterra = |set: InstructionSet| {
         Candidate::new(format!("volterra {}", set.name()), move |model| {

@@ -11,8 +11,8 @@ use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
 use std::f64::consts::PI;
 
-/// In constant contact a mesh cycle is one affine map: the kernel's multipliers compared with the eigenvalues of a
-/// product of matrix exponentials.
+/// Compares the kernel's multipliers with the eigenvalues of a product of matrix exponentials: in constant contact a
+/// mesh cycle is one affine map.
 pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     let mut exact = Vec::new();
@@ -59,7 +59,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// # Errors
 /// [`CheckError::Missing`] if an eigenvalue does not converge.
 pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError> {
-    /// So large that the constant part disappears in round-off.
+    /// Size of a state at which the constant part of the derivative disappears in round-off.
     const LARGE: f64 = 1e6;
     /// Steps of the Schur iteration per row.
     const STEPS: usize = 1000;
@@ -158,7 +158,7 @@ impl ShakenMass {
         Ok(Model::new(&structure, &drive, point)?)
     }
 
-    /// Whether the forced vibration, started on it, reaches a stop within two cycles.
+    /// Whether a motion that starts as the forced vibration reaches a stop within two cycles.
     fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, CheckError> {
         let model = self.model(amplitude)?;
         let [stiff, loss] = self.impedance();
@@ -200,9 +200,9 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// A mass that falls onto an undamped spring and bounces forever. With the acceleration a from the load and
-/// `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` on the
-/// spring and `2 v / a` in the air, alternately.
+/// A mass that falls onto an undamped spring and bounces forever. The load gives the acceleration a, and `ω² = k Σ w²`.
+/// Over the half gap b the mass reaches the speed `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` in
+/// contact with the spring and `2 v / a` in free flight, alternately.
 pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);

@@ -1,5 +1,5 @@
 //! The drives on which kernels are tested, from one degree of freedom to forty modes; all of them rattle. The largest
-//! is the default drive, from the manifest `flex80` at the time of the build.
+//! drive is the default drive, from the manifest `flex80` at the time of the build.
 
 use super::CheckError;
 use super::candidate::Propagator;
@@ -19,7 +19,7 @@ const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
 /// Steps per mesh cycle for the transient into rattle.
 const STEPS: u32 = 2000;
 
-/// Mesh cycles after which it rattles.
+/// Number of mesh cycles after which a drive rattles.
 const TRANSIENT: u64 = 40;
 
 /// A drive at an operating point.
@@ -36,7 +36,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Its piecewise-linear system.
+    /// The piecewise-linear system of the case.
     ///
     /// # Errors
     /// A value is out of its range.
@@ -176,7 +176,7 @@ const STRONG_RATTLE: OperatingPoint = OperatingPoint {
     speed: 1200.0,
 };
 
-/// Only the relative rotation, rigid.
+/// A drive with one degree of freedom: the relative rotation of rigid bodies.
 fn one_degree() -> Case {
     Case {
         name: "1 degree of freedom".to_owned(),
@@ -249,7 +249,7 @@ fn job() -> Result<Job, CheckError> {
 /// Shafts, bearings and gears of the default drive.
 ///
 /// # Errors
-/// Its manifest is not as expected.
+/// The built-in manifest is not as expected.
 pub fn shafts() -> Result<FlexibleDrive, CheckError> {
     let job = job()?;
     match job.points.first().map(|point| point.model.source) {

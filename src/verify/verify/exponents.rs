@@ -17,7 +17,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     for part in [0..n, n..2 * n] {
         let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in part {
-            // The neutral pair's displacement affects nothing else: no difference, and no scale.
+            // Skip equal entries: the displacement of the neutral pair affects nothing else, so the scale may be 0.
             if a[i] != b[i] {
                 worst = worse(worst, (a[i] - b[i]).abs() / scale);
             }
@@ -157,8 +157,8 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// An exponent above this, per mesh cycle, counts as chaos in the check of twins.
 const CHAOTIC: f64 = 0.1;
 
-/// The largest exponent from tangents and from a twin, in chaos; in other motion neither of them aligns within so few
-/// cycles.
+/// Compares the largest exponent from tangents with that from a twin, in chaos. In other motion neither tangents nor
+/// twin align within this number of cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     // The number of cycles of a twin.

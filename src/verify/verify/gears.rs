@@ -10,7 +10,7 @@ use crate::gear::{
 };
 use crate::store::{Origin, TableStore};
 
-/// The steel pair of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
+/// A steel pair with results of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
 fn published_pair() -> Result<Flanks, CheckError> {
     Ok(Flanks::new(&GearPair {
         teeth: [62, 62],
@@ -39,9 +39,10 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Mean stiffness of that pair without shared bodies, from the other program (its rule of thumb, ε b E/18, gives
-/// 4.0966e8 N/m). It uses cantilevers on a fitted foundation, which count a part of the root twice and are 5 % softer
-/// than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the root angle.
+/// Mean stiffness of the published pair without shared bodies, from the other program (its rule of thumb, ε b E/18,
+/// gives 4.0966e8 N/m). The program uses cantilevers on a fitted foundation, which count a part of the root twice and
+/// are 5 % softer than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the
+/// root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const PLACES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;

@@ -9,7 +9,7 @@ use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
-/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one before.
+/// A trajectory known to all digits, cycle by cycle. Each cycle starts from the rounded end of the previous one.
 struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,
@@ -80,7 +80,7 @@ impl ExactTrajectory {
         Ok(worst)
     }
 
-    /// The same for the reference integrator, states only.
+    /// Largest error of the states of the reference integrator \[half gaps\].
     fn departure_of_reference(&self, cycles: usize) -> Result<f64, CheckError> {
         let reference = Reference::new(&self.model);
         let mut worst = 0.0f64;
@@ -97,7 +97,7 @@ const EXTENDED: &str = "integrator of 30 digits";
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
-/// Trajectories under one heading.
+/// Exact trajectories, grouped under headings.
 fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();
@@ -150,7 +150,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             format!("{}: times of {events} events", kernel.name),
             EXTENDED,
             all.time,
-            // The slower the crossing of a surface, the less its time is defined; among many events some are slow.
+            // The slower the crossing of a surface, the larger the error of its time; among many events some are slow.
             subjects.extent.pick(1e-13, 1e-12),
             "cycles",
         ));

@@ -1,4 +1,4 @@
-//! The validation ladder: is this build right on this machine?
+//! The checks of the verification: is this build right on this machine?
 //!
 //! Each check compares a part of the program with something that shares no code with it: a closed form, a published
 //! value, another integrator, itself on other threads. Its lines contain the compared quantities, their difference, and
@@ -31,7 +31,7 @@ pub use trouble::CheckError;
 
 use std::time::Instant;
 
-/// One check: some lines of the ladder.
+/// A check, which gives some lines of the report.
 #[derive(Debug, Clone, Copy)]
 pub struct Check {
     /// Its name.
@@ -41,7 +41,7 @@ pub struct Check {
     run: fn(&Subjects) -> Result<Vec<Line>, CheckError>,
 }
 
-/// All checks, in the order of the ladder.
+/// All checks, in the order of the report.
 pub const CHECKS: &[Check] = &[
     check("multipliers", Group::ClosedForms, closed_forms::multipliers),
     check("grazing", Group::ClosedForms, closed_forms::grazing),

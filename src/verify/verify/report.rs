@@ -160,7 +160,7 @@ impl Serialize for Line {
     }
 }
 
-/// Parts of the ladder. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
+/// Groups of checks. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
 /// nothing about arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -184,7 +184,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// Its heading.
+    /// Heading of the group.
     pub fn heading(self) -> &'static str {
         match self {
             Self::ClosedForms => "Exactness: closed forms",
@@ -206,9 +206,9 @@ pub struct Finding {
     pub check: &'static str,
     /// Group of its lines.
     pub group: Group,
-    /// Its duration \[s\].
+    /// Duration of the check \[s\].
     pub seconds: f64,
-    /// Its lines.
+    /// Lines of the check.
     pub lines: Vec<Line>,
 }
 

@@ -9,8 +9,8 @@ use crate::model::{InitialState, Model, TrajectoryState};
 use crate::propagate::Stepping;
 use crate::reference::Reference;
 
-/// Neighbouring step counts of each rung. A single error depends on where the events fall between two kicks, a
-/// geometric mean over neighbours does not.
+/// Number of neighbouring step counts whose errors are averaged. A single error depends on the positions of the
+/// events between two steps; a geometric mean over neighbours does not.
 const NEIGHBOURS: u32 = 8;
 
 /// Slope of the error against the step, by least squares on logarithms.

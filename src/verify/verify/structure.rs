@@ -1,5 +1,5 @@
-//! Beam elements, discs, bearings and ties compared with published natural frequencies, within half a unit of the last
-//! digit printed, and the default drive compared with another assembly.
+//! Compares beam elements, discs, bearings and ties with published natural frequencies, within half a unit of the last
+//! printed digit. Compares the default drive with another assembly.
 
 use super::report::worse;
 use super::{CheckError, Line, Subjects, drives};

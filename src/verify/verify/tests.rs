@@ -1,4 +1,4 @@
-//! Does the ladder detect a wrong kernel? It must detect an error of 10⁻⁹ in one coefficient.
+//! Do the checks detect a wrong kernel? They must detect an error of 10⁻⁹ in one coefficient.
 
 use super::candidate::Candidate;
 use super::*;
@@ -7,7 +7,7 @@ use crate::propagate::{
     ClosedModes, Counters, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra,
 };
 
-/// Checks that every kernel must pass and that are quick enough for a test.
+/// Names of the checks that every kernel must pass and that are quick enough for a test.
 const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
 
 /// The structured kernel of a deliberately changed model.

@@ -68,7 +68,7 @@ pub enum CheckError {
     /// A prerequisite of the check is missing.
     #[error("{what} is missing")]
     Missing {
-        /// Its description.
+        /// Description of the prerequisite.
         what: &'static str,
     },
 }

@@ -1,14 +1,12 @@
 //! A whole gear as one elastic body: teeth on a ring.
 //!
-//! Every tooth is a [`Plate`] whose foot stands on a [`Ring`]. The displacements U of all
-//! feet follow from their tractions q by the ring, `U = R q`. The tractions follow from the
-//! displacements by the teeth, `q = g − S U`. Here g are the forces of loads on the flanks on
-//! clamped feet: `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth without load stiffens the ring like any
-//! other. The feet repeat round the gear, so H is a sum of waves.
+//! Every tooth is a [`Plate`] whose foot stands on a [`Ring`]. The ring relates the displacements U of all feet to
+//! their tractions q, `U = R q`. The teeth relate the tractions to the displacements, `q = g − S U`. Here g is the
+//! force that a load on the flank exerts on a clamped foot. Hence `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth without load
+//! stiffens the ring like any other. The feet repeat round the gear, so H is a sum of waves.
 //!
-//! A force f moves its reference point by `P f` with the foot clamped, and by the work of g at U
-//! through the foot. Between teeth this matrix is symmetric, and positive definite for all
-//! of them.
+//! A force f displaces its reference point by `P f` if the foot is clamped. The displacement U of the foot adds the
+//! work of g at U. The compliance matrix of several teeth is symmetric, and that of all teeth is positive definite.
 
 use super::plate::{Plate, Resolution};
 use super::ring::{Ring, quarter_turns, waves};
@@ -27,9 +25,9 @@ const RESOLUTION: Resolution = Resolution {
     harmonics: 100.0,
 };
 
-/// Terms of the series in the roll angle. Those of the compliances fall to a thousandth of the
-/// first within eleven. Later terms do not fall: they are the error of the plate's polynomials,
-/// waves as fast as the highest of them. Without them a mesh table needs fewer pieces.
+/// Number of terms of the series in the roll angle. The coefficients of the compliances fall to a thousandth of the
+/// first within eleven terms. Later coefficients do not fall: they come from the error of the plate's polynomials.
+/// Without them a mesh table needs fewer pieces.
 const TERMS: usize = 12;
 
 /// Largest number of terms of a series.
@@ -43,9 +41,8 @@ const NODES: usize = 48;
 /// as thicker ones.
 pub(in crate::gear) const LEAST_BODY_RATIO: f64 = 1.06;
 
-/// The elastic bodies of both gears, solved at the first use: checks of a drawing's geometry do not
-/// need them. They follow from the drawing, so bodies of equal drawings are equal. `None`
-/// for a gear whose numbers are not finite.
+/// The elastic bodies of both gears. They are solved at the first use, because checks of a drawing's geometry do not
+/// need them. Equal drawings have equal bodies. `None` for a gear whose numbers are not finite.
 #[derive(Debug, Clone, Default)]
 pub(in crate::gear) struct GearBodies(pub(super) OnceLock<[Option<GearBody>; 2]>);
 
@@ -61,19 +58,19 @@ impl PartialEq for GearBodies {
 pub(in crate::gear) struct GearBody {
     /// Roll angles that the series cover.
     range: [f64; 2],
-    /// Legendre series of the tooth with its foot clamped.
+    /// Legendre series of the compliance of the tooth with its foot clamped.
     tooth: Vec<f64>,
-    /// Legendre series of the body below it.
+    /// Legendre series of the compliance of the body below the tooth.
     foundation: Vec<f64>,
-    /// Displacement of the tooth 1, 2 … further on by a load, in the sense of growing x of the loaded tooth:
-    /// coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
+    /// Displacements of the teeth 1, 2 … further on by a load, positive towards growing x of the loaded tooth.
+    /// Coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
     neighbours: Vec<Vec<f64>>,
 }
 
 impl GearBody {
-    /// The gear of a tooth, loaded between two roll angles; `ratio` is root over bore radius.
-    /// Couplings reach as far as the tooth `neighbours` away. `plane_stress` is the material in
-    /// plane stress. `None` if the numbers are not finite.
+    /// Solves a gear whose tooth is loaded between two roll angles; `ratio` is the root radius divided by the bore
+    /// radius. Couplings include the teeth up to `neighbours` ahead. `plane_stress` is the material in plane stress.
+    /// `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -150,19 +147,19 @@ impl GearBody {
         (2.0 * roll - low - high) / (high - low)
     }
 
-    /// The tooth above its foot, loaded at a roll angle.
+    /// Compliance of the tooth above its foot, loaded at a roll angle.
     pub fn tooth(&self, roll: f64) -> f64 {
         legendre::evaluate(&self.tooth, self.place(roll))
     }
 
-    /// The body below it.
+    /// Compliance of the body below the tooth, loaded at a roll angle.
     pub fn foundation(&self, roll: f64) -> f64 {
         legendre::evaluate(&self.foundation, self.place(roll))
     }
 
-    /// Displacement of the tooth `teeth_ahead` ≥ 1 further on by a load at one roll angle, in the sense of
-    /// growing x of the loaded tooth, at another roll angle, and the other way round. `None` beyond
-    /// the known neighbours.
+    /// Displacement of the tooth `teeth_ahead` ≥ 1 further on, at the roll angle `roll_ahead`, by a load at the roll
+    /// angle `roll`. It is positive towards growing x of the loaded tooth. Exchanging load and displacement gives the
+    /// same value. `None` beyond the known neighbours.
     pub fn coupling(&self, roll: f64, teeth_ahead: usize, roll_ahead: f64) -> Option<f64> {
         let products = self.neighbours.get(teeth_ahead.checked_sub(1)?)?;
         let terms = self.tooth.len();
@@ -178,7 +175,7 @@ impl GearBody {
     }
 }
 
-/// Work of forces at the displacements of other forces.
+/// Work of forces at the displacements that other forces cause.
 fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
     (forces.iter().zip(compliance))
         .map(|(force, row)| force * row.iter().zip(others).map(|(c, o)| c * o).sum::<f64>())
@@ -225,7 +222,7 @@ pub(super) fn feet(
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
     for (order, compliance) in waves.iter().enumerate() {
         let joined = joined(compliance, &stiffness)?;
-        // The wave in the opposite direction is its mirror image.
+        // The wave in the opposite direction is the mirror image of this one, so both are added together.
         let alone = order == 0 || 2 * order == teeth as usize;
         let weight = if alone { 1.0 } else { 2.0 } / f64::from(teeth);
         for (distance, sum) in sums.iter_mut().enumerate() {

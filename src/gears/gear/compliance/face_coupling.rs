@@ -1,4 +1,4 @@
-//! How do the slices of a face support each other? Displacements of the teeth and bodies of a pair under loads that
+//! How are the slices of a face coupled elastically? Displacements of the teeth and bodies of a pair under loads that
 //! vary along the face, in waves.
 //!
 //! A line load `Σ q_n φ_n(t)` on one pair, t = z/b + ½ the place on a face of width b,
@@ -7,9 +7,9 @@
 //! φ_0 = 1,   φ_n = √2 cos(n π t)
 //! ```
 //!
-//! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]).
-//! The even load gives the displacements of the plane gears and none of the other waves. A face loaded evenly is
-//! therefore one of independent slices.
+//! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]). An even
+//! load displaces the pairs like plane gears and causes none of the other waves. Under an even load the slices are
+//! therefore independent.
 
 use super::solid::{SolidGear, waves};
 use crate::gear::{Flanks, MOST_PAIRS, Material, PathOfContact, Tooth};
@@ -18,10 +18,10 @@ use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 use std::sync::OnceLock;
 
-/// Positions on the path of contact at which the pair is solved.
+/// Number of positions on the path of contact at which the pair is solved.
 const NODES: usize = 9;
 
-/// Terms of the series through them; the omitted terms are below 1e-4 of the first.
+/// Number of terms of the series through these positions; the omitted terms are below 1e-4 of the first.
 const TERMS: usize = 7;
 
 /// Compliance of a pair of gears to loads that vary along the face, solved at the first use.
@@ -37,18 +37,18 @@ pub struct FaceCoupling {
     solved: OnceLock<Option<Solved>>,
 }
 
-/// It follows from the drawing of the flanks that contain it.
+/// All values are equal, because the coupling follows from the drawing, which [`Flanks`] compares.
 impl PartialEq for FaceCoupling {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-/// Series along the path of contact of every compliance, by rows and columns of waves from the first on.
+/// Compliances as series along the path of contact; rows and columns are the waves from the first on.
 #[derive(Debug, Clone)]
 struct Solved {
     own: PositionSeries,
-    /// Between pairs 1, 2 … base pitches apart, by the position of the one behind.
+    /// Compliances between pairs 1, 2 … base pitches apart, as functions of the position of the pair behind.
     ahead: Vec<PositionSeries>,
 }
 
@@ -89,8 +89,8 @@ impl FaceCoupling {
         Some(self.solved()?.own.at(s))
     }
 
-    /// Displacements at position s, by rows, under waves of load on the pair `ahead` base pitches further. By columns
-    /// the same the other way round \[m²/N\].
+    /// Displacements of the pair at position s, by rows, under waves of load on the pair `ahead` base pitches
+    /// further, by columns \[m²/N\]. The transpose exchanges the pairs.
     pub fn coupling(&self, s: f64, ahead: usize) -> Option<Mat<f64>> {
         Some(self.solved()?.ahead.get(ahead.checked_sub(1)?)?.at(s))
     }
@@ -120,7 +120,8 @@ impl FaceCoupling {
             let place = |x: &f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
             rule.nodes.iter().map(place).collect()
         };
-        // First the positions of the pair itself, then those of every pair with another ahead, and of that other.
+        // First the positions of a pair alone. Then, for each distance, those of a pair with another ahead, and those
+        // of the other.
         let ranges: Vec<[f64; 2]> = (0..MOST_PAIRS)
             .map(|ahead| [start, (end - ahead as f64 * base_pitch).max(start)])
             .collect();

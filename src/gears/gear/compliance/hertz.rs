@@ -24,8 +24,8 @@ pub(super) fn half_width(materials: &[Material; 2], radius: f64, line_load: f64)
 }
 
 /// Approach of the contact to points at given depths below either surface under a line load
-/// \[m\]: `w 2/π Σ (1 − ν²)/E (ln(2 h/a) − ν/(2 (1 − ν)))` with the half width a (Weber &
-/// Banaschek 1953; Johnson 1985, eq. 5.58). It grows a little less than the load.
+/// \[m\]: `w 2/π Σ (1 − ν²)/E (ln(2 h/a) − ν/(2 (1 − ν)))` with the half width a (Weber & Banaschek 1953; Johnson 1985,
+/// eq. 5.58). The approach grows a little less than in proportion to the load.
 pub(super) fn approach(
     materials: &[Material; 2],
     radius: f64,
@@ -63,7 +63,7 @@ mod tests {
     fn one_material_gives_the_usual_formula() {
         let usual = PI * 206e9 / (4.0 * (1.0 - 0.09));
         assert!((linear(&[STEEL; 2]) * usual - 1.0).abs() < 1e-15);
-        // With a rigid mate half is left.
+        // A rigid mate halves the compliance.
         let rigid = Material {
             young_modulus: 1e30,
             ..STEEL
@@ -71,7 +71,7 @@ mod tests {
         assert!((linear(&[STEEL, rigid]) * usual - 0.5).abs() < 1e-12);
     }
 
-    /// The approach is the strain along the axis below the contact, summed: stresses under an
+    /// The approach is the integral of the strain along the axis below the contact. The stresses are those under an
     /// elliptical pressure in plane strain (Johnson 1985, eq. 4.46).
     #[test]
     fn the_approach_is_the_strain_below_the_contact() {

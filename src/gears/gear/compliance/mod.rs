@@ -1,11 +1,11 @@
 //! How compliant is a pair of teeth under load, at any point of the path of contact?
 //!
 //! A gear is a plane elastic body: its teeth are plates on a ring that is clamped at its bore. One
-//! solution ([`GearBody`]) gives the compliance of tooth, body and neighbouring teeth. The deflection
-//! is that along the line of action where it crosses the tooth's centre line. Between there and the
-//! contact the flanks flatten like a half space (Weber & Banaschek 1953).
-//! Compliances are per unit face width: metres of approach along the line of action for a line
-//! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
+//! solution ([`GearBody`]) gives the compliance of tooth, body and neighbouring teeth. The deflection is taken along
+//! the line of action, at its intersection with the tooth's centre line. Between this point and the contact the flanks
+//! flatten like a half space (Weber & Banaschek 1953).
+//! Compliances are per unit face width: metres of approach along the line of action for a line load of 1 N/m. A spring
+//! of width L has the stiffness `L / compliance`.
 
 mod body;
 mod face_coupling;
@@ -22,10 +22,10 @@ pub use face_coupling::FaceCoupling;
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
 ///
-/// Pairs in contact at the same time share the gear bodies, and the load of one moves the other
-/// ([`Flanks::body_coupling`]). Of two pairs with forces F₁ and F₂ the first yields by
-/// `(tooth + hertz + foundation₁) F₁ + coupling F₂`. That is a spring of compliance
-/// [`Self::uncoupled`] per pair, and one of the coupling's compliance that carries `F₁ + F₂`.
+/// Pairs in contact at the same time share the gear bodies, and the load of one displaces the other
+/// ([`Flanks::body_coupling`]). If two pairs carry F₁ and F₂, the first deflects by
+/// `(tooth + hertz + foundation₁) F₁ + coupling F₂`. This equals a spring of compliance [`Self::uncoupled`] per pair,
+/// and one of the coupling's compliance that carries `F₁ + F₂`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairCompliance {
     /// Each tooth above its root circle, with its foot clamped.
@@ -42,8 +42,8 @@ impl PairCompliance {
         self.tooth[0] + self.tooth[1] + self.hertz
     }
 
-    /// The compliance that the pair does not share with another in contact, from their
-    /// [`Flanks::body_coupling`] \[m²/N\].
+    /// Compliance that the pair does not share with a second pair in contact \[m²/N\]; `coupling` is the
+    /// [`Flanks::body_coupling`] of both pairs.
     pub fn uncoupled(&self, coupling: [f64; 2]) -> f64 {
         self.total() - coupling[0] - coupling[1]
     }
@@ -100,16 +100,16 @@ impl Flanks {
         )
     }
 
-    /// The tooth of a gear (0 = pinion) above its root circle with its foot clamped, loaded at position s,
-    /// per unit width \[m²/N\].
+    /// Compliance of the tooth of a gear (0 = pinion) above its root circle, loaded at position s with its foot
+    /// clamped, per unit width \[m²/N\].
     pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
         let roll = self.roll(s)[gear];
         (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
     }
 
-    /// How much the bodies of pinion and wheel yield at the pair at position s under a unit line load
-    /// on the pair `pairs_ahead` base pitches further along the path, and the other way round, per unit
-    /// width \[m²/N\]. `None` if the two are not in contact at the same time.
+    /// Displacements of the bodies of pinion and wheel at the pair at position s, per unit width \[m²/N\]. A unit line
+    /// load acts on the pair `pairs_ahead` base pitches further along the path. Exchanging the pairs gives the same
+    /// values. `None` if both are not in contact at the same time.
     pub fn body_coupling(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let path = self.path();
         let further = s + pairs_ahead as f64 * path.base_pitch;
@@ -121,13 +121,13 @@ impl Flanks {
         self.coupled(s, pairs_ahead)
     }
 
-    /// The same for pairs within reach, whose tips touch off the path.
+    /// As [`Self::body_coupling`], also for pairs within reach whose tip edges touch off the path.
     pub(super) fn coupled(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let further = s + pairs_ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
         let [pinion, wheel] = self.gear_bodies();
-        // Forces push against growing x. Teeth further along the path are ahead in the sense of
-        // rotation: with the force on the wheel, against that on the pinion.
+        // Forces act against growing x. Teeth further along the path are ahead in the sense of rotation. On the wheel
+        // this is the direction of the force, on the pinion the opposite one.
         Some([
             pinion.as_ref().map_or(Some(f64::NAN), |body| {
                 body.coupling(near[0], pairs_ahead, far[0])

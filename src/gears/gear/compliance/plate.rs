@@ -23,7 +23,7 @@ use faer::Mat;
 pub(super) struct Resolution {
     /// Degree of the plate's polynomials across the tooth.
     pub degree_across: usize,
-    /// The same along it.
+    /// Degree of the plate's polynomials along the tooth.
     pub degree_along: usize,
     /// Polynomials of the traction on the foot in either direction, even and at most 24.
     pub foot_modes: usize,
@@ -43,10 +43,10 @@ pub(super) struct Plate {
     /// Work of a unit force on the flank at displacements of the foot, by load: the
     /// forces on the body below the foot.
     pub forces: Vec<Vec<f64>>,
-    /// Displacement along the force where its line crosses the centre line, by unit displacements of
-    /// the foot. These are also the forces on the foot of a unit force there.
+    /// Displacements along the force by unit displacements of the foot, at the point where the line of force crosses
+    /// the centre line. They equal the forces on the foot of a unit force at this point.
     pub places: Vec<Vec<f64>>,
-    /// The same displacement by the force on the flank, with the foot clamped.
+    /// Displacement at the same point by a unit force on the flank, with the foot clamped.
     pub clamped: Vec<f64>,
 }
 
@@ -73,8 +73,8 @@ impl Force {
 }
 
 impl Plate {
-    /// The plate of a tooth of that Poisson's ratio (in plane stress), loaded at the roll angles of
-    /// its involute. `None` if the numbers are not finite.
+    /// The plate of a tooth with a Poisson's ratio (of plane stress), loaded at the roll angles of its involute.
+    /// `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         poisson_ratio: f64,
@@ -103,10 +103,10 @@ impl Plate {
 
     /// Adds the part that is odd or even about the centre line.
     ///
-    /// With K the stiffness, B the work of the foot's modes at the displacements a, f a load and
-    /// U the displacements of the foot, `K a = f − Bᵀ q` and `B a = U`. K alone lets the
-    /// plate float: `A = (K + Bᵀ B)⁻¹` does not, and with `C = B A Bᵀ`
-    /// `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹ U`.
+    /// K is the stiffness, B the work of the foot's modes at the displacements a, f a load and U the displacements of
+    /// the foot: `K a = f − Bᵀ q` and `B a = U`. K is singular, because the plate can float, but `A = (K + Bᵀ B)⁻¹`
+    /// exists. With `C = B A Bᵀ` the solution is `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹
+    /// U`.
     fn add(
         &mut self,
         part: &Part,
@@ -123,7 +123,7 @@ impl Plate {
         let lower = linalg::cholesky(&stiffness)?;
         let columns = modes.len();
         let count = forces.len();
-        // L⁻¹ of Bᵀ, of the loads and of the points where their displacement is taken.
+        // L⁻¹ times Bᵀ, the loads, and the points whose displacement is computed.
         let mut solved = Mat::zeros(part.freedoms(), columns + 2 * count);
         for column in 0..columns {
             for row in 0..part.freedoms() {
@@ -178,7 +178,7 @@ impl Plate {
 pub(super) struct Basis {
     across: usize,
     along: usize,
-    /// Middle and half of the heights.
+    /// Middle and half length of the range of heights.
     height: [f64; 2],
     /// Half thickness of the taper in the middle, and its increase from there to the tip.
     taper: [f64; 2],
@@ -200,7 +200,7 @@ impl Values {
         self.across[i][0] * self.along[j][0]
     }
 
-    /// Its derivatives by x and y.
+    /// Derivatives of a product by x and y.
     pub fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
         let ([value, slope], [high, rise]) = (self.across[i], self.along[j]);
         let [by_x, by_y, up] = self.slopes;
@@ -300,9 +300,9 @@ impl Part<'_> {
             .collect()
     }
 
-    /// The same at a height of the centre line. At a depth below the foot the displacement is extrapolated
-    /// by its change up to the same height above the foot. Polynomials diverge fast below the foot, and
-    /// their slope there is less accurate than their values.
+    /// As [`Self::work`], at a height on the centre line. Below the foot the displacement is extrapolated by its
+    /// change up to the same height above the foot. Polynomials diverge fast below the foot, and their slope there is
+    /// less accurate than their values.
     pub fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
         let depth = 1.0 - height;
         if self.basis.sense * depth <= 0.0 {
@@ -354,7 +354,7 @@ impl Part<'_> {
         })
     }
 
-    /// Integrals of the foot's modes with the displacements on it.
+    /// Integrals over the foot of products of its modes and the displacements.
     fn foot(&self, tooth: &Tooth, modes: &[usize], resolution: &Resolution) -> Mat<f64> {
         let half_angle = tooth.root_half_angle;
         let rule = GaussLegendre::new(resolution.degree_across + resolution.foot_modes + 4);
@@ -380,8 +380,8 @@ impl Part<'_> {
     }
 }
 
-/// Nodes and weights of half the plate, with double weight: of fillet and involute in the parameter of
-/// the curve, and across in the angle about the gear's axis.
+/// Nodes and weights on half the plate, with double weight. Along the tooth the variable is the parameter of fillet
+/// or involute, across the tooth the angle about the gear's axis.
 pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius.abs();
     let across = GaussLegendre::new(resolution.degree_across + 1);

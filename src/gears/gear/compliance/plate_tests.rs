@@ -47,8 +47,8 @@ fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| a * b).sum()
 }
 
-/// A foot that moves rigidly carries the tooth with it, without stress, and the forces on it are
-/// those of the flank: the force itself, and base radius times it about the gear's axis.
+/// A foot that moves rigidly carries the tooth with it, without stress. The forces on the foot balance the force on the
+/// flank and its moment about the gear's axis (base radius times force).
 #[test]
 fn rigid_motions_are_free_and_forces_in_equilibrium() {
     for gear in [usual(20), usual(120)] {
@@ -77,8 +77,8 @@ fn rigid_motions_are_free_and_forces_in_equilibrium() {
     }
 }
 
-/// Bending, shear (by 1.2 over the section) and compression of the same tooth as a cantilever
-/// (Yang & Lin 1987; Tian 2004), times Young's modulus: slices of equal parameter.
+/// Compliance of a tooth as a cantilever, times Young's modulus, from slices of equal parameter: bending, shear
+/// (factor 1.2 of the section) and compression (Yang & Lin 1987; Tian 2004).
 fn cantilever(gear: &Tooth, roll: f64, poisson_ratio: f64) -> f64 {
     let (sin, cos) = gear.force_angle(roll).sin_cos();
     let load = gear.flank(roll);
@@ -100,10 +100,9 @@ fn cantilever(gear: &Tooth, roll: f64, poisson_ratio: f64) -> f64 {
     sum
 }
 
-/// A slender tooth approaches the beam of the potential-energy method: a rack tooth with nearly
-/// parallel flanks, 2.2 to 5 modules high and 1.6 thick. It stays a little
-/// stiffer since its foot does not warp, by the same part of its thickness at any
-/// height: by 6.9, 3.8 and 2.4 %.
+/// A slender tooth approaches the beam of the potential-energy method. It is a rack tooth with nearly parallel
+/// flanks, 2.2 to 5 modules high and 1.6 thick. The plate is 6.9, 3.8 and 2.4 % stiffer, because its foot does not
+/// warp. This equals a beam that is shorter by the same part of its thickness at any height.
 #[test]
 fn a_slender_tooth_is_a_cantilever() {
     let excess = |height: f64| {
@@ -123,14 +122,14 @@ fn a_slender_tooth_is_a_cantilever() {
     let heights = [2.2, 3.5, 5.0];
     let found = heights.map(excess);
     assert!(found.iter().all(|excess| *excess < 0.0), "{found:?}");
-    // As parts of the height; 3 % of the thickness.
+    // Shortening of the beam that has the same effect: 3 % of the thickness.
     for (excess, height) in found.iter().zip(heights) {
         let shorter = -excess * height / 3.0 / FRAC_PI_2;
         assert!((0.02..0.04).contains(&shorter), "{shorter}");
     }
 }
 
-/// The profile bounds the plate: the area by the nodes equals that between the curves.
+/// The profile bounds the plate: the area from the nodes equals the area between the curves.
 #[test]
 fn nodes_fill_the_plate() {
     let gear = usual(20);
@@ -139,7 +138,7 @@ fn nodes_fill_the_plate() {
         .iter()
         .map(|[_, _, area]| area)
         .sum();
-    // Circles of growing radius, half an arc of the tooth each.
+    // Twice the area of the sector between a curve and the gear's axis.
     let [joint, root] = gear.fillet_range();
     let sectors = |curve: &dyn Fn(f64) -> crate::gear::ProfilePoint, from: f64, to: f64| -> f64 {
         let count = 20_000;

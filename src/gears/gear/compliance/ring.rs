@@ -26,12 +26,12 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     }
 }
 
-/// A wave k of 0 … z/2 that a harmonic is an alias of, the transforms of the foot's polynomials there, and its
-/// direction of rotation.
+/// A wave k of 0 … z/2 of which a harmonic is an alias, the transforms of the foot's polynomials for this harmonic, and
+/// the direction of rotation of the harmonic.
 pub(super) type Alias = (usize, Vec<f64>, f64);
 
-/// Passes to `each` the harmonics up to `most` over the half angle \[rad\] of z feet, each of `foot` polynomials, with
-/// the waves that they are aliases of, until one has no solution.
+/// Passes to `each` the harmonics up to `most` over the half angle \[rad\] of z feet, with the waves of which they are
+/// aliases. It stops at a harmonic without a solution. Every foot has `foot` polynomials.
 pub(super) fn harmonics(
     teeth: u32,
     half_angle: f64,
@@ -77,9 +77,8 @@ pub(super) fn harmonics(
     Some(())
 }
 
-/// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z
-/// feet of a half angle \[rad\], each with `foot` polynomials in either direction; with harmonics up
-/// to `most` over the half angle.
+/// Compliance matrices over the modes of a foot, one per wave k = 0 … z/2 round z feet of a half angle \[rad\]. Every
+/// foot has `foot` polynomials in either direction. The sum ends at the harmonic `most` over the half angle.
 pub(super) fn waves(
     teeth: u32,
     half_angle: f64,
@@ -116,7 +115,7 @@ pub(super) fn waves(
 /// An elastic ring of Young's modulus 1, loaded at its root radius 1: from outside and clamped at its bore, or from
 /// inside and clamped at its outer diameter.
 pub(super) struct Ring {
-    /// Radius at which it is clamped: below 1, or above.
+    /// Radius at which the ring is clamped: below 1 at a bore, above 1 at an outer diameter.
     clamped_radius: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
@@ -129,7 +128,7 @@ pub(super) struct Ring {
 type Basis = [f64; 4];
 
 impl Ring {
-    /// The ring of a ratio of root radius to clamped radius; below 1 for inner teeth.
+    /// A ring with a ratio of root radius to clamped radius, which is below 1 for inner teeth.
     pub fn new(ratio: f64, poisson_ratio: f64) -> Self {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);

@@ -2,18 +2,18 @@ use super::*;
 
 const NU: f64 = 0.3;
 
-/// Displacement of a single foot in a mode, by a unit traction in it: one foot per turn is one wave.
+/// Compliance of a single foot in its modes: one foot per turn has one wave.
 fn alone(half_angle: f64, ratio: f64, most: f64) -> Mat<f64> {
     let ring = Ring::new(ratio, NU);
     waves(1, half_angle, &ring, 8, most).swap_remove(0)
 }
 
-/// A foot that is short compared with the radius stands on a half plane: a moment by a linear
-/// stress turns it by 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
+/// A foot that is short compared with the radius stands on a half plane. A moment by a linear stress turns the foot by
+/// 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
 #[test]
 fn a_short_foot_turns_as_on_a_half_plane() {
     let turn = |half_angle: f64| {
-        // The moment of the mode is √(2 θ³/3), and its work is its turn times that.
+        // The moment of the mode is √(2 θ³/3). Its work is this moment times the rotation.
         let turn = alone(half_angle, 3.0, 800.0)[(1, 1)] * 1.5 / half_angle.powi(3);
         turn * (2.0 * half_angle).powi(2) * PI / 18.0 - 1.0
     };
@@ -22,11 +22,11 @@ fn a_short_foot_turns_as_on_a_half_plane() {
     assert!(narrow.abs() < wide.abs(), "{narrow} {wide}");
 }
 
-/// A bore far below does not affect harmonics that decay above it: the closed form of the disc equals
-/// that of the ring where it takes over.
+/// A bore far below does not affect harmonics that decay above it. At the order at which the closed form of the disc
+/// replaces that of the ring, both are equal.
 #[test]
 fn a_high_harmonic_is_that_of_a_disc() {
-    // At order 13 the ratio 4 leaves 169/4²⁶, 4e-14, at order 20 nothing.
+    // With the ratio 4 the bore changes order 13 by 169/4²⁶ = 4e-14, and order 20 by less than round-off.
     let ring = Ring::new(4.0, NU);
     let disc = Ring::new(1e9, NU);
     for (order, least) in [(13, 1e-14), (20, 0.0)] {
@@ -39,7 +39,7 @@ fn a_high_harmonic_is_that_of_a_disc() {
             );
         }
     }
-    // At high orders those of a half plane: 2/n, and (1 − ν)/n across.
+    // Compliances of high orders are those of a half plane: 2/n, and (1 − ν)/n between directions.
     let [[like, cross], _] = ring.harmonic(1_000_000);
     assert!((like * 1e6 / 2.0 - 1.0).abs() < 1e-5, "{like}");
     assert!((cross * 1e6 / (1.0 - NU) - 1.0).abs() < 1e-5, "{cross}");
@@ -69,8 +69,8 @@ fn a_thick_ring_is_a_hole_in_a_plate() {
     assert!((cross * 1e6 / (NU - 1.0) - 1.0).abs() < 1e-5, "{cross}");
 }
 
-/// The transverse compliance by a uniform stress is P* of Sainsot, Velex & Duverger (2004), that
-/// by a radial one P* Q*, within the error of their fit.
+/// The transverse compliance under a uniform stress is P* of Sainsot, Velex & Duverger (2004), within the error of
+/// their fit. The radial compliance is P* Q*.
 #[test]
 fn the_ring_is_the_one_of_the_published_fit() {
     let polynomial = |[a, b, c, d, e, f]: [f64; 6], theta: f64, ratio: f64| {

@@ -58,7 +58,7 @@ fn drawn(helix_angle: f64) -> Flanks {
     Flanks::new(&pair).unwrap()
 }
 
-/// Compares everything except the contact and how slices support each other.
+/// Compares everything except the contact and the coupling of slices.
 fn assert_alike(one: &impl FlankLaw, other: &impl FlankLaw) {
     assert_eq!(one.path(), other.path());
     assert_eq!(one.reach(), other.reach());
@@ -91,7 +91,8 @@ fn a_law_taken_by_secant_or_slice_keeps_the_rest() {
         assert_alike(&slices, &law);
         assert!(slices.face_coupling().is_none());
         for s in [-2e-3, 3e-3] {
-            // At its load the secant has the approach of the law; elsewhere it is proportional to the load.
+            // At the line load of the secant both laws have the same approach. Elsewhere the secant is proportional to
+            // the load.
             let [approach, _] = FlankLaw::contact(&law, s, line_load);
             let [found, slope] = secant.contact(s, line_load);
             assert!((found / approach - 1.0).abs() < 1e-14);

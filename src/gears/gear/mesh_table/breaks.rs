@@ -1,5 +1,5 @@
-//! Where do the flanks cut the mesh cycle? Between these cuts they change smoothly with the
-//! mesh phase. Loads cut it further ([`super::pieces`]).
+//! Where do the flanks cut the mesh cycle? Between these cuts gaps and compliances of the pairs change smoothly with
+//! the mesh phase. Loads cut the cycle further ([`super::pieces`]).
 
 use super::error::MeshTableError;
 use crate::gear::FlankLaw;
@@ -9,10 +9,10 @@ pub(super) const SAME: f64 = 1e-9;
 
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
-/// The cycle is cut where a pair comes within reach or leaves it, where a pair passes the
-/// pitch point and where one passes a kink of the law. On a helical face of the given width \[m\] these are the
-/// phases of both ends of its line of contact. Stretches between the cuts are divided
-/// equally, into the smallest number of pieces not longer than `longest`.
+/// The cycle is cut at the phases at which a pair comes within reach, leaves it, passes the pitch point or passes a
+/// kink of the law. On a helical face of the given width \[m\] these are the phases of both ends of its line of
+/// contact. Stretches between the cuts are divided equally, into the smallest number of pieces not longer than
+/// `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.

@@ -56,7 +56,7 @@ struct Sample {
     values: [f64; 5],
 }
 
-/// The table's polynomials.
+/// Polynomials of the table over all its pieces.
 struct Exact<'a> {
     cycle: &'a MeshTableCycle,
     accuracy: CourseAccuracy,
@@ -183,8 +183,8 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// The polynomial of most terms of a quantity between two phases that stays within the accuracy and can be
-    /// extrapolated beyond its end as far as windows extend, with its error.
+    /// The polynomial of a quantity between two phases, of the highest degree that meets two conditions, with its
+    /// error. It stays within the accuracy, and it can be extrapolated beyond its end as far as windows extend.
     fn follows(
         &self,
         ends: [f64; 2],
@@ -200,7 +200,7 @@ impl<'a> Exact<'a> {
         (2..=NODES).rev().find_map(|terms| {
             let mut series = [0.0; NODES];
             series[..terms].copy_from_slice(&full[..terms]);
-            // At its ends it equals the table, so that there are no steps between pieces.
+            // At its ends the polynomial equals the table, so that there are no steps between pieces.
             let [before, behind] = [(first, -1.0), (last, 1.0)]
                 .map(|(sample, x)| sample.values[quantity] - evaluate(&series, x));
             series[0] += 0.5 * (before + behind);

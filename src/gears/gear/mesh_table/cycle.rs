@@ -54,7 +54,7 @@ pub struct MeshTablePiece {
     pub friction_lever: f64,
 }
 
-/// Means over one of equal segments of the cycle.
+/// Means over an interval of the mesh cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SegmentMeans {
     /// Tangent mesh stiffness \[N/m\].
@@ -70,9 +70,8 @@ pub struct SegmentMeans {
 }
 
 impl MeshTableCycle {
-    /// `x − F/k` \[m\], `[piece][node]`: the transmission error e with which the linear law
-    /// `F = k (Σ w q − e)` touches the true one at the load of this cycle. 0 for flanks
-    /// without misalignment, relief and deviation.
+    /// `x − F/k` \[m\], `[piece][node]`: the transmission error e with which the linear law `F = k (Σ w q − e)` is
+    /// tangent to the true law at the load of this cycle. 0 for flanks without misalignment, relief and deviation.
     pub fn tangent_error(&self) -> Vec<[f64; NODES]> {
         let pieces = self.transmission_error.iter().zip(&self.stiffness);
         pieces
@@ -181,18 +180,19 @@ impl MeshTableCycle {
         sum / (to - from)
     }
 
-    /// Largest less smallest loaded transmission error \[m\], jumps between pieces included.
+    /// Difference of the largest and the smallest loaded transmission error \[m\], jumps between pieces included.
     pub fn peak_to_peak(&self) -> f64 {
         self.range(&self.transmission_error)
     }
 
-    /// Largest less smallest of one of this cycle's quantities, jumps between pieces included.
+    /// Difference of the largest and the smallest value of one of this cycle's quantities, jumps between pieces
+    /// included.
     pub fn range(&self, values: &[[f64; NODES]]) -> f64 {
         let [lowest, highest] = self.extremes(values);
         highest - lowest
     }
 
-    /// Smallest and largest of one of this cycle's quantities, jumps between pieces included.
+    /// Smallest and largest value of one of this cycle's quantities, jumps between pieces included.
     pub fn extremes(&self, values: &[[f64; NODES]]) -> [f64; 2] {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut meet = |value: f64| {

@@ -36,7 +36,7 @@ pub enum MeshTableError {
         /// Slope of the lines of contact `tan β_b`.
         helix: f64,
     },
-    /// A law that polynomials do not follow.
+    /// Polynomials cannot follow a quantity within the tolerance.
     #[error(
         "at mesh phase {phase:.6} the interpolated {quantity} is off by {error:.1e} (tolerance {tolerance:.0e}), even \
          on the finest division of the mesh cycle. It has a jump or kink there that neither the flanks nor the load \
@@ -79,7 +79,7 @@ pub enum MeshTableError {
         value: f64,
         /// First value of the axis.
         lowest: f64,
-        /// Its last.
+        /// Last value of the axis.
         highest: f64,
     },
 }

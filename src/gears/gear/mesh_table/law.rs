@@ -41,7 +41,7 @@ impl Lines {
         }
     }
 
-    /// Positions on the path of contact that carry load \[m\], and their shares in it.
+    /// Positions on the path of contact that carry load \[m\], and their shares in the load.
     fn bearing(&self, sharing: &LoadSharing, load: &SharedLoad) -> [Vec<f64>; 2] {
         match self {
             Self::Spur(pairs) => [
@@ -120,12 +120,12 @@ pub(super) struct PhaseState {
     pub friction: f64,
     pub friction_lever: f64,
     pub contact_fraction: f64,
-    /// Steps where a pair takes up load; no polynomial has to follow it.
+    /// Number of pairs that carry load. It steps where a pair takes up load, so no polynomial has to follow it.
     pub loaded_pairs: f64,
     pub share: [f64; MOST_PAIRS],
     /// Distances from the kinks of the law (see [`LoadSharing::distribute_with_margins`]).
     pub margins: Vec<f64>,
-    /// The part of the face in contact, if slices support each other.
+    /// The part of the face in contact, if slices are coupled.
     touching: ContactRegion,
     /// Line load on each slice; empty if not requested.
     pub pattern: Vec<f64>,
@@ -159,7 +159,7 @@ pub(super) struct Quantity {
 }
 
 impl<L: FlankLaw> MeshLaw<'_, L> {
-    /// Whether slices of the face support each other and do not all carry the same load.
+    /// Whether slices of the face are elastically coupled and do not all carry the same load.
     pub fn is_coupled(&self) -> bool {
         let Self { flanks, inputs } = self;
         let half = 0.5 * inputs.face_width;
@@ -173,7 +173,7 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         flanks.face_coupling().is_some() && (is_misaligned || uneven())
     }
 
-    /// The law at a phase. The search for the contact starts from that at `near`, if given.
+    /// The law at a phase. The search for the contact starts from the contact of the column `near`, if given.
     pub fn column(&self, phase: f64, near: Option<&Column>) -> Result<Column, MeshTableError> {
         let cells = (self.cells(phase, near))
             .map_err(|source| MeshTableError::Sharing { phase, source })?;
@@ -316,7 +316,7 @@ mod tests {
         (pair, flanks)
     }
 
-    /// The support between slices matters if their loads differ: with misalignment or crowning.
+    /// The coupling of slices matters if their loads differ: with misalignment or crowning.
     #[test]
     fn a_face_is_coupled_where_it_bears_unevenly() {
         // Material missing on one half of the face only, and equally everywhere.

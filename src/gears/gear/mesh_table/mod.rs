@@ -1,11 +1,10 @@
 //! How does the mesh behave over its cycle? Stiffness, load centroid, loaded transmission
 //! error, friction and load shares over mesh phase, misalignment and torque, in numbers.
 //!
-//! The cycle is cut into pieces inside which all quantities are smooth in the mesh phase. A piece
-//! holds the values at eight Gauss nodes, and the polynomial through them holds in between. A
-//! piece ends at a kink due to the load, for example where a relieved pair takes it up. The polynomials
-//! of every piece are within a tolerance of the law between their nodes. All loads and
-//! misalignments of a table have the same pieces.
+//! The cycle is cut into pieces inside which all quantities are smooth in the mesh phase. A piece has the values at
+//! eight Gauss nodes and the polynomial through them. A piece ends at a kink due to the load, for example where a
+//! relieved pair takes up load. Between the nodes the polynomials of every piece are within a tolerance of the law. All
+//! loads and misalignments of a table have the same pieces.
 
 mod breaks;
 mod build;
@@ -29,12 +28,12 @@ use super::sharing::{Contact, MOST_PAIRS};
 /// Gauss nodes of a piece.
 pub const NODES: usize = 8;
 
-/// Whether slices of the face support each other.
+/// Whether slices of the face are elastically coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum FaceLaw {
-    /// Through teeth and gear bodies, if the law of the pairs describes it.
+    /// Coupled through teeth and gear bodies, if the law of the pairs describes the coupling.
     Coupled,
-    /// They do not, as in thin-slice models.
+    /// Independent, as in thin-slice models.
     Independent,
 }
 
@@ -73,18 +72,18 @@ pub struct MeshTableInputs {
     pub misalignment: Vec<f64>,
     /// Torques on the pinion \[N m\], > 0, increasing.
     pub torque: Vec<f64>,
-    /// Longest piece, in mesh cycles.
+    /// Largest length of a piece, in mesh cycles.
     pub longest_piece: f64,
-    /// Largest error of a piece's polynomials: of the stiffness relative to itself, of deflections
-    /// to the deflection of the mesh by the load, of lengths along the face to its width, of the
-    /// friction lever to the base pitch. For helical gears it is at least 1e-5, and 1e-2 for their
-    /// shortest pieces of less than 1/128 of the cycle. For spur gears with uneven loads on slices that
-    /// support each other it is the tolerance over the length of the piece in cycles, at most 1e-2.
+    /// Largest error of a piece's polynomials, as a part of a reference. The reference is the value for stiffness,
+    /// the deflection of the mesh by the load for deflections, the face width for lengths along the face, and the
+    /// base pitch for the friction lever. For helical gears the tolerance is at least 1e-5, and 1e-2 for pieces
+    /// shorter than 1/128 of the cycle. For spur gears with uneven loads on coupled slices it is the tolerance
+    /// divided by the length of the piece in cycles, at most 1e-2.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.
     pub slices: usize,
-    /// Whether slices of the face support each other.
+    /// Whether slices of the face are elastically coupled.
     pub face: FaceLaw,
     /// How the flanks flatten at their contact.
     pub contact: Contact,
@@ -144,8 +143,8 @@ pub struct MeshTable {
     pub contact_fraction: Vec<f64>,
     /// Pairs of teeth that carry load anywhere on the face.
     pub loaded_pairs: Vec<f64>,
-    /// `[…][MOST_PAIRS]`: share of each pair in the load, the latest pair first. On a helical
-    /// face first the pairs that entered last, each at its position on the face, and so on.
+    /// `[…][MOST_PAIRS]`: share of each pair in the load, the latest pair first; on a helical face as in
+    /// [`SharedLoad::share`](super::SharedLoad::share).
     pub share: Vec<f64>,
     /// `[misalignment][torque][phase][slice]`, phases piece by piece: line load of all pairs
     /// \[N/m\]; empty if not requested.
@@ -175,13 +174,12 @@ impl MeshTable {
 
     /// The cycle at a misalignment \[rad\] and a torque \[N m\].
     ///
-    /// Linear between tabulated values: monotone if they are, with an error of at most
-    /// `h²/8` times the second derivative on steps h. Stiffness under misalignment varies as
-    /// `√(torque/ε)` while the face is partly loaded. Between values a factor r apart it comes
-    /// out too small along the torque by up to `1 − 2 r^¼/(1 + r^½)`, 1.5 % for r = 2 and 0.4 %
-    /// for r = √2, and too large along ε by three times as much. The kinks of relieved flanks move
-    /// with the load: between values the cycle has the weighted kinks of both neighbours. For a
-    /// cycle within the tolerance of its law tabulate that load and misalignment.
+    /// Linear between tabulated values: monotone if they are, with an error of at most `h²/8` times the second
+    /// derivative on steps h. Stiffness under misalignment varies as `√(torque/ε)` while the face is partly loaded.
+    /// Between values a factor r apart the interpolated stiffness is too small along the torque by up to `1 − 2
+    /// r^¼/(1 + r^½)`, 1.5 % for r = 2 and 0.4 % for r = √2. Along ε it is too large by three times as much. The
+    /// kinks of relieved flanks move with the load: between values the cycle has the weighted kinks of both
+    /// neighbours. For a cycle within the tolerance of its law tabulate that load and misalignment.
     ///
     /// # Errors
     /// [`MeshTableError::Outside`] beyond the ends of an axis.

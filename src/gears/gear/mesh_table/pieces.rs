@@ -1,20 +1,21 @@
 //! Cuts a stretch of the mesh cycle into pieces on which polynomials follow the law.
 //!
-//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that
-//! depends on load and misalignment. A wedge of contact reaches the end of the face at another.
-//! Stiffness steps or bends there, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes between two
-//! samples of a piece, or the margin's polynomial shows it where no sample lies. A piece is accepted if its polynomials
-//! are within the tolerance of the law at phases that are not nodes, with or without such a phase inside.
+//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that depends on load and
+//! misalignment. A wedge of contact reaches the end of the face at another phase. At such phases stiffness steps or
+//! bends, and a margin of the load sharing changes its sign
+//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes
+//! between two samples of a piece, or the margin's polynomial shows a change between samples. A piece is accepted if
+//! its polynomials are within the tolerance of the law at phases that are not nodes, with or without such a phase
+//! inside.
 //! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
-//! always ends a piece. If slices of a face support each other, their borders bend the law little: other cuts there
-//! are halvings. All pieces that leave this file are accepted ones.
+//! always ends a piece. If slices of a face are coupled, their borders bend the law little: other cuts are then
+//! halvings. This module returns accepted pieces only.
 //!
-//! Pairs of helical gears come into contact gradually all along the face, with many small bends:
-//! their pieces are only halved, until their error is that of the division of the face, and
-//! not below a shortest length, on which polynomials of low degree are as good as others. If slices of
-//! a spur face support each other, a pair may touch inside the face first. Its stiffness then begins as a
-//! square root: the shorter a piece, the larger its tolerance.
+//! Pairs of helical gears come into contact gradually all along the face, with many small bends. Their pieces are
+//! only halved, until their error is that of the division of the face. They are not halved below a shortest length,
+//! on which polynomials of low degree are as good as others. If slices of a spur face are coupled, a pair may first
+//! touch inside the face. The stiffness of the pair then begins as a square root: the shorter a piece, the larger its
+//! tolerance.
 
 use super::breaks::SAME;
 use super::law::{Column, MeshLaw, Quantity};
@@ -32,12 +33,12 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Rounding error of a margin's polynomial, relative to its largest value.
 const NOISE: f64 = 1e-12;
 
-/// A window of propagation that starts inside a piece may extend beyond its end by less than the
-/// piece's length, and is solved as a whole. The stiffness extrapolated to these positions, with the end of the
-/// piece at 1, must therefore stay physical.
+/// A window of propagation that starts inside a piece may extend beyond the end of the piece by less than its length.
+/// The window is solved as a whole. The stiffness extrapolated to these positions, with the end of the piece at 1, must
+/// therefore stay physical.
 pub(in crate::gear) const EXTRAPOLATED_AT: [f64; 2] = [2.0, 3.0];
 
-/// Smallest and largest stiffness there, relative to that at the end.
+/// Smallest and largest stiffness at [`EXTRAPOLATED_AT`], relative to that at the end of the piece.
 pub(in crate::gear) const EXTRAPOLATION_LIMITS: [f64; 2] = [0.1, 10.0];
 
 /// Largest error of the pieces of helical gears, unless a larger one is requested: about the error of spans of
@@ -47,7 +48,8 @@ const HELICAL: f64 = 1e-5;
 /// Pieces of helical gears shorter than twice this, in cycles, are not halved.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// Their largest error: one bend inside, or a border of contact that reaches its end.
+/// Largest error of short pieces of helical gears: they may contain a bend, or a border of contact that reaches its
+/// end.
 const SHORT: f64 = 1e-2;
 
 /// Terms of the polynomials of short pieces of helical gears.
@@ -70,7 +72,7 @@ enum Verdict {
     Inaccurate(FitError),
 }
 
-/// Error of a polynomial from its law.
+/// Difference between a polynomial and the law.
 #[derive(Debug, Clone, Copy)]
 struct FitError {
     quantity: &'static str,
@@ -242,10 +244,10 @@ fn kink<L: FlankLaw>(
     Ok(Some(0.5 * (low + high)))
 }
 
-/// The next phase of a search for a sign change between two phases, from the zero at `part` of their distance by linear
-/// interpolation. It is moved a little to the middle, so that the other end also advances. The distance from the
-/// middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi 2020).
-/// `width` is the initial interval, `round` the number of steps done.
+/// The next phase of a search for a sign change between two phases. Linear interpolation gives the zero at `part` of
+/// their distance. This phase is moved a little towards the middle, so that the other end also advances. The distance
+/// from the middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi
+/// 2020). `width` is the initial interval, `round` the number of steps done.
 fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
     let (own, middle) = (high - low, 0.5 * (low + high));
     let line = low + part * own;

@@ -17,15 +17,15 @@ pub struct MeshTableSpec {
     pub shaft_tilt: bool,
     /// How the flanks flatten where they touch.
     pub contact: Contact,
-    /// Whether slices of the face support each other.
+    /// Whether slices of the face are elastically coupled.
     pub face: FaceLaw,
 }
 
 /// How a mesh table is used over the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum CycleDivision {
-    /// Load centroid and friction as means over this number of equal segments, where they vary, and so the tangent
-    /// stiffness. The secant stiffness is not averaged.
+    /// Load centroid, friction and tangent stiffness as means over this number of equal segments, if they vary. The
+    /// secant stiffness is not averaged.
     Segments(u32),
     /// Exact stiffness, with breaks at its true transitions only.
     Continuous,

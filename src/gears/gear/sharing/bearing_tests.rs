@@ -1,4 +1,4 @@
-//! Common properties of loads on a face, whether its slices support each other or not.
+//! Common properties of loads on a face, with coupled and with independent slices.
 
 #![allow(clippy::unwrap_used)]
 use super::*;
@@ -26,7 +26,7 @@ fn flanks(helix_angle: f64) -> Flanks {
     Flanks::new(&pair).unwrap()
 }
 
-/// Spur pairs whose slices support each other, the same with independent slices, and a helical face, all misaligned.
+/// Spur pairs with coupled slices, the same with independent slices, and a helical face, all misaligned.
 fn askew(angle: f64) -> [LoadSharing; 3] {
     let spur = flanks(0.0);
     let pairs = pairs_at(&spur, 0.1, face(16)).unwrap();
@@ -37,7 +37,7 @@ fn askew(angle: f64) -> [LoadSharing; 3] {
         LoadSharing::of_slices(&pairs, face(16), angle).unwrap(),
         helical.sharing(angle).unwrap(),
     ];
-    // With an even load there is nothing to couple.
+    // An even load needs no coupling of slices.
     assert_eq!(all[0].coupled.is_some(), angle != 0.0);
     assert!(all[1].coupled.is_none());
     all

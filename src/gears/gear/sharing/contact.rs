@@ -1,4 +1,4 @@
-//! Flanks that stiffen as they flatten: how does the contact law follow its load?
+//! How does the contact law of flanks that stiffen as they flatten follow its load?
 
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};
@@ -17,7 +17,7 @@ pub enum Contact {
     LoadDependent,
 }
 
-/// Line loads that repeat within this part have settled.
+/// Relative change of line loads at convergence.
 const SETTLED: f64 = 1e-12;
 
 /// Largest number of rounds. Each linearises the law at the result of the previous one, so a smooth law
@@ -32,10 +32,9 @@ impl LoadSharing {
     /// The pairs at mesh phase `phase`, with their contact linearised at its load under a force > 0 \[N\].
     /// Valid for that force only.
     ///
-    /// The contact of a pair is replaced by the tangent of its law, a compliance and an
-    /// intercept, at the mean line load over its loaded length. The load is shared again until
-    /// the line loads repeat. Deflection and stiffness are those of the law
-    /// if the line load is even across the face; otherwise its mean represents it.
+    /// The tangent of the contact law, a compliance and an intercept, replaces the law of each pair at the mean line
+    /// load over its loaded length. The load is shared again until the line loads repeat. If the line load is even
+    /// across the face, deflection and stiffness are those of the law. Otherwise the mean represents the line load.
     ///
     /// # Errors
     /// Those of [`LoadSharing::new`] and [`ContactPair::new`], a contact law that is not

@@ -1,4 +1,4 @@
-//! A face whose slices support each other: waves of load along it displace teeth and bodies.
+//! A face with elastically coupled slices: waves of load along it displace teeth and bodies.
 //!
 //! With t = z/b + ½ and the waves φ_n of [`FaceCoupling`](crate::gear::FaceCoupling) the displacements of the pairs are
 //! `d_j(t) = Σ_n d_jn φ_n(t)`, and a pair j presses with the line load
@@ -24,19 +24,19 @@ use super::profile::{Approach, GapProfile, Interval, integrals};
 use crate::numerics::plain;
 use faer::Mat;
 
-/// After a step of Newton's method below this part of the deflection one more follows.
+/// A step of Newton's method below this part of the deflection is followed by one last step.
 const SMALL: f64 = 1e-7;
 
 /// Largest number of steps.
 const ROUNDS: usize = 100;
 
-/// Number of full steps before the line search checks Φ: from an even load on it is rarely needed.
+/// Number of full steps before the line search checks Φ. From an even load more steps are rarely needed.
 const WHOLE_STEPS: usize = 12;
 
 /// Smallest part of a step in the line search.
 const LEAST_PART: f64 = 1.0 / 1024.0;
 
-/// Pairs whose slices support each other, under one misalignment.
+/// Pairs with coupled slices, under one misalignment.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coupled {
     width: f64,
@@ -52,7 +52,7 @@ pub(super) struct Coupled {
     straight: bool,
 }
 
-/// The pairs under a force.
+/// Solution for the pairs under a force.
 #[derive(Debug, Clone)]
 pub(super) struct ContactSolution {
     /// Approach of the gears \[m\].
@@ -74,7 +74,7 @@ pub(in crate::gear) struct ContactRegion(Vec<Vec<Interval>>);
 pub(super) struct PairLoad {
     /// Force \[N\].
     pub load: f64,
-    /// Its moment about mid-face \[N m\].
+    /// Moment of the force about mid-face \[N m\].
     pub moment: f64,
     /// Part of the face in contact.
     pub loaded: f64,
@@ -99,8 +99,8 @@ struct Patch {
 }
 
 impl Coupled {
-    /// The pairs on a face. `None` if nothing varies along it, or if the law does not describe how their slices
-    /// support each other.
+    /// The pairs on a face. `None` if nothing varies along it, or if the law does not describe the coupling of
+    /// slices.
     ///
     /// # Errors
     /// A contact without compliance, or bodies whose coupling of pairs is unphysically strong.
@@ -177,7 +177,7 @@ impl Coupled {
         self.solve_from(force, &ContactRegion::default())
     }
 
-    /// The same, starting from the contact `near` or from the whole face.
+    /// As [`Self::solve`], starting from the contact `near` or from the whole face.
     pub fn solve_from(&self, force: f64, near: &ContactRegion) -> ContactSolution {
         let mean = force / self.width;
         let scale = mean * self.contact.iter().copied().fold(0.0, f64::max);
@@ -324,8 +324,8 @@ impl Coupled {
         }
     }
 
-    /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]: with
-    /// `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]` it is at `y = x r − o` where the pairs carry F.
+    /// The minimum of Φ for a fixed contact, and the stiffness there \[N/m\]. With `(1 + Lᵀ B̃ L) [r, o] = Lᵀ [ã, γ̃]`
+    /// the minimum is at `y = x r − o`, and x follows from the force F that the pairs carry.
     fn minimum(&self, patch: &Patch, mean: f64) -> (Iterate, f64) {
         let size = self.root.nrows();
         let transposed = self.root.transpose();

@@ -26,7 +26,7 @@ fn one(compliance: impl Fn(usize) -> f64, waves: usize, slices: usize, angle: f6
     Coupled::of(diagonal, waves, vec![CONTACT], gaps, face(slices), true).unwrap()
 }
 
-/// Load centroid, loaded length, and both sums.
+/// Load centroid \[m\], loaded length \[m\], force \[N\] and stiffness \[N/m\].
 fn figures(coupled: &Coupled, force: f64) -> [f64; 4] {
     let solution = coupled.solve(force);
     let pair = &coupled.pairs(&solution)[0];
@@ -161,8 +161,8 @@ fn contact_may_be_in_two_places() {
     assert!(pair.loaded < 0.9);
 }
 
-/// The slope is that of one function of y and x: with a constant contact its second derivatives are
-/// symmetric, and it vanishes in equilibrium.
+/// The slope is that of one function of y and x. With a constant contact the second derivatives of this function are
+/// symmetric, and the slope vanishes in equilibrium.
 #[test]
 fn slopes_are_those_of_one_function() {
     let mean = 1e5;

@@ -1,12 +1,10 @@
 //! A helical face: the position of a pair on the line of action varies along the face.
 //!
-//! At z from mid-face the pairs stand `z tan β_b` further than at mid-face. Each thin slice is a spur
-//! pair that is ahead in phase, and the force is the integral over the slices. Their load is smooth
-//! in z except where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a
-//! kink of its law. The face is cut
-//! at these positions, which move uniformly with the mesh phase. Each stretch between them has
-//! the same number of spans. The error falls with the square of their
-//! width, and so does not jump while the cuts move across the face.
+//! At z from mid-face the pairs stand `z tan β_b` further than at mid-face. Each thin slice is a spur pair that is
+//! ahead in phase, and the force is the integral over the slices. Their load is smooth in z except where a pair comes
+//! within reach or leaves it, passes an end of the path, the pitch point or a kink of its law. The face is cut at
+//! these positions, which move uniformly with the mesh phase. Each stretch between them has the same number of spans.
+//! The error falls with the square of their width, and so does not jump while the cuts move across the face.
 
 use super::pairs::{self, ContactPair, Face, FacePosition, FaceSlice};
 use super::ramp::{self, ContactRamp};
@@ -162,8 +160,8 @@ impl LoadSharing {
         [positions, shares]
     }
 
-    /// Positions z on a helical face where a pair carries more than a share of the load at an approach, and the
-    /// position of that pair there on the path of contact \[m\].
+    /// Positions z \[m\] on a helical face where a pair carries more than a share of the load at an approach. With each
+    /// z comes the position of this pair on the path of contact \[m\].
     pub(in crate::gear) fn loaded_lines(
         &self,
         approach: f64,

@@ -1,9 +1,8 @@
 //! How far is a load from the next kink of its law?
 //!
-//! Under a given force all quantities of a mesh are smooth in the mesh phase as long as the same
-//! parts of the same pairs are in contact. A pair takes up load at one end of its face, later is in
-//! contact all along it, and swaps its order of contact with another. At each of
-//! these phases a difference of two lengths changes its sign.
+//! Under a given force all quantities of a mesh are smooth in the mesh phase while the same parts of the same pairs are
+//! in contact. A pair takes up load at one end of its face, and later is in contact all along the face. Pairs also swap
+//! their order of contact. At each of these phases a difference of two lengths changes its sign.
 
 use super::LoadSharing;
 
@@ -11,7 +10,7 @@ use super::LoadSharing;
 const FAR: f64 = 1.0;
 
 impl LoadSharing {
-    /// The lengths of [`Self::distribute_with_margins`] of slices that do not support each other, at an approach.
+    /// The margins of [`Self::distribute_with_margins`] for independent slices, at an approach.
     pub(super) fn margins(&self, approach: f64) -> Vec<f64> {
         let mut margins = Vec::new();
         if !self.spans.is_empty() {

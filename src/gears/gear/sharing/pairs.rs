@@ -28,7 +28,7 @@ impl Face {
 pub struct ContactPair {
     /// Position on the line of action \[m\].
     pub position: f64,
-    /// Whether that is on the path of contact, where rigid gears would touch.
+    /// Whether the position is on the path of contact, where rigid gears would touch.
     pub(super) on_path: bool,
     /// Compliance of the teeth without their contact, times width \[m²/N\].
     pub(super) teeth: f64,
@@ -42,7 +42,7 @@ pub struct ContactPair {
     pub(super) coupling: Vec<f64>,
     /// Material missing at the borders of the slices \[m\].
     pub(super) gap: Vec<f64>,
-    /// How its slices support each other; `None` if they do not.
+    /// Elastic coupling of its slices; `None` if they are independent.
     pub(super) face_coupling: Option<Arc<FaceCoupling>>,
 }
 
@@ -142,7 +142,7 @@ impl ContactPair {
         self.gap[border] + self.intercept
     }
 
-    /// The same in the middle of a slice \[m\].
+    /// Gap that the tooth spring has to close in the middle of a slice \[m\].
     pub(super) fn mean_gap(&self, slice: usize) -> f64 {
         0.5 * (self.gap(slice) + self.gap(slice + 1))
     }
@@ -194,8 +194,8 @@ pub fn pairs_at(
         .collect()
 }
 
-/// Positions of the pairs within reach on the line of action at a mesh phase \[m\], the latest pair first.
-/// At most one pair too many, which is enough for its rejection.
+/// Positions of the pairs within reach on the line of action at a mesh phase \[m\], the latest pair first. Returns at
+/// most [`MOST_PAIRS`] + 1 positions, enough to reject them.
 pub(super) fn positions(law: &impl FlankLaw, phase: f64) -> Vec<f64> {
     let (path, [first, last]) = (law.path(), law.reach());
     // A pair at the start of its reach is within it, despite rounding of its position.

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// Cells of the face per half wave of the shortest: few waves have more than one extreme in a cell.
+/// Cells of the face per half of the shortest wavelength. With four, few depths have more than one extreme in a cell.
 const CELLS_PER_WAVE: usize = 4;
 
 /// Largest number of steps of the search for a border of contact.

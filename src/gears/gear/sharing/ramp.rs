@@ -40,7 +40,7 @@ pub(super) struct RampState {
 }
 
 impl ContactRamp {
-    /// Sum over the pairs \[N/m\].
+    /// Total change of stiffness, the sum over the pairs \[N/m\].
     pub fn total(&self) -> f64 {
         self.stiffness.iter().sum()
     }
@@ -189,9 +189,9 @@ struct ContactSequence<'a> {
     joined: [bool; MOST_PAIRS],
     /// Approach at which the last pair came into contact \[m\].
     knot: f64,
-    /// Line loads there \[N/m\].
+    /// Line loads at the knot \[N/m\].
     load: [f64; MOST_PAIRS],
-    /// Their derivatives beyond it \[N/m²\].
+    /// Derivatives of the line loads by the approach beyond the knot \[N/m²\].
     gain: [f64; MOST_PAIRS],
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Entries {
     gyroscopic: Vec<Entry>,
     cross_stiffness: Vec<Entry>,
     frame_stiffness: Vec<Entry>,
-    /// Speed of the next parts, in units of Ω.
+    /// Speed of the parts that are added next, in units of Ω.
     turning: f64,
 }
 
@@ -101,9 +101,9 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 }
 
 impl Assembly {
-    /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis, right-handed, at
-    /// `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the velocity
-    /// `Ω_f S u`. Therefore
+    /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis,
+    /// right-handed, at `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the
+    /// velocity `Ω_f S u`. Therefore
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
@@ -132,9 +132,9 @@ impl Assembly {
         }
     }
 
-    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its axis
-    /// in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's position
-    /// on the carrier, `|u − S r θ|`, as a rotation of the carrier changes nothing.
+    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its
+    /// axis in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's
+    /// position on the rotated carrier, `|u − S r θ|`, because a rotation of both does not change the force.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].
@@ -206,8 +206,8 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between a
-    /// node and another one, or the ground.
+    /// Adds a symmetric stiffness against displacements and tilts, in the order of [`Freedom`] \[N/m, N, N m\], between
+    /// a node and another one, or the ground.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].

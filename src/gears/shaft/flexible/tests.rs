@@ -88,7 +88,7 @@ fn rigid_rotations_in_closed_form() {
     let mass_2 = polar_inertia(&drive, 1) / base_2.powi(2);
     let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
     assert_eq!(structure.frequency[..2], [0.0, 0.0]);
-    // Neutral: both roll forward with one pitch-line velocity; neither mesh nor load has a part in it.
+    // Neutral rotation: both roll forward with the same pitch-line velocity, so mesh and load do not participate.
     let [pinion, wheel] =
         [&structure.pinion_torque, &structure.wheel_torque].map(|c| c.as_ref().unwrap());
     let velocity = 1.0 / (mass_1 + mass_2).sqrt();
@@ -220,8 +220,8 @@ fn modes_of_either_count_agree_and_the_rest_returns_as_flexibility() {
     }
 }
 
-/// Frequencies fall towards their limit as elements are added, beyond the size (252 freedoms for
-/// two shafts) at which the eigensolver begins to divide the matrix.
+/// Frequencies fall towards their limit as elements are added. This also holds beyond 252 freedoms for two shafts, the
+/// size at which the eigensolver begins to divide the matrix.
 #[test]
 fn any_number_of_elements_is_solved() {
     let modes = |elements| {

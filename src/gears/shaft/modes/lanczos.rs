@@ -250,7 +250,7 @@ mod tests {
             Banded::of(&matrix, 0)
         };
         let (mass, stiffness) = (diagonal(&|_| 1.0), diagonal(&|i| own[i]));
-        // As found, with rounding.
+        // Two equal modes, with rounding errors as in a computed solution.
         let found = [1.0, 2.0 - 1e-13, 2.0 + 1e-13, 5.0];
         assert!(modes_are_complete(&mass, &stiffness, &found, 2));
         assert!(modes_are_complete(&mass, &stiffness, &found, 1));

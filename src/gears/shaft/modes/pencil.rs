@@ -15,7 +15,7 @@ pub(super) enum Pencil<'a> {
 
 /// `K + σ M`, factorised.
 pub(super) enum Shifted {
-    /// Its Cholesky factor.
+    /// Cholesky factor of `K + σ M`.
     Dense(Mat<f64>),
     Banded(Factor),
 }

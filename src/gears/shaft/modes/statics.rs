@@ -34,7 +34,7 @@ impl Modes {
         loads: &[Vec<f64>],
     ) -> Result<Self, ShaftError> {
         let (size, modes) = (mass.nrows(), self.shape.ncols());
-        // With all modes nothing is left.
+        // All modes together contain the whole deflection.
         if modes == size || loads.is_empty() {
             return Ok(self.clone());
         }

@@ -90,7 +90,7 @@ fn exact_timoshenko(diameter: f64, shear: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// With rotary inertia but rigid in shear: `ω² = E I k⁴/(ρA + ρI k²)`.
+/// Frequencies with rotary inertia but rigid in shear: `ω² = E I k⁴/(ρA + ρI k²)`.
 fn rayleigh(diameter: f64, count: usize) -> Vec<f64> {
     let gyration2 = (diameter / 4.0).powi(2);
     (1..=count)
@@ -157,7 +157,7 @@ fn rotary_inertia_and_shear_of_a_stubby_shaft() {
     }
 }
 
-/// The dense solution alone is 9e-9 off here; discretisation accounts for 3e-10.
+/// The dense solution alone has an error of 9e-9 here; discretisation accounts for 3e-10.
 #[test]
 fn the_lowest_frequency_survives_a_fine_mesh() {
     let found = simply_supported(0.02, f64::INFINITY, 120, 6);
@@ -203,7 +203,7 @@ fn clamped_bar(speed: f64, elements: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Their discrete spectrum tends to `ω = c κ` with order two.
+/// The discrete spectra of torsion and axial bars tend to `ω = c κ` with order two.
 #[test]
 fn torsion_and_axial_bars() {
     let bars = [
@@ -337,7 +337,7 @@ fn few_modes_of_a_large_structure_are_the_dense_ones() {
     }
 }
 
-/// A dense solution took half a minute.
+/// A dense solution takes half a minute.
 #[test]
 fn three_thousand_freedoms() {
     let coarse = fine_shaft(100, 16);

@@ -22,8 +22,7 @@ const TOUCHING: f64 = 0.01;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
     origin: Vector3<f64>,
-    /// Unit vectors x, y, z; z along the axis. For an axis along (0, 0, 1) they are the global
-    /// ones.
+    /// Unit vectors x, y, z; z along the axis. For an axis along (0, 0, 1) these are the global unit vectors.
     frame: [Vector3<f64>; 3],
 }
 
@@ -116,7 +115,7 @@ pub struct ParallelPlacement {
     pub centre_distance: f64,
     /// Width of the common face \[m\].
     pub width: f64,
-    /// Length of either face beyond it, along the axis of the first gear.
+    /// Length of either face beyond the common face, along the axis of the first gear.
     pub overhang: [FaceOverhang; 2],
     /// Whether the axes have the same direction.
     pub alike: bool,
@@ -265,8 +264,8 @@ mod tests {
         assert_eq!(PitchPoint::of([&a, &turned]).unwrap().sense, 1);
     }
 
-    /// A planet of 20 teeth inside a ring of 60: contact is beyond its axis, both rotate the same way, and it pushes
-    /// outwards.
+    /// A planet of 20 teeth inside a ring of 60: contact is beyond the planet's axis, both rotate in the same
+    /// direction, and the planet pushes outwards.
     #[test]
     fn gears_roll_in_a_ring() {
         let along = [0.0, 0.0, 1.0];
@@ -280,7 +279,7 @@ mod tests {
         assert!((pitch_point.across - Vector3::x()).norm() < 1e-15);
         assert!((pitch_point.forward - Vector3::y()).norm() < 1e-15);
         assert_eq!(pitch_point.sense, 1);
-        // If the ring drives, contact is at the same point, and it pushes the planet inwards.
+        // If the ring drives, contact is at the same point, and the ring pushes the planet inwards.
         let pitch_point = PitchPoint::of([&ring, &planet]).unwrap();
         assert!((pitch_point.point - Vector3::new(0.06, 0.0, 0.0)).norm() < 1e-15);
         assert!((pitch_point.across + Vector3::x()).norm() < 1e-15);

@@ -4,9 +4,9 @@
 //! d = d₀ + C p,   p + F(d) − K₀ d = 0
 //! ```
 //!
-//! d are the motions at the one-sided springs, F are their forces, and K₀ replaces them in C. The approaches of
-//! rolling elements are convex in d, and so is the total potential. Its derivative by p is C times this residual.
-//! Newton steps with a line search along it converge to its minimum.
+//! d are the motions at the one-sided springs, F are their forces, and K₀ replaces the springs in C. The approaches of
+//! rolling elements are convex in d, and so is the total potential. The derivative of the potential by p is C times
+//! this residual. Newton steps with a line search on this derivative converge to the minimum of the potential.
 
 use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
 use nalgebra::{DMatrix, DVector};
@@ -84,7 +84,7 @@ pub(super) struct EquilibriumProblem<'a> {
     pub free: DVector<f64>,
     pub compliance: DMatrix<f64>,
     pub typical: DVector<f64>,
-    /// The same for the meshes: their deflections without p, and by p.
+    /// Deflections of the meshes without p, and their derivatives by p.
     pub meshes: (DVector<f64>, DMatrix<f64>),
 }
 
@@ -100,7 +100,7 @@ impl EquilibriumProblem<'_> {
         &self.free + &self.compliance * force
     }
 
-    /// Residual and tangent of F.
+    /// Residual of the equilibrium, and the derivative of F by d.
     fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.free.len();
         let moved = self.moved(force);
@@ -123,7 +123,7 @@ impl EquilibriumProblem<'_> {
         )
     }
 
-    /// The forces p in equilibrium; if there is no convergence, the last ones as an error.
+    /// The forces p in equilibrium. Without convergence the error contains the last forces.
     pub fn solve(&self) -> Result<DVector<f64>, DVector<f64>> {
         let size = self.free.len();
         let mut force = DVector::zeros(size);

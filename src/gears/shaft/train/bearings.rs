@@ -31,7 +31,7 @@ const NO_THRUST: f64 = 1e-9;
 /// Mean stiffness of a mesh over its face width \[N/m²\], for steel spur gears: 20 N/(mm µm) (ISO 6336-1).
 const MESH: f64 = 2e10;
 
-/// Stiffness of a coupling without torsional springs \[N m/rad\]: its torque does not depend on it.
+/// Assumed stiffness of a coupling without torsional springs \[N m/rad\], which does not affect its torque.
 const LOCKED: f64 = 1e5;
 
 /// A rolling bearing under the mean load of its train.
@@ -41,15 +41,15 @@ pub struct LoadedBearing {
     pub name: String,
     /// Displacement of the inner ring relative to the outer one: x, y, z \[m\], tilts about x and y \[rad\].
     pub moved: Ring,
-    /// Its load.
+    /// Load on the bearing.
     pub bears: RollingLoad,
 }
 
 /// A mesh as a spring.
 struct MeshSpring {
-    /// The sum of the free freedoms that is its deflection.
+    /// Deflection of the mesh, as a sum of the free freedoms.
     row: Vec<f64>,
-    /// Its mean stiffness \[N/m\].
+    /// Mean stiffness of the mesh \[N/m\].
     stiffness: f64,
 }
 
@@ -269,7 +269,7 @@ impl TrainDrive {
         }
     }
 
-    /// Every mesh along its drive flanks, or along its coast flanks if it coasts.
+    /// Every mesh as a spring along its drive flanks, or along its coast flanks if the mesh coasts.
     fn mesh_springs(
         &self,
         coasting: &[bool],

@@ -60,7 +60,7 @@ fn along(sides: &[Side; 2], point: Vector3<f64>, direction: Vector3<f64>) -> Ter
     out
 }
 
-/// Derivative of this motion as the point moves.
+/// Derivative of the relative motion of both sides along `direction` as the point moves by `step`.
 fn moved(sides: &[Side; 2], step: Vector3<f64>, direction: Vector3<f64>) -> Terms {
     let mut out = Terms::new();
     for side in sides {

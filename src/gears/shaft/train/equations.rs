@@ -56,7 +56,7 @@ impl Equations {
         Ok(given != self.reference)
     }
 
-    /// An unknown if the reference is 1; `None` if it is undetermined.
+    /// Value of an unknown if the reference is 1; `None` if it is undetermined.
     pub fn value(&self, unknown: usize) -> Option<Ratio> {
         if unknown == self.reference {
             return Some(Ratio::ONE);

@@ -355,9 +355,9 @@ pub enum TrainError {
     LongPeriod {
         /// The gears.
         gears: [String; 2],
-        /// Number of its cycles,
+        /// Number of cycles of this mesh in `q` cycles of the first mesh.
         p: u64,
-        /// in this number of cycles of the first mesh.
+        /// Number of cycles of the first mesh.
         q: u64,
     },
     /// Meshes whose cycles have no short common period.

@@ -2,8 +2,9 @@
 //!
 //! The members of a planetary set are in the frame of its carrier: carrier, planets, the shafts whose gears mesh with
 //! these, and shafts joined to them by couplings across the axis. Other shafts are in the fixed frame. Couplings
-//! between two frames leave the motions across the axis free: rotation about the axis and motion along it are the same
-//! in all of them, but a force across it would rotate. Sets whose carriers have equal speeds may share a frame.
+//! between two frames leave the motions across the axis free. Rotation about the axis and motion along the axis are the
+//! same in all frames, but a force across the axis would rotate. Sets whose carriers have equal speeds may share a
+//! frame.
 
 use super::axes::Axis;
 use super::{PlanetarySet, Stop, TrainDrive, TrainError};
@@ -170,7 +171,7 @@ pub(super) fn arm_vector(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> [f6
     [x, y]
 }
 
-/// The same as angle \[rad\] and distance \[m\].
+/// [`arm_vector`] as angle \[rad\] and distance \[m\].
 pub(super) fn arm(axes: &[Axis], set: &PlanetarySet, shaft: usize) -> (f64, f64) {
     let [x, y] = arm_vector(axes, set, shaft);
     (y.atan2(x), x.hypot(y))

@@ -1,7 +1,7 @@
 //! A housing between bearings and the ground: reduced matrices from another program over named freedoms.
 //!
-//! Its nodes have displacements and rotations along the global axes. There are also internal freedoms, such as the
-//! modes of a Craig–Bampton reduction. The spring of a bearing on a node acts between the shaft and this
+//! The nodes of a housing have displacements and rotations along the global axes. There are also internal freedoms,
+//! such as the modes of a Craig–Bampton reduction. The spring of a bearing on a node acts between the shaft and this
 //! node, along the axes of the shaft. A freedom that a node does not have is fixed.
 
 use super::axes::Axis;
@@ -193,7 +193,7 @@ impl Housing {
         Ok(())
     }
 
-    /// Whether it can move without a force.
+    /// Whether the housing can move without a force.
     pub(super) fn floats(&self) -> bool {
         least_eigenvalue(&scaled(&self.stiffness, self.freedoms())).0 < ROUND_OFF
     }

@@ -22,7 +22,7 @@ impl SpeedRelation {
         bodies.into_iter().chain(carrier)
     }
 
-    /// The speed that it requires for its second body.
+    /// Speed of the second body that the relation requires.
     fn speed_of_second(&self, known: &Equations) -> Option<Ratio> {
         let frame = match self.carrier {
             Some(carrier) => known.value(carrier)?,
@@ -128,7 +128,7 @@ impl TrainDrive {
         if let Some(equations) = with(&held)? {
             return Ok(equations);
         }
-        // Find the first one that stops the driver, and another one without which it would not.
+        // Find the first held shaft that stops the driver, and another one without which the driver could rotate.
         let mut last = 0;
         while with(&held[..=last])?.is_some() {
             last += 1;

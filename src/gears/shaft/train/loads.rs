@@ -40,7 +40,7 @@ impl TrainDrive {
         });
         let least = 1e-9 * balance.amax();
         let found = balance.svd(true, true).solve(&loads, least);
-        // Both factors were requested, so there is a solution.
+        // The decomposition has both factors, so a solution exists.
         let found = found.unwrap_or_else(|_| DVector::zeros(participations.len()));
         found.iter().take(1 + meshes).copied().collect()
     }
@@ -88,8 +88,8 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of all brakes and of the motor against them, constant and by the first gear's speed. `participations` converts a
-    /// sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
+    /// Forces of all brakes and of the motor against them: a constant part and a part per speed of the first gear.
+    /// `participations` converts a sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
     pub(super) fn brakes(
         &self,
         layout: &Layout,

@@ -47,7 +47,7 @@ pub struct DrawnLaw {
 }
 
 impl MeshLaw {
-    /// The same with a phase lead in cycles.
+    /// This law with a phase lead in cycles.
     pub fn with_phase_lead(&self, cycles: f64) -> Self {
         let later = |law: &ContactLaw| ContactLaw {
             phase: law.phase + cycles,
@@ -65,7 +65,7 @@ impl MeshLaw {
         }
     }
 
-    /// Whether its stiffness varies over its own cycle.
+    /// Whether the stiffness of the mesh varies over its cycle.
     pub(super) fn varies(&self) -> bool {
         match self {
             Self::OfFirst { .. } => false,
@@ -84,9 +84,9 @@ impl TrainDrive {
         Ok(sense(self.layout()?.mesh_speeds[self.body_of(gear)]))
     }
 
-    /// Inverts the helix of drawn meshes whose first gear rotates backwards. Seen from the other end of its shaft,
-    /// where it rotates forwards, the hand is the same, but positions across the face change their sign. So do the
-    /// lines of contact.
+    /// Inverts the helix of drawn meshes whose first gear rotates backwards. Seen from the other end of its shaft, the
+    /// gear rotates forwards. From there the hand of the helix is the same, but positions across the face change their
+    /// sign. So do the lines of contact.
     ///
     /// # Errors
     /// [`TrainError`].

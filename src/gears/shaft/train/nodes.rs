@@ -43,7 +43,7 @@ const STANDING: [&str; 5] = [
 ];
 
 impl TrainDrive {
-    /// Adds everything to an assembly.
+    /// Adds all parts of the train to an assembly.
     pub(super) fn assembled(&self, layout: &Layout) -> Result<Assembled, ShaftError> {
         self.check_size()?;
         let mut assembly = Assembly::new();
@@ -197,7 +197,7 @@ impl TrainDrive {
         })
     }
 
-    /// A shaft of beam elements up to their longest length.
+    /// A shaft of beam elements, none longer than the limit of its section.
     fn flexible(
         &self,
         assembly: &mut Assembly,
@@ -263,7 +263,7 @@ impl TrainDrive {
         let Some(loose) = &gear.loose else {
             return Ok((node, None));
         };
-        // Its bearing is as rigid as the mounts of the shaft.
+        // The bearing of the gear is as rigid as the mounts of the shaft.
         for freedom in self.shafts[place.shaft].motion.fixed_freedoms() {
             assembly.fix(node, *freedom)?;
         }
@@ -330,7 +330,7 @@ impl ShaftNodes {
         (self.places.get(self.position(place))).map_or(self.own.start, |node| node.1)
     }
 
-    /// Index of this node.
+    /// Index of the node nearest to a position.
     fn position(&self, place: f64) -> usize {
         let away = |position: &usize| (self.places[*position].0 - place).abs();
         (0..self.places.len())

@@ -3,7 +3,7 @@
 //! A carrier rotates, and with it the positions of the meshes. The equations are in the frame that
 //! rotates with the carrier at its mean speed: planets keep their positions there, and the directions of
 //! all meshes are constant. Fixed parts must therefore be isotropic, unless the carrier is
-//! held. The gears roll as if the carrier did not rotate ([`Layout::rolling`]). The speeds follow from the held
+//! held. The gears roll as if the carrier did not rotate ([`Layout::mesh_speeds`]). The speeds follow from the held
 //! members ([`super::equations`]).
 //!
 //! Every set has a separate frame ([`super::frames`]).
@@ -54,7 +54,7 @@ pub struct Planet {
 }
 
 impl PlanetarySet {
-    /// Each planet and the carrier.
+    /// Pairs of shafts that the pins connect: each planet and the carrier.
     pub(super) fn pins(&self) -> impl Iterator<Item = [usize; 2]> {
         self.planets
             .iter()
@@ -72,8 +72,8 @@ impl TrainShaft {
     }
 }
 
-/// Phase of a planet's mesh relative to that of the first planet, in cycles from 0 on. A tooth of the central gear gets
-/// there later by the angle of the planet, counted in the direction in which this gear rolls.
+/// Phase of a planet's mesh relative to that of the first planet, in cycles from 0 on. A tooth of the central gear
+/// reaches this planet later, by the angle of the planet in the direction in which this gear rolls.
 pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
     let turns = -sense * f64::from(teeth) * angle / TAU;
     let phase = turns.rem_euclid(1.0);

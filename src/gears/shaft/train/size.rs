@@ -2,15 +2,15 @@
 
 use super::{TrainDrive, TrainError, TrainShaft};
 
-/// Largest number of degrees of freedom of a train. The finest flexible drive has 3612; the dense matrices of 4000 take
-/// some 1.2 GB.
+/// Largest number of degrees of freedom of a train. The finest flexible drive has 3612. The dense matrices of 4000
+/// degrees of freedom take about 1.2 GB.
 const MOST_FREEDOMS: f64 = 4000.0;
 
 /// Largest number of beam elements of a train, including those of held shafts.
 const MOST_ELEMENTS: f64 = 4000.0;
 
-/// Matrices in memory during the solution for the modes: mass and stiffness, three of coupling, four of the dense
-/// solution.
+/// Number of matrices in memory during the solution for the modes: mass and stiffness, three of coupling, four of the
+/// dense solution.
 const MATRICES: f64 = 9.0;
 
 /// The end of a hub uses an existing node within this part of the outer diameter: an element much shorter than the
@@ -36,7 +36,7 @@ pub(super) struct ElementRun {
 }
 
 impl TrainShaft {
-    /// Longest beam element of a section \[m\] at this outer diameter \[m\].
+    /// Largest length of a beam element of a section \[m\] at this outer diameter \[m\].
     fn longest_element(&self, section: usize, outer: f64) -> f64 {
         let section = &self.sections[section];
         section.element.or(self.element).unwrap_or(outer)
@@ -87,7 +87,7 @@ impl TrainShaft {
 }
 
 impl TrainDrive {
-    /// Checks that its matrices are not too large.
+    /// Checks that the matrices of the train are not too large.
     ///
     /// # Errors
     /// [`TrainError::TooFine`], [`TrainError::OffShaft`].

@@ -27,8 +27,8 @@ pub(super) struct Layout {
     /// Speed of each body about its axis, right-handed, in units of the driver's; 0 for a body at
     /// rest. First the shafts, then the loose gears. The first gear rolls forwards.
     pub speeds: Vec<f64>,
-    /// The same in the meshes, in units of the first gear's speed. Speeds of members of planetary sets are relative
-    /// to their carrier.
+    /// Speed of each body in its meshes, in units of the first gear's speed. Speeds of members of planetary sets are
+    /// relative to their carrier.
     pub mesh_speeds: Vec<f64>,
     /// Rolling speed of the first gear, in units of the driver's speed.
     pub first_gear_speed: f64,
@@ -36,7 +36,7 @@ pub(super) struct Layout {
     pub carriers: Vec<f64>,
     /// The set whose frame each shaft is in; `None` in the fixed frame.
     pub frames: Vec<Option<usize>>,
-    /// Whether that frame rotates.
+    /// Whether the frame of each shaft rotates.
     pub turning: Vec<bool>,
     /// Pitch points of the first mesh and of each further one.
     pub meshes: Vec<PitchPoint>,

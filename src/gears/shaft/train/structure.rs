@@ -34,8 +34,8 @@ const HELD: [(Freedom, &str, &str); 5] = [
 
 impl TrainDrive {
     /// The `retained` lowest of the `modes` lowest modes, as
-    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion is
-    /// that on the driving shaft, the one on the wheel that on the shaft of the second gear, `None` if that runs loose.
+    /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion acts on the driving
+    /// shaft. The torque on the wheel acts on the shaft of the second gear; it is `None` if this gear runs loose.
     ///
     /// # Errors
     /// [`TrainError`], and as [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes).
@@ -468,9 +468,9 @@ impl TrainDrive {
     }
 }
 
-/// Removes the neutral rotation from the terms of a rotating frame. Those terms would increase centrifugal forces while
-/// the set runs ahead, in proportion to the small variation of its speed. But nothing would hold the mean speed, as no
-/// contact is deflected: from any start the set would run at a different speed than that of the mesh cycle.
+/// Removes the neutral rotation from the terms of a rotating frame. These terms would change centrifugal forces in
+/// proportion to the small variation of the set's speed. But nothing would hold the mean speed, because no contact is
+/// deflected. From any start the set would rotate at another speed than that of the mesh cycle.
 fn release_neutral(structure: &mut ModalStructure) {
     if structure.frame.stiffness.is_empty() {
         return;

@@ -30,7 +30,7 @@ pub enum Walk {
     Pages,
     /// Another page with every load.
     Hops,
-    /// The same on huge pages.
+    /// Another page with every load, on huge pages.
     #[strum(to_string = "hops")]
     HopsHuge,
 }
@@ -58,7 +58,7 @@ impl Solver {
         self.into()
     }
 
-    /// The sharing in campaigns on one node.
+    /// How threads share the tables in campaigns on one node.
     pub fn usual_sharing(self) -> Sharing {
         match self {
             Self::Volterra => Sharing::Private,
@@ -89,9 +89,9 @@ impl Sharing {
 /// The task of a team that integrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Campaign {
-    /// Sharing of its tables.
+    /// The kernel.
     pub solver: Solver,
-    /// Its tables.
+    /// How threads share the tables of the kernel.
     pub sharing: Sharing,
     /// Number of modes of the structure.
     pub modes: usize,
@@ -129,7 +129,7 @@ pub enum Item {
     },
     /// Integration by teams of growing size: one figure per team.
     Solver {
-        /// Their task.
+        /// Task of the teams.
         campaign: Campaign,
         /// The teams; the first is one thread.
         teams: Vec<Vec<HardwareThread>>,
@@ -157,7 +157,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// Its part.
+    /// Part of the measurements to which the item belongs.
     pub fn part(&self) -> Part {
         match self {
             Self::Arithmetic { .. } => Part::Arithmetic,

@@ -25,8 +25,8 @@ use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
-/// Largest stretch of a slider's spring beyond the limit, and its largest change over a step, that count as zero after
-/// an event, in units of the stretch at the limit.
+/// Bound below which two quantities count as zero after an event: the stretch of a slider's spring beyond the limit,
+/// and its change over a step. The unit is the stretch at the limit.
 const LEFT_BY_AN_EVENT: f64 = 1e-22;
 
 /// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
@@ -41,7 +41,7 @@ pub struct Extended<'m> {
     model: &'m Model,
     structure: Structure,
     order: usize,
-    /// Longest step \[s\].
+    /// Largest length of a step \[s\].
     step: f64,
     /// Growth rate of the speed, relative to the speed of the model \[1/s\].
     acceleration: f64,
@@ -275,7 +275,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Moves sliders that are at their limits within the round-off of doubles exactly there.
+    /// Moves sliders that are at their limits within the round-off of doubles exactly to these limits.
     fn clamp_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
@@ -295,7 +295,7 @@ impl Integration<'_> {
         self.let_slide(slips, DoubleDouble::ZERO);
     }
 
-    /// Moves the sliders along whose slips are among these contacts.
+    /// Moves each slider whose slip is among these contacts to the place where its spring has the limit force.
     fn let_slide(&mut self, slips: ActiveSet, time: DoubleDouble) {
         let Extended {
             model, structure, ..
@@ -355,7 +355,7 @@ impl Integration<'_> {
             self.cross(contact, reached);
         }
         let own = ActiveSet::FREE.toggled(contact);
-        // If the push or the surface jumped over the contact, neither is zero.
+        // After a jump of the push or of the surface at the start of a step, neither is zero.
         let stepped =
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
@@ -410,7 +410,7 @@ impl Integration<'_> {
                 if !closed {
                     margins.push((indentation, false, StateEnd::Freedom));
                 } else if !crossed && indentation[0].value() < 0.0 {
-                    // Beyond the surface after a jump of line or gap.
+                    // After a jump of line or gap the closed contact is beyond its surface.
                     margins.push((indentation, false, StateEnd::Surface));
                 }
             } else if closed {

@@ -1,13 +1,14 @@
 //! Where is the first zero of a power series on a step? The signs of its Bernstein coefficients prove it.
 //!
-//! A polynomial has at most as many zeros in (0, 1) as its Bernstein coefficients have sign changes, and the same
-//! number modulo two (Descartes' rule; Farouki 2012, section 3.3). No change: no zero. One: exactly one, which Newton's
-//! method finds. More: de Casteljau's algorithm halves the interval.
+//! A polynomial has at most as many zeros in (0, 1) as its Bernstein coefficients have sign changes. Both numbers are
+//! equal modulo two (Descartes' rule; Farouki 2012, section 3.3). No sign change proves that there is no zero. One sign
+//! change proves exactly one zero, which Newton's method finds. With more, de Casteljau's algorithm halves the
+//! interval.
 
 use super::DoubleDouble;
 
-/// Halvings before an interval counts as undecided: it is 2⁻⁵⁴ wide, and a touch is closer than 2⁻¹⁰⁸ of the step's
-/// scale, which is below the resolution of the numbers.
+/// Number of halvings after which an interval counts as undecided. The interval is then 2⁻⁵⁴ wide. A touch in it is
+/// closer than 2⁻¹⁰⁸ of the step's scale, which is below the resolution of the numbers.
 const DEPTH: u32 = 54;
 
 /// A touch within the round-off of the numbers: a zero can be neither proved nor excluded.

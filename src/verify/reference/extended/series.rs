@@ -34,11 +34,11 @@ pub(super) struct Instant<'a> {
 
 /// Coefficients on a step in `u`, the fraction of its length.
 pub(super) struct StepSeries {
-    /// For each component of the state, order + 1 each.
+    /// Coefficients of each component of the state, order + 1 for each.
     states: Vec<Vec<DoubleDouble>>,
-    /// For δ along every line \[m\] that a contact uses.
+    /// Coefficients of δ along every line that a contact uses \[m\].
     pub deflections: Vec<Vec<DoubleDouble>>,
-    /// For the error of loaded flanks, of every contact \[m\]; empty if it is zero.
+    /// Coefficients of the error of loaded flanks, for every contact \[m\]; empty if it is zero.
     pub gap_errors: Vec<Vec<DoubleDouble>>,
     /// Stiffness \[N/m\] and damping \[N s/m\] of every contact.
     laws: Vec<(Vec<DoubleDouble>, f64)>,
@@ -46,7 +46,7 @@ pub(super) struct StepSeries {
 
 impl StepSeries {
     /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from those of its `s δ − b` over a
-    /// step of some length \[s\]; one fewer.
+    /// step of some length \[s\]. The result has one coefficient fewer.
     pub fn push(
         &self,
         contact: usize,
@@ -181,7 +181,7 @@ impl Structure {
                     let (x, y) = (states[i][j], states[n + i][j]);
                     d += x * block.deflection[0];
                     rate += y * block.rate[1];
-                    // Both are zero for a mode; adding them would take half the time.
+                    // Both are zero for a mode; skipping them saves half the time.
                     if block.deflection[1] != 0.0 {
                         d += y * block.deflection[1];
                     }

@@ -77,7 +77,7 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     let imaginary = DoubleDouble::exact(4.0 * c);
     let scale = DoubleDouble::exact(0.1) / (real * real + imaginary * imaginary);
     let (a, beta) = (real * scale, imaginary * scale);
-    // Without load it would leave the flank, so that the test imposes the contact state on one step.
+    // Without load the mass would leave the flank. The test therefore imposes the contact state on one step.
     let e = DoubleDouble::exact(0.1);
     let q = (DoubleDouble::ONE + a + e) * 0.5;
     let v = beta * 0.5;

@@ -28,17 +28,17 @@ pub(super) struct Axial {
     pub crossed: Mat<f64>,
     /// `∫ p w dz` of the waves w, polynomials by rows; the waves are orthonormal over the face.
     pub loads: Mat<f64>,
-    /// The same for a and the waves of sines.
+    /// `∫ a w dz` of the waves of sines w.
     pub axial_loads: Mat<f64>,
     /// Wave numbers k of the waves in the section \[1 / unit of length\].
     pub numbers: Vec<f64>,
-    /// The same along the axis; a wave number of 0 has no wave there.
+    /// Wave numbers of the waves along the axis. A uniform wave has no component there, so 0 is omitted.
     pub axial_numbers: Vec<f64>,
 }
 
 impl Axial {
-    /// The polynomials up to a degree that are even or odd about the middle of a face of that
-    /// width, and the first `waves` waves of the same parity.
+    /// The even or odd polynomials up to a degree on a face of width `width`, and the first `waves` waves of the same
+    /// parity.
     pub fn new(width: f64, degree: usize, waves: usize, odd: bool) -> Self {
         let rule = GaussLegendre::new(degree + waves + 8);
         let points = rule.nodes.len();
@@ -84,7 +84,7 @@ impl Axial {
     }
 }
 
-/// Adds the product of a matrix of the section and one of the face to a block of `target`; the index of the
+/// Adds the Kronecker product of a matrix of the section and one of the face to a block of `target`. The index of the
 /// face runs fastest.
 pub(super) fn add_product(
     target: &mut Mat<f64>,

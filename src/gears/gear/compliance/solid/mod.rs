@@ -21,17 +21,17 @@ const NEIGHBOURS: usize = 2;
 /// Largest number of waves along the face.
 const MOST_WAVES: usize = 24;
 
-/// Number of waves that resolve the compliance of teeth on a face of that many tooth heights. The half
-/// of the last wave is about 0.45 heights long; teeth yield to it a twentieth as much as to an even load.
+/// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights. Half the
+/// shortest wavelength is about 0.45 heights. Teeth yield to this wave a twentieth as much as to an even load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
 
-/// Waves of displacement by waves of load along the face on one tooth, by load case.
+/// Compliance of a gear: waves of displacement under waves of load along the face on one tooth, by load case.
 pub(super) struct SolidGear {
     /// At the loaded tooth, for each roll angle: waves of displacement by rows.
     pub own: Vec<Mat<f64>>,
-    /// Both parities along the face.
+    /// The parts even and odd along the face.
     parities: [Parity; 2],
 }
 
@@ -43,8 +43,8 @@ struct Parity {
 }
 
 impl SolidGear {
-    /// A gear with this tooth and ratio of root to bore radius, loaded at roll angles of its flank, in `waves`
-    /// waves along a face of a width \[m\]. `None` if the numbers are not finite.
+    /// A gear with a tooth and a ratio of root to bore radius, loaded at roll angles of its flank. Loads are expanded
+    /// in `waves` waves along a face of a width \[m\]. `None` if the numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -85,8 +85,8 @@ impl SolidGear {
         Some(Self { own, parities })
     }
 
-    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, in the sense of growing x of the
-    /// loaded tooth, by waves of load on this one. Roll angles are given by their indices.
+    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, by waves of load on this one. Displacements
+    /// are positive towards growing x of the loaded tooth. Roll angles are given by their indices.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
         let waves = self.own[near].nrows();
         let mut out = Mat::zeros(waves, waves);

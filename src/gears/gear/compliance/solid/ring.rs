@@ -1,9 +1,9 @@
 //! The gear body as an elastic ring of the width of the face, with free ends, clamped at its bore.
 //!
-//! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's
-//! method. Higher harmonics do not reach the bore, and not far along the face. A wave along
-//! the face and round the gear is then one of an elastic half space along its wave vector: plane strain
-//! in that direction and shear across it. Lengths are in root radii and stresses in Young's moduli.
+//! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's method. The
+//! displacements of higher harmonics decay within a short distance from the load, before the bore. A wave along the
+//! face and round the gear is then one of an elastic half space: plane strain along its wave vector and shear across
+//! it. Lengths are in root radii and stresses in Young's moduli.
 
 use super::axial::{Axial, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};
@@ -22,8 +22,8 @@ const RADIAL: usize = 6;
 /// Highest harmonic, times the half angle of the foot.
 const HARMONICS: f64 = 40.0;
 
-/// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z feet of
-/// a half angle \[rad\], on a ring of a ratio of root to bore radius. `None` if the numbers are not finite.
+/// Compliance matrices over the modes of a foot, one per wave k = 0 … z/2 round z feet of a half angle \[rad\], on a
+/// ring with a ratio of root to bore radius. `None` if the numbers are not finite.
 pub(super) fn waves(
     teeth: u32,
     half_angle: f64,
@@ -188,8 +188,8 @@ impl<'a> SolidRing<'a> {
         out
     }
 
-    /// The same for a harmonic that does not reach the bore, on a disc of any thickness. A wave of number
-    /// `q = √(n² + k²)` yields in plane strain along its vector (n, k), and by `1/(G q)` in shear across it.
+    /// As [`Self::harmonic`], for a harmonic that does not reach the bore, on a disc of any thickness. A wave of
+    /// number `q = √(n² + k²)` yields in plane strain along its vector (n, k), and by `1/(G q)` in shear across it.
     fn half_space(&self, order: u64) -> Mat<f64> {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
         let mut out = Mat::zeros(2 * waves + axial_waves, 2 * waves + axial_waves);

@@ -1,9 +1,8 @@
 //! A tooth above its root circle as an elastic solid with free ends, by Ritz's method.
 //!
-//! In the section the displacements are those of the plane tooth ([`super::super::plate`]) at a lower
-//! degree, and so are displacements along the axis. Along the face they are polynomials
-//! ([`Axial`]). Energy and foot are those of the plane problem in three dimensions. Lengths are in root
-//! radii, stresses in Young's moduli.
+//! In the section the displacements are those of the plane tooth ([`super::super::plate`]) at a lower degree, and so
+//! are displacements along the axis. Along the face they are polynomials ([`Axial`]). Energy and foot are the
+//! three-dimensional form of those of the plane problem. Lengths are in root radii, stresses in Young's moduli.
 
 use super::axial::{Axial, add_product, mirror};
 use crate::gear::Tooth;
@@ -37,9 +36,10 @@ pub(super) struct SolidTooth {
     pub stiffness: Mat<f64>,
     /// Forces of unit waves of load on the flank on a clamped foot, by load case: modes by rows.
     pub forces: Vec<Mat<f64>>,
-    /// The same for waves of force where the lines of force cross the centre line.
+    /// Forces on a clamped foot of unit waves of force where the lines of force cross the centre line.
     pub places: Vec<Mat<f64>>,
-    /// Waves of displacement there, by rows, by waves of load on the flank, with the foot clamped.
+    /// Waves of displacement where the lines of force cross the centre line, by rows. Waves of load on the flank, by
+    /// columns. The foot is clamped.
     pub clamped: Vec<Mat<f64>>,
 }
 
@@ -74,8 +74,7 @@ pub(super) fn modes(axial: &Axial) -> usize {
 }
 
 impl SolidTooth {
-    /// The tooth at a Poisson's ratio, loaded at roll angles of its involute. `None` if the numbers are not
-    /// finite.
+    /// The tooth with a Poisson's ratio, loaded at roll angles of its involute. `None` if the numbers are not finite.
     pub fn new(tooth: &Tooth, poisson_ratio: f64, rolls: &[f64], axial: &Axial) -> Option<Self> {
         let basis = Basis::new(tooth, &SECTION);
         let points = interior(tooth, &INTERIOR);
@@ -97,9 +96,9 @@ impl SolidTooth {
         Some(solid)
     }
 
-    /// Adds the part that is odd or even about the centre line, as in the plane. With K the stiffness, B the work of
-    /// the foot's modes, `A = (K + Bᵀ B)⁻¹` and `C = B A Bᵀ`, the foot's stiffness is `C⁻¹ − 1` and
-    /// the forces of a load f on it are `C⁻¹ B A f`.
+    /// Adds the part that is odd or even about the centre line, as in the plane. K is the stiffness and B the work of
+    /// the foot's modes. With `A = (K + Bᵀ B)⁻¹` and `C = B A Bᵀ` the stiffness of the foot is `C⁻¹ − 1`. The forces of
+    /// a load f on the foot are `C⁻¹ B A f`.
     fn add(
         &mut self,
         part: &Part,
@@ -163,7 +162,7 @@ impl SolidTooth {
     }
 }
 
-/// Integrals of the foot's modes with the displacements on it, and the indices of these modes.
+/// Integrals over the foot of products of its modes and the displacements, and the indices of these modes.
 fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
     let half_angle = tooth.root_half_angle;
     // The axial polynomials have the parity of the radial ones.

@@ -32,8 +32,8 @@ fn is_uncoupled(of: &ModalStructure) -> bool {
     of.coupling.is_none() && of.constant_load.is_empty() && of.load_by_speed.is_empty()
 }
 
-/// Nothing else of the structure changes in any bit. Without requested coupling there is
-/// none.
+/// Coupling of the modes leaves all other parts of the structure bit-identical. Modes are uncoupled unless the drive
+/// requests coupling.
 #[test]
 fn the_rest_of_the_structure_stays_in_every_bit() {
     let plain = structure(&drive());
@@ -53,8 +53,8 @@ fn form(rows: &[f64], velocity: &[f64]) -> f64 {
         .sum()
 }
 
-/// The power of the modal damping matrix is that of every bearing's dampers at the
-/// velocity of its node, known from its springs' forces, and of the drag at the shafts' ends.
+/// The power of the modal damping matrix equals the power of the bearings' dampers and of the drag at the shafts' ends.
+/// The velocity at a damper follows from the forces of the parallel springs.
 #[test]
 fn dampers_take_the_power_of_their_velocities() {
     let drive = damped();
@@ -98,9 +98,9 @@ fn dampers_take_the_power_of_their_velocities() {
     }
 }
 
-/// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs
-/// and dampers of its bearings, its inertia and the mesh force. Its mass m follows from `Σ φ² = 1/m`
-/// with the displacement φ of the modes.
+/// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs and dampers
+/// of its bearings, its inertia and the mesh force. The mass m of the shaft follows from `Σ φ² = 1/m` with the
+/// displacement φ of the modes.
 #[test]
 fn bearing_forces_balance_the_accelerations() {
     let mut drive = damped();
