@@ -17,7 +17,7 @@ pub struct WavRequest<'a> {
     pub folder: &'a Path,
     /// Column of `signals.parquet`; `None` for the first signal.
     pub signal: Option<&'a str>,
-    /// Value about the mean at full scale, in the signal's unit; `None` for the largest one in the signal.
+    /// Deviation from the mean at full scale, in the signal's unit; `None` for the largest deviation in the signal.
     pub full_scale: Option<f64>,
     /// The file; `None` for one beside the table.
     pub out: Option<&'a Path>,
