@@ -8,8 +8,8 @@
 //! ```
 //!
 //! with the events per cycle e and a penalty for another kind of motion. A period doubling continues its branch. An
-//! attractor without a match begins a branch, and so does every attractor behind a missing point. Branches follow from
-//! the whole table and are not part of it, because a shard of a job has no neighbours.
+//! attractor without a match begins a branch, and so does every attractor after a missing point. Branches follow from
+//! the whole table and are not part of it, because the neighbours of a point can be in another shard of the job.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -136,7 +136,7 @@ pub fn branches(
     let mut lines: Vec<Vec<&PointSummary>> = lines.into_values().collect();
     lines.sort_by_key(|line| line[0].point_id);
     for mut line in lines {
-        // A sweep may go down.
+        // The points of a downward sweep are in descending order.
         line.sort_by(|a, b| a.axis_values[along].total_cmp(&b.axis_values[along]));
         let mut previous: Option<(usize, std::ops::Range<usize>)> = None;
         for point in line {
@@ -183,7 +183,7 @@ fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
 fn distance(a: &Attractor, b: &Attractor) -> f64 {
     let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) if a > 0.0 && b > 0.0 => (a / b).ln().abs(),
-        // Only one of the two motions stands still, or never touches.
+        // Only one of the two motions has no vibration, or no contact force.
         (Some(a), Some(b)) if a != b => f64::INFINITY,
         _ => 0.0,
     };
@@ -246,7 +246,7 @@ mod tests {
     fn a_branch_keeps_its_number_whatever_its_attractor_is_called() {
         let quiet = |id| attractor(id, 1, 1e-6 * (1.0 + 0.1 * id as f64), 1e3, 0.0);
         let loud = |id| attractor(id, 1, 30e-6, 2e4, 4.0);
-        // The second point numbers them in reverse, the third lost one.
+        // The second point numbers its attractors in reverse; the third point has only one of them.
         let all = [
             quiet(0),
             loud(0),
@@ -275,9 +275,9 @@ mod tests {
     fn lines_are_separate_and_holes_end_branches() {
         let same = |id| attractor(id, 1, 1e-6, 1e3, 2.0);
         let all: Vec<Attractor> = (0..8).filter(|id| *id != 6).map(same).collect();
-        // Two lines of four; in the second, the third point is missing.
+        // Along the second axis: two lines of four points; the third point of the second line is missing.
         assert_eq!(followed([2, 4], 1, &all), [0, 0, 0, 0, 1, 1, 2]);
-        // Four lines of two; one of them lost its end.
+        // Along the first axis: four lines of two points; the end of the third line is missing.
         assert_eq!(followed([2, 4], 0, &all), [0, 1, 2, 3, 0, 1, 3]);
     }
 

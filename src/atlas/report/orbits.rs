@@ -57,13 +57,13 @@ pub struct Orbit {
     pub modulus: f64,
     /// The leading multiplier, real and imaginary part; `None` if the table has no multipliers.
     pub leading: Option<[f64; 2]>,
-    /// Kind of the bifurcation at its crossing of the unit circle; `None` if it is well inside.
+    /// Kind of bifurcation where the leading multiplier crosses the unit circle; `None` if it lies well inside.
     pub bifurcation: Option<String>,
     /// Smallest distance of an extreme of δ from a contact surface \[half gaps\].
     pub grazing_margin: Option<f64>,
     /// Growth of a kick over one period, integrated in full.
     pub kick_growth: Option<f64>,
-    /// The prediction of the monodromy matrix for it.
+    /// Growth of the kick as the monodromy matrix predicts it.
     pub kick_growth_linear: Option<f64>,
     /// All multipliers, real and imaginary parts.
     #[serde(skip)]
@@ -141,7 +141,7 @@ pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
             period,
             state: states[row],
             stable: stable[row]?,
-            // The exponent of an orbit with multipliers 0 is not finite.
+            // If all multipliers are 0, the exponent is not finite.
             modulus: lambda[row].map_or(0.0, |lambda| (lambda * period as f64).exp()),
             leading: multipliers.first().copied(),
             bifurcation: bifurcations[row].clone(),

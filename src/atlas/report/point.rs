@@ -49,7 +49,7 @@ pub struct PointSummary {
     pub lambda: Option<f64>,
     /// Its standard error.
     pub stderr: Option<f64>,
-    /// The twin's exponent.
+    /// Exponent from the twin trajectory \[1/cycle\].
     pub twin: Option<f64>,
     /// Life of its chaos; absent if no trajectory was chaotic.
     pub chaos: Option<Box<ChaosLife>>,

@@ -5,10 +5,10 @@ use crate::report::summary::Summary;
 use crate::report::transitions::TransitionSummary;
 use std::fmt::Write;
 
-/// Most rows of the list.
+/// Largest number of rows in the list.
 const MOST_ROWS: usize = 40;
 
-/// A list of them.
+/// Appends a list of the changes of motion.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let Some(axis) = summary.carried_along.as_ref() else {
         return;
