@@ -59,7 +59,7 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert_eq!((times.len(), times[0], times[1600]), (1601, 0.0, 0.2));
     let rpm = std::f64::consts::TAU / 60.0;
     assert!((speeds[0] / rpm - 600.0).abs() < 1e-9 && (speeds[1600] / rpm - 1500.0).abs() < 1e-9);
-    // Order 0 is the mean, under another window.
+    // Order 0 is the mean, computed with another window.
     let (orders, amplitudes) = (
         column(TableKind::OrderTracks, "order"),
         column(TableKind::OrderTracks, "amplitude"),

@@ -43,7 +43,7 @@ fn a_key_without_effect_changes_nothing() {
         let in_manifest = |warning: &&Diagnostic| {
             assert_eq!(warning.kind, DiagnosticKind::NoEffect);
             assert!(warning.line > 0 && warning.remedy.is_some(), "{warning:?}");
-            // An axis makes other points, and a modal file is not part of the manifest.
+            // Removing an axis changes the points, and a modal file is not part of the manifest.
             warning.span.source == 0 && !warning.key.contains('"')
         };
         let keys = job.warnings.diagnostics.iter().filter(in_manifest);

@@ -57,7 +57,7 @@ fn slices_do_not_depend_on_threads_or_shards() {
         "{}",
         whole.attractors.len()
     );
-    // Fewer branches than attractors: they are matched between points.
+    // There are fewer branches than attractors, because attractors are matched between points.
     let branches = whole.branches.iter().max().unwrap() + 1;
     assert!(
         branches < whole.attractors.len() / 2,
@@ -111,7 +111,7 @@ fn slices_and_shares_are_drawn() {
     for label in ["share of probes", "speed [rad/s]", "95 % interval", "RMS"] {
         assert!(shares.contains(label), "{label}");
     }
-    // One point alone.
+    // Draw one point alone.
     let one = said(
         path,
         &[

@@ -246,7 +246,7 @@ fn segments_converge_to_the_relieved_course() {
     assert!(errors[2] < 1e-4, "{errors:?}");
 }
 
-/// Kernels with tables say what to do; they accept its harmonics, or no error.
+/// Table kernels refuse the error of loaded flanks with a remedy; they accept its harmonics, or no error.
 #[test]
 fn kernels_of_tables_want_a_choice() {
     let parts = common::parts();

@@ -111,7 +111,7 @@ fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
     kept
 }
 
-/// Cycle by cycle, so that errors do not accumulate: events and states agree with those of the other integrator.
+/// Events and states agree with those of the other integrator, cycle by cycle, so that errors do not accumulate.
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
@@ -125,7 +125,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             speed: TAU / 2.3,
         };
         let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point);
-        // A force that is inclined so much that it pulls its stop shut is refused.
+        // The model refuses a force so inclined that it closes its own stop.
         let Ok(model) = model else { continue };
         let kernel = volterra(&model);
         let reference = Reference::new(&model);

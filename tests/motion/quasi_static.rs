@@ -339,7 +339,7 @@ fn segments_and_harmonics_of_a_table() {
     println!("staircase of 24 segments: {staircase:.1e} of the loaded transmission error");
     assert!(staircase < 0.05, "{staircase}");
 
-    // δ along the line; the dynamic transmission error is δ + e.
+    // δ is along the line of action; the dynamic transmission error is δ + e.
     let excitation = "table_harmonics = 6";
     let imposed = |phase: f64| -> f64 {
         let waves = table.harmonics(&error, 6);
