@@ -9,7 +9,7 @@ use gearatlas::gear::{
 };
 use gearatlas::numerics::legendre::evaluate;
 
-/// Longest window \[cycles\].
+/// Largest length of a window \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
 /// A cycle of the 20/30 pair under a torque \[N m\], with crowning of the pinion's lead \[m\].

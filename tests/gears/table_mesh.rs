@@ -112,8 +112,8 @@ fn segments_converge_to_the_course() {
     }
 }
 
-/// Pieces have the mean of the load centroid and of friction, and are short where these move: at most a quarter of the
-/// cycle. Otherwise a piece is half a cycle long.
+/// Pieces have the mean of the load centroid and of friction. They are at most a quarter of the cycle long where these
+/// vary, and otherwise half a cycle.
 #[test]
 fn pieces_are_short_where_the_load_wanders() {
     let parts = common::parts();
@@ -185,7 +185,7 @@ fn relieved_flanks_run_without_event_storms() {
         for segment in &model.first_cycle().segments {
             for step in 0..=50 {
                 let stiffness = segment.stiffness.at(f64::from(step) / 25.0 - 1.0);
-                // For one pair at its tip, and for two.
+                // The limits are for one pair at its tip, and for two pairs.
                 assert!((1.5e8..3.4e8).contains(&stiffness), "{stiffness:e}");
             }
             // A window that starts in the segment may extend beyond it, at most by its length.

@@ -207,7 +207,8 @@ fn random_stops_are_followed_as_by_another_integrator() {
     assert!(late < 1e-5, "{worst:e} {late:e}");
 }
 
-/// Tangents are the limits of differences of trajectories with the same events, also if a stop lets go while another is hit.
+/// Tangents are the limits of differences of trajectories with the same events, also if the impact on one stop ends the
+/// rest on another.
 #[test]
 fn tangents_of_several_stops_are_differences_of_trajectories() {
     let mut stream = Stream::new(29, 0, 0);

@@ -114,8 +114,8 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
 }
 
 /// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. The axes with
-/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors` and
-/// `points` are in `point_id` order.
+/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors`
+/// and `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
