@@ -93,8 +93,8 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert!(occupied.contains("--overwrite"), "{occupied}");
 }
 
-/// A measured course: up, at rest, down, with torques. Speed and load are those of the file at its times; between two
-/// points, the course is linear.
+/// A measured speed over time goes up, rests and goes down, with torques. Speed and load equal those of the file at its
+/// times, and are linear in between.
 #[test]
 fn a_bench_gives_the_course() {
     const REST: &str = "settle = 0\nsample_rate = 1000\nrevolutions = 1\nfrequency_step = 50\nsignals = [\"force\"]";

@@ -835,7 +835,7 @@ fn maxima_of_the_force_are_those_of_a_dense_course() {
             "{sample:?}"
         );
     }
-    // Other maxima of a course do not count: the force jumps down with the stiffness, or at a release.
+    // Other maxima of the force over time do not count: the force jumps down with the stiffness, or at a release.
     for at in maxima {
         let phase = course[at].phase;
         let ended =

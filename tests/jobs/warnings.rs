@@ -85,7 +85,7 @@ fn every_shipped_manifest_takes_a_constant_stiffness() {
     assert!(warned >= 26, "{warned}");
 }
 
-/// It is unknown which of the two numbers is meant.
+/// Two numbers for one quantity are an error, because it is unknown which of them is meant.
 #[test]
 fn one_quantity_given_twice_is_an_error() {
     let quickstart = root().join("manifests/quickstart.toml");

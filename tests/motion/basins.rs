@@ -121,7 +121,7 @@ fn slices_and_shares_are_drawn() {
     assert_eq!(one.lines().count(), 1, "{one}");
 }
 
-/// Modes without mesh participation are known only with the structure: every point reports it in its row.
+/// Modes without mesh participation are known only with the structure, so every point reports the error in its results.
 #[test]
 fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     let folder = folder();

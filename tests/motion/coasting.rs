@@ -106,7 +106,7 @@ const MOTION: [(&str, f64); 8] = [
     ("fraction_both", 1.0),
 ];
 
-/// Asserts that the rows of one drive are those of its mirror image at the opposite load.
+/// Asserts that the results of one drive are those of its mirror image at the opposite load.
 fn mirrored(one: &ResultTable, other: &ResultTable) {
     let mut seen = 0;
     let mut same = |names: [&str; 2], sign: f64, tolerance: f64| {

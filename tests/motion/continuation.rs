@@ -233,7 +233,7 @@ impl ParametricDrive for Pressed {
     }
 }
 
-/// With a force of two periods in five mesh cycles the map repeats after five.
+/// With a force of two periods in five mesh cycles the map repeats after five cycles.
 #[test]
 fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
     for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
@@ -249,7 +249,7 @@ fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
 fn onset_of_rattle_is_where_the_closed_form_says() {
     let map_at = [0.9, 3.0];
     let mut map = DriveMap::new(&Pressed { turns: 1.0 }, map_at).unwrap();
-    // There are so many values that the peak of some is near the border of two windows.
+    // With this number of values, the peak of some is near the border of two windows.
     for omega in (0..150).map(|i| 0.4 + 0.016 * f64::from(i)) {
         let found = onset(&mut map, [omega, 0.0], 1).unwrap().unwrap();
         let (spring, rate) = (0.25 + 2.0, 2.0 * PRESSED * 0.5 + 0.1);

@@ -77,7 +77,7 @@ fn known(outcome: &PointOutcome) -> [Known; STATISTICS.len()] {
     let lyapunov = outcome.lyapunov.as_ref().unwrap();
     let nvh = outcome.nvh.as_ref().unwrap();
     let error = nvh.stderr.as_ref().unwrap();
-    // Both are averages over ten cycles.
+    // Exponent and statistics are averages over blocks of ten cycles.
     let [growth, motion] =
         [outcome.measured_cycles, nvh.cycles].map(|cycles| interval_factor(cycles as usize / 10));
     [

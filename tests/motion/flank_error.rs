@@ -224,7 +224,7 @@ fn kernels_follow_the_error_to_round_off() {
     }
 }
 
-/// Segments with the full error converge to the course with it.
+/// Segments with the full error converge to the stiffness and error in pieces.
 #[test]
 fn segments_converge_to_the_relieved_course() {
     let parts = common::parts();

@@ -79,8 +79,8 @@ fn row(folder: &Path, id: usize) -> String {
         .to_owned()
 }
 
-/// A small drive gets closed modes: the rows are those of that kernel, on any number of threads, in shards, and with an
-/// existing table; record and check give the reason.
+/// A small drive gets closed modes: the results are those of this kernel, on any number of threads, in shards, and with
+/// an existing table. Record and `atlas check` give the reason.
 #[test]
 fn a_small_drive_gets_closed_modes() {
     let place = oscillator("auto");
@@ -299,7 +299,7 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     assert!(refused.contains(why), "{refused}");
 }
 
-/// A resumed run counts the points of both parts, and its rows are those of an uninterrupted one.
+/// A resumed run counts the points of both parts, and its results are those of an uninterrupted run.
 #[test]
 fn an_interrupted_run_takes_the_same_kernels() {
     // Many points, so that the interrupt comes before the last one.

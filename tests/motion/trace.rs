@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// Both flanks on one line, which the trace uses; the structured kernel.
+/// The quickstart drive with both flanks on one line, as the tests assume, and with the structured kernel.
 static QUICKSTART: LazyLock<String> = LazyLock::new(|| {
     let text = include_str!("../../manifests/quickstart.toml");
     text.replacen("[mesh]", "[mesh]\ncoast_flank = \"same_line\"\n#", 1)

@@ -1199,7 +1199,7 @@ fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
     );
 }
 
-/// If the state is carried along a list, its points form a course, for any other changes along it.
+/// If the state is carried along a list, the points of the list form one line, for any other changes along it.
 #[test]
 fn a_chain_over_a_list_is_one_line() {
     let grid = format!("{LIST}\norder = \"sweep-up\"\nalong = \"load\"")

@@ -487,7 +487,7 @@ fn texts_are_no_markup_and_nothing_is_loaded() {
         );
         let json = page.html.split("id=\"head\">").nth(1).unwrap();
         assert!(!json.split("</script>").next().unwrap().contains('<'));
-        // As many ends of scripts as starts.
+        // The page has as many ends of scripts as starts.
         let ends = page.html.matches("</script>").count();
         assert_eq!(ends, page.html.matches("<script").count());
         let (before, after) = page.html.split_once("id=\"head\">").unwrap();

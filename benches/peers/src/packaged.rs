@@ -1,7 +1,7 @@
 //! DOP853 from the `differential-equations` crate, with its steps and step control.
 //!
-//! Its interpolant is right only up to the cubic part (version 0.7.0 exchanges s and 1 − s in the terms of higher
-//! degree). Therefore Newton's method locates events with steps of the crate, as in `runge_kutta`.
+//! The crate's interpolant is right only up to the cubic part (version 0.7.0 exchanges s and 1 − s in the terms of
+//! higher degree). Therefore Newton's method locates events with steps of the crate, as in `runge_kutta`.
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;

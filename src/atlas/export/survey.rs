@@ -94,8 +94,8 @@ impl Surveyed {
         self.kind.name()
     }
 
-    /// Its columns with lists widened to one column per element, or left out. Equal names (elements `b x` and `b_x`)
-    /// are numbered from the second on.
+    /// The columns of the table, with lists widened to one column per element, or left out. Equal names (elements `b x`
+    /// and `b_x`) are numbered from the second on.
     pub(super) fn flat(&self, lists: Lists) -> Vec<FlatColumn> {
         let mut taken = HashSet::new();
         let mut flat = Vec::new();
@@ -151,7 +151,7 @@ pub(super) struct FlatColumn {
     pub column: usize,
     /// Index of the element of its lists, from 0.
     pub place: usize,
-    /// Its title.
+    /// Title of the column.
     pub title: String,
 }
 

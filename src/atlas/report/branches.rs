@@ -31,15 +31,15 @@ const CLASS_CHANGE_PENALTY: f64 = 0.5;
 pub struct Attractor {
     /// The point.
     pub point_id: u64,
-    /// Its number at that point.
+    /// Number of the attractor at that point.
     pub attractor_id: u64,
     /// Kind of motion.
     pub class: String,
-    /// Its period, if it has one.
+    /// Period of the motion, if it has one.
     pub period: Option<u64>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent.
     pub lambda_stderr: Option<f64>,
     /// RMS of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
@@ -49,7 +49,7 @@ pub struct Attractor {
     pub events_per_cycle: Option<f64>,
     /// Probes that settled on it.
     pub probes: u64,
-    /// Their share.
+    /// Share of the point's probes that settled on it.
     pub share: f64,
     /// The 95 % interval of the share.
     pub interval: [f64; 2],

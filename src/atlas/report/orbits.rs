@@ -36,7 +36,7 @@ pub struct OrbitCount {
     pub points: usize,
     /// Smallest and largest modulus of their leading multipliers.
     pub modulus: [f64; 2],
-    /// Their smallest grazing margin \[half gaps\]; `None` if no deflection has an extreme.
+    /// Smallest grazing margin of the orbits \[half gaps\]; `None` if no deflection has an extreme.
     pub grazing_margin: Option<f64>,
     /// Largest ratio of the growth of a kick to the prediction of the monodromy matrix.
     pub kick_over_linear: Option<f64>,
@@ -47,7 +47,7 @@ pub struct OrbitCount {
 pub struct Orbit {
     /// The point.
     pub point_id: u64,
-    /// Its period \[mesh cycles\].
+    /// Period of the orbit \[mesh cycles\].
     pub period: u64,
     /// The given state that led to it, counted from 1; `None` if a near return did.
     pub state: Option<u64>,

@@ -105,7 +105,7 @@ pub struct Summary {
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
-    /// The same points with their summaries.
+    /// Summaries of the points in `coexisting`.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
     /// Every attractor that probes found, by point and number.

@@ -17,7 +17,7 @@ pub struct TransitionSummary {
     pub direction: String,
     /// Kind of motion before and after the change.
     pub classes: [String; 2],
-    /// Their periods, if they have one.
+    /// Period of the motion before and after the change, if it has one.
     pub periods: [Option<u64>; 2],
     /// The changing quantity: `class`, `period` or `deflection`.
     pub what: String,

@@ -23,9 +23,9 @@ pub struct DeflectionAt {
 /// Bounds over a stretch.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds {
-    /// Of |δ''| \[m/s²\].
+    /// Bound of |δ''| \[m/s²\].
     pub second: f64,
-    /// Of |δ'''| \[m/s³\].
+    /// Bound of |δ'''| \[m/s³\].
     pub third: f64,
     /// Round-off of δ \[m\].
     pub noise: f64,
@@ -38,9 +38,9 @@ pub struct MarginAt {
     pub time: f64,
     /// Margin \[m\].
     pub value: f64,
-    /// Its rate \[m/s\].
+    /// Rate of the margin \[m/s\].
     pub slope: f64,
-    /// Its second derivative \[m/s²\].
+    /// Second derivative of the margin \[m/s²\].
     pub curvature: f64,
 }
 

@@ -11,8 +11,8 @@ use std::f64::consts::{PI, TAU};
 /// A gap of the mesh that no motion in these tests crosses.
 const WIDE: f64 = 100.0;
 
-/// A mass of 1 kg on a spring of 1 N/m with dry friction under a load `cos(2π t/period + phase)`; the mesh cycle has this
-/// period.
+/// A mass of 1 kg on a spring of 1 N/m with dry friction under a load `cos(2π t/period + phase)`. The mesh cycle has
+/// this period.
 fn model(law: FrictionLaw, period: f64, phase: Option<f64>) -> Model {
     let mut structure = ModalStructure::of_modes(&[1.0], 0.0, &[1.0], &[1.0]);
     structure.contacts = StructureContact::dry_friction("rub", &[1.0], law).into();

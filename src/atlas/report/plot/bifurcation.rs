@@ -36,7 +36,7 @@ struct Samples {
     unit: String,
     /// Name of the vertical axis.
     label: String,
-    /// Its short name.
+    /// Short name of the vertical axis.
     symbol: String,
 }
 

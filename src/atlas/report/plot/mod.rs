@@ -166,7 +166,7 @@ pub struct Drawable {
 /// Lists the possible pictures of a results folder.
 ///
 /// # Errors
-/// It cannot be read.
+/// The folder cannot be read.
 pub fn drawable(path: &Path) -> Result<Drawable, PlotError> {
     let found = Source::read(path, &[])?;
     Ok(Drawable {

@@ -39,7 +39,7 @@ pub(super) struct Slice<'a> {
     pub points: Vec<&'a PointSummary>,
     /// The fixed axes with their values, and the size: `load 0.1  ·  60 points`.
     pub words: String,
-    /// The same for a file name, `-load=0.1`; empty if there is only one slice.
+    /// The fixed axes for a file name, `-load=0.1`; empty if there is only one slice.
     pub suffix: String,
     /// The fixed axes with their values.
     pub held: Vec<(usize, f64)>,
@@ -264,7 +264,7 @@ impl Results {
     }
 
     /// Axes on which points of a slice differ in addition to those of the slice: the other axes of a list. The points
-    /// of a chain form one course, even if other axes are tied to its axis.
+    /// of a chain form one line, even if other axes are tied to the axis of the chain.
     pub fn companion_axes(&self, free: &[usize]) -> Vec<usize> {
         let Summary {
             axes,

@@ -35,7 +35,7 @@ impl<'m> Ladder<'m> {
     }
 }
 
-/// Evaluates one expression for every kernel of a ladder.
+/// Evaluates one expression for every kernel of a [`Ladder`].
 macro_rules! each {
     ($ladder:expr, $name:ident, $kernel:ident => $body:expr) => {{
         let ladder = $ladder;
