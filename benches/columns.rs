@@ -1,6 +1,6 @@
-//! What would trajectories of one speed gain as columns of one product, which reads tables once? The window product of
-//! the structured kernel and the dense product of the table kernels with 1, 2, 4 and 8 columns, compared with as many
-//! single products. Also the number of windows in rattle without an event, which could be shared.
+//! What would trajectories of one speed gain as columns of one product, which reads tables once? Times the window
+//! product of the structured kernel and the dense product of the table kernels with 1, 2, 4 and 8 columns, and as many
+//! single products. Counts the windows in rattle without an event, which trajectories could share.
 //!
 //! ```text
 //! scripts/record columns          runs this and records it under benches/runs/
@@ -29,14 +29,14 @@ use rounds::{Contender, Spell, race};
 use scenes::{drive, quiet, settled, volterra};
 use serde_json::{Value, json};
 
-/// Columns of a product.
+/// Numbers of columns in a product.
 const COLUMNS: [usize; 4] = [1, 2, 4, 8];
 const MODES: [usize; 3] = [40, 160, 640];
 const LOADS: [f64; 2] = [0.05, 0.30];
 /// Cycles over which windows are counted.
 const COUNTED: u64 = 1000;
 
-/// Work of some cycles of a trajectory.
+/// Counted work of [`COUNTED`] cycles of a trajectory.
 fn counted(model: &Model) -> Counters {
     let kernel = volterra(model);
     let mut counters = Counters::default();
@@ -54,14 +54,14 @@ fn counted(model: &Model) -> Counters {
     counters
 }
 
-/// Median, least and largest time of each contender \[ns\].
+/// Median, smallest and largest time of each contender \[ns\].
 fn told(times: &[Spell]) -> Value {
     let one = |spell: &Spell| json!([spell.median, spell.range[0], spell.range[1]]);
     times.iter().map(one).collect()
 }
 
-/// Nanoseconds of a cycle with 1, 2, 4 and 8 columns: the trajectory and tangents, which share its windows, its contact
-/// and its events.
+/// Nanoseconds of a cycle with 1, 2, 4 and 8 columns. The first column is a trajectory; the others are tangents, which
+/// share its windows, contacts and events.
 fn cycles(case: &Case) -> Value {
     let model = common::model(case);
     let kernel = volterra(&model);
@@ -91,7 +91,7 @@ fn cycles(case: &Case) -> Value {
     told(&race(&mut contenders))
 }
 
-/// The structured kernel: windows without an event in permanent contact, and in rattle.
+/// Times, windows and events of the structured kernel's cycles, in permanent contact and in rattle.
 fn structured() -> Value {
     let rows = MODES.iter().map(|&modes| {
         let full = counted(&common::model(&quiet(modes)));

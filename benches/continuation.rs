@@ -32,7 +32,7 @@ const SEARCH: OrbitSearchSettings = OrbitSearchSettings {
     initial: InitialState::Static,
 };
 
-/// A branch from the orbit of a period, which a search finds.
+/// The branch over `span` through the orbit `first`.
 fn branch<F: ParametricDrive>(family: &F, span: &Span, first: &Orbit) -> Branch {
     let mut map = DriveMap::new(family, first.at).unwrap();
     follow(&mut map, span, first.clone(), &StepSettings::default()).unwrap()

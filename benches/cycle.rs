@@ -33,7 +33,7 @@ use std::time::Duration;
 
 const MODES: [usize; 9] = [2, 6, 12, 20, 40, 81, 160, 320, 640];
 const LOADS: [f64; 2] = [0.05, 0.30];
-/// Speeds in addition to the 1200 rad/s of the scenes by number of modes: each scene is timed once.
+/// Speeds \[rad/s\] in addition to 1200 rad/s, the speed of the scenes by number of modes: each scene is timed once.
 const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
 /// Advances a settled trajectory, cycle after cycle.
@@ -41,7 +41,7 @@ fn advance<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, tangen
     advance_watched(bench, kernel, model, tangents, &mut ());
 }
 
-/// The same with an observer.
+/// Advances a settled trajectory with an observer, cycle after cycle.
 fn advance_watched<K: Kernel, O: Observer>(
     bench: &mut Bencher<'_>,
     kernel: &K,
@@ -170,7 +170,7 @@ fn nvh(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Advances with statistics, if any.
+/// Advances a settled trajectory with the statistics `nvh`, if any.
 fn watched<K: Kernel>(bench: &mut Bencher<'_>, kernel: &K, model: &Model, nvh: Option<Nvh>) {
     match nvh {
         Some(mut nvh) => advance_watched(bench, kernel, model, 0, &mut nvh),

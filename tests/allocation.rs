@@ -10,7 +10,7 @@ use counting::allocations;
 use gearatlas::model::Model;
 use gearatlas::propagate::{ClosedModes, Kernel, KernelChoice, KernelUse, TableError};
 
-/// Most events in a mesh cycle.
+/// Largest number of events in a mesh cycle.
 const EVENT_LIMIT: u32 = 1000;
 
 /// All kernels, with settings for these drives.

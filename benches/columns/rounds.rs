@@ -3,7 +3,7 @@
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Rounds; medians are taken over them.
+/// Number of rounds; results are medians over the rounds.
 const ROUNDS: usize = 9;
 
 /// Length of a batch \[s\].
@@ -35,7 +35,7 @@ impl<'a> Contender<'a> {
         (now() - begun) / count as f64
     }
 
-    /// Calls that fill a batch.
+    /// Number of calls that fill a batch.
     fn count(&mut self) -> usize {
         let mut count = 1;
         loop {
@@ -48,7 +48,7 @@ impl<'a> Contender<'a> {
     }
 }
 
-/// Time of one call: median, least and largest of the rounds \[ns\].
+/// Time of one call: median, smallest and largest over the rounds \[ns\].
 #[derive(Debug, Clone, Copy)]
 pub struct Spell {
     pub median: f64,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 type Lanes = [f64; 8];
 
-/// Timed batches; the fastest counts.
+/// Number of timed batches, of which the fastest is the result.
 const BATCHES: usize = 15;
 
 /// Approximate duration of a batch.
@@ -47,7 +47,7 @@ fn read_body<const SUMS: usize>(data: &[Lanes], rounds: usize) -> f64 {
     sums.as_flattened().iter().sum()
 }
 
-/// Explicit vectors, because the compiler would process the lanes one by one.
+/// Uses explicit vectors, because the compiler would process the lanes one by one.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
 fn multiply_add_avx512(rounds: usize) -> f64 {
@@ -90,7 +90,7 @@ fn read_avx2(data: &[Lanes], rounds: usize) -> f64 {
     read_body::<NARROW>(data, rounds)
 }
 
-/// Runs the loop; returns how many numbers a round multiplies.
+/// Runs the loop; returns the number of multiply-adds per round.
 fn multiply_add(rounds: usize) -> usize {
     #[cfg(target_arch = "x86_64")]
     {

@@ -58,8 +58,8 @@ pub fn quiet(modes: usize) -> Case {
     case
 }
 
-/// Rattle with the mesh computed from the gears of the default drive, on stiff cores: means over equal segments, or the
-/// full course. Friction changes its direction at the pitch point.
+/// Rattle with the mesh computed from the gears of the default drive, on stiff bodies: the mean stiffness of equal
+/// segments, or the stiffness as it varies. Friction changes its direction at the pitch point.
 pub fn computed(segments: Option<usize>) -> Case {
     let mut case = drive(40, 0.05, 1200.0);
     let gears = GearPair {

@@ -10,8 +10,8 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Runs `work` on a separate thread, without the interpreter's lock. Meanwhile calls `between` periodically, and once
-/// at the end. After Ctrl-C or an exception in `between`, raises the flag of the work, waits for its end, and passes
-/// the exception on.
+/// at the end. After Ctrl-C or an exception in `between`, sets the flag that ends the work, waits for its end, and
+/// returns the exception.
 ///
 /// # Errors
 /// The exception.

@@ -279,7 +279,7 @@ impl CycleMap {
         keys.iter().map(derivative).collect()
     }
 
-    /// Computes the map: directly if it takes some milliseconds, otherwise so that Ctrl-C can interrupt it.
+    /// Computes the map: directly if it takes some milliseconds, otherwise on a separate thread, for Ctrl-C.
     fn work(
         &self,
         py: Python<'_>,

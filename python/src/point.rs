@@ -32,7 +32,7 @@ impl Point {
     /// The parameter with a name.
     ///
     /// # Errors
-    /// It does not exist.
+    /// No parameter has this name.
     pub fn parameter(&self, py: Python<'_>, name: &str) -> PyResult<Parameter> {
         let found = self.job().between.parameter(&self.spec, name);
         found.map_err(|error| failed(py, &error))

@@ -22,7 +22,7 @@ pub fn read_table(py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<Table
         let sentence = format!("there is no table `{name}`; known tables are {known}");
         return Err(refused(py, &sentence));
     };
-    // If the folder has other tables, it is the right one, and the job did not request this table.
+    // If the folder has other tables, it is a results folder, and the job did not request this table.
     let here = present_tables(py, folder.clone())?;
     if !here.is_empty() && !here.contains(&name) {
         let sentence = format!(

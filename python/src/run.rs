@@ -27,7 +27,7 @@ impl ProgressObserver for News<'_> {
         self.put(&begun.progress);
     }
 
-    // The record of the run contains them.
+    // The record of the run contains the warnings.
     fn warning(&mut self, _: &str) {}
 
     fn point(&mut self, _: &PointRow, progress: &Progress) {

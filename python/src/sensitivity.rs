@@ -14,8 +14,8 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The kind of motion of a point, the reason for it, and a row for each key and quantity. Without `keys`, all
-/// continuous ones.
+/// The kind of motion of a point, the reason for it, and a row for each key and quantity. Without `keys`, uses all
+/// continuous keys.
 #[pyfunction]
 #[pyo3(signature = (point, *, keys, members, cycles, step, tables))]
 pub fn sensitivity(

@@ -104,7 +104,7 @@ impl Table {
         Ok(Self::new(schema, batches))
     }
 
-    /// The rows with some indices, which must be below the number of rows, in this order.
+    /// The rows with these indices, in this order. Each index must be below the number of rows.
     fn taken(&self, rows: PyReadonlyArray1<'_, u64>) -> PyResult<Self> {
         let numbers: UInt64Array = rows.as_array().iter().copied().collect();
         let all = concat_batches(&self.schema, &self.batches).map_err(refused)?;

@@ -71,7 +71,7 @@ fn value_of(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Value> {
     {
         return Ok(Value::Float(number));
     }
-    // A path, for example of a file of points.
+    // The value is a path, for example of a file of points.
     if let Ok(path) = value.call_method0("__fspath__") {
         return Ok(Value::String(path.extract()?));
     }

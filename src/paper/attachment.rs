@@ -1,9 +1,10 @@
-//! Residual attachment modes: dynamic replacements for the modes that a reduction leaves out (Appendix C; Ding et al. 2020).
+//! Residual attachment modes: dynamic replacements for the modes that a reduction leaves out (Appendix C; Ding et al.
+//! 2020).
 //!
-//! Residual flexibility treats the modes left out as massless. An attachment mode is the shape that the mesh force
-//! gives them at rest, `v₁ = Λ⁻¹ w` in modal coordinates, `Λ = diag(ω²)`, `w` their participation at the mesh. Higher orders
-//! correct for inertia, `vₖ = Λ⁻¹ vₖ₋₁`. Modes of the structure in this subspace (Ritz) append to the modes that stay.
-//! With p of them the receptance at the mesh keeps 2p terms of its series in frequency,
+//! Residual flexibility treats the omitted modes as massless. An attachment mode is their static shape under the mesh
+//! force, `v₁ = Λ⁻¹ w` in modal coordinates, with `Λ = diag(ω²)` and their participation `w` at the mesh. Higher orders
+//! correct for inertia, `vₖ = Λ⁻¹ vₖ₋₁`. The Ritz modes of the structure in this subspace append to the retained modes.
+//! With p attachment modes the receptance at the mesh keeps 2p terms of its series in frequency,
 //! `Σ w² / ω²ʲ` for j = 1 … 2p, so that its error is of order Ω⁴ᵖ. Residual flexibility keeps one term.
 
 use faer::Mat;
@@ -97,7 +98,7 @@ fn ritz(stiffness: &[f64], w: &[f64], count: usize) -> (Vec<f64>, Vec<Vec<f64>>)
         for (x, k) in next.iter_mut().zip(stiffness) {
             *x /= k;
         }
-        // Two passes are enough.
+        // Two passes of orthogonalisation are enough.
         for _ in 0..2 {
             for known in &basis {
                 let along = dot(known, &next);
@@ -134,7 +135,7 @@ mod tests {
         ModalStructure::of_modes(&frequency, 0.02, &mesh, &mesh)
     }
 
-    /// Σ w²/(ω² − Ω²) of the modes from one on.
+    /// Σ w²/(ω² − Ω²) of the modes from index `from` on.
     fn receptance(structure: &ModalStructure, from: usize, omega: f64) -> f64 {
         let modes = structure.frequency[from..]
             .iter()
@@ -188,7 +189,7 @@ mod tests {
         }
     }
 
-    /// With as many attachment modes as omitted modes, they are these modes.
+    /// If there are as many attachment modes as omitted modes, they equal the omitted modes.
     #[test]
     fn all_attachment_modes_are_the_modes() {
         let full = structure();

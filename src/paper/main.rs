@@ -1,6 +1,7 @@
-//! `atlas-paper` times the paper's kernels on its cases, and checks them as `atlas verify` does with those of `atlas`.
+//! `atlas-paper` times the paper's kernels on its cases, and checks them as `atlas verify` checks the kernels of
+//! `atlas`.
 
-// A program prints.
+// This program prints its results.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 // The crate name in the file that is shared with the benches.

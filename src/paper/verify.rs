@@ -5,10 +5,10 @@ use crate::model::Model;
 use gearatlas_verify::verify::candidate::{Candidate, Propagator};
 use gearatlas_verify::verify::{self, Check, CheckError, Extent, Report, Subjects};
 
-/// Most events in a mesh cycle.
+/// Largest number of events in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
 
-/// Fewest unit steps per mesh cycle, as published.
+/// Smallest number of unit steps per mesh cycle, as published.
 const CELLS: u32 = 60;
 
 fn built<'m, P: Propagator + 'm>(

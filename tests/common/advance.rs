@@ -59,7 +59,7 @@ pub fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> T
 }
 
 /// Static equilibrium of the mean stiffness without errors. It differs from the equilibrium of the mesh at phase 0, so
-/// that every drive here rattles from it.
+/// that every drive of the tests rattles from it.
 pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
     let mut mean = model.clone();
     mean.lines
@@ -77,7 +77,7 @@ pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
     TrajectoryState::new(model, state, 0)
 }
 
-/// The state after some cycles from this equilibrium.
+/// The state after some cycles from [`mean_equilibrium`].
 pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
     advance(&volterra(model), &mean_equilibrium(model), cycles)
 }

@@ -1,6 +1,6 @@
 //! A counting allocator, and the allocations of a kernel during integration.
 
-// The one place with unsafe code: an allocator cannot be replaced without it.
+// An allocator cannot be replaced without unsafe code.
 #![allow(unsafe_code)]
 // Every test program uses a part of it.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -11,7 +11,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 thread_local! {
-    /// Allocations of this thread, so that the test harness does not count.
+    /// Allocations of this thread only, because the test harness allocates on others.
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 

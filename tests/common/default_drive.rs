@@ -9,7 +9,7 @@ use gearatlas::shaft::{Bearing, Drag, FlexibleDrive, Shaft};
 /// Density of steel \[kg/m³\].
 pub const DENSITY: f64 = 7850.0;
 
-/// Its gears: module 4 mm, 20 mm wide, 50 N m.
+/// The gears of the default drive: module 4 mm, 20 mm wide, 50 N m.
 pub fn gears() -> GearPair {
     GearPair {
         teeth: [20, 30],
@@ -23,7 +23,7 @@ pub fn gears() -> GearPair {
     }
 }
 
-/// A bearing of its shafts; the first of each has an axial stiffness.
+/// A bearing of the shafts; only the first bearing of each shaft has an axial stiffness.
 pub fn bearing(axial: f64) -> Bearing {
     Bearing {
         x: 1.25e8,
@@ -34,7 +34,7 @@ pub fn bearing(axial: f64) -> Bearing {
     }
 }
 
-/// Its shafts.
+/// The shafts of the default drive.
 pub fn shafts() -> [Shaft; 2] {
     [(22e-3, 2e-3), (26e-3, 5e-3)].map(|(diameter, end_inertia)| Shaft {
         diameter,

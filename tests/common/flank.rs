@@ -9,10 +9,10 @@ pub struct FunctionFlank {
     /// Slope of the lines of contact in the plane of action.
     pub helix: f64,
     pub compliance: Law<PairCompliance>,
-    /// Between a pair at s and one that is some base pitches ahead.
+    /// Compliance of the bodies between a pair at s and a pair some base pitches ahead.
     pub coupling: Box<dyn Fn(f64, usize) -> f64 + Sync>,
     pub relief: Law<f64>,
-    /// Over s and z.
+    /// Deviation of the flank over s and z \[m\].
     pub deviation: Box<dyn Fn(f64, f64) -> f64 + Sync>,
     pub kinks: Vec<f64>,
     /// Approach and its derivative by line load, if the contact is not linear.
@@ -36,7 +36,7 @@ impl FunctionFlank {
     }
 }
 
-/// A compliance of teeth and contact and one of the bodies, split into their parts.
+/// Splits a compliance of teeth and contact, and one of the bodies, into their parts.
 pub fn split(tooth: f64, foundation: f64) -> PairCompliance {
     PairCompliance {
         tooth: [0.3 * tooth, 0.5 * tooth],

@@ -15,7 +15,7 @@ pub fn loaded(mut case: Case) -> Case {
     case
 }
 
-/// Skips cycles like a trace; returns also the number of skipped ones.
+/// Skips cycles like a trace; also returns the number of skipped cycles.
 pub fn skip<K: Kernel>(
     model: &Model,
     kernel: &K,

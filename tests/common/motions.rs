@@ -99,7 +99,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         ..structure(&frequency, ratio, &mesh, &vec![1.0; felt + unfelt])
     };
     if lasting {
-        // Enough load for permanent contact.
+        // The load is large enough for permanent contact.
         point.load = between(1.0, 3.0);
     }
     let drive = Drive {

@@ -12,7 +12,7 @@ pub const PORTABLE: [&str; 2] = [
     "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usable,-FMA4_Usable,-AVX2_Usable,-AVX_Usable",
 ];
 
-/// Output of a command; a portable job runs with its variable.
+/// Output of a command; a portable job runs with the variable [`PORTABLE`].
 pub fn atlas(folder: impl AsRef<Path>, arguments: &[&str]) -> Output {
     let is_portable = arguments.contains(&"run.instructions=portable");
     let [name, value] = PORTABLE;

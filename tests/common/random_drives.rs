@@ -16,7 +16,7 @@ pub const TRANSIENT: u64 = 100;
 pub const CYCLES: u64 = 400;
 pub const EVENT_LIMIT: u32 = 1000;
 
-/// Most steps per cycle for which the test runs the reference integrator.
+/// Largest number of steps per cycle for which the test runs the reference integrator.
 const AFFORDABLE: f64 = 3000.0;
 
 /// A violated rule, with the details.
@@ -30,13 +30,13 @@ pub struct Fault {
 /// Counts over some drives.
 #[derive(Debug, Default)]
 pub struct Tally {
-    /// Rows by kernel and status.
+    /// Results by kernel and status.
     pub rows: BTreeMap<(&'static str, String), u64>,
-    /// Rows of motion that changed after its record.
+    /// Results of motion that changed after its record.
     pub later: u64,
-    /// Compared cycles, by the reference.
+    /// Number of compared cycles by kernel.
     pub compared: BTreeMap<&'static str, u64>,
-    /// Largest difference relative to its bound, by the reference.
+    /// Largest difference relative to its bound, by kernel.
     pub worst: BTreeMap<&'static str, f64>,
     pub faults: Vec<(u64, Fault)>,
 }
@@ -70,7 +70,7 @@ impl Trial<'_> {
         self.faults.push(Fault { kernel, rule, how });
     }
 
-    /// Tests a kernel's row by all rules; `reported_error`: the error of a cycle that the kernel reports.
+    /// Tests the results of a kernel by all rules; `reported_error`: the error of a cycle that the kernel reports.
     pub fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K, reported_error: f64) {
         let (row, end) = investigate(self.model, kernel, &self.start);
         let key = (name, row.status.name().to_owned());
@@ -88,7 +88,7 @@ impl Trial<'_> {
         self.onward((name, reported_error), &row, &end);
     }
 
-    /// Mean force of periodic motion.
+    /// Checks the mean force of periodic motion.
     fn balance(&mut self, name: &'static str, row: &PointOutcome) {
         let repeats = matches!(
             row.class,
@@ -107,7 +107,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Single cycles of a kernel along the trajectory of the structured one.
+    /// Tests single cycles of a kernel along the trajectory of the structured kernel.
     fn cycles<K: Kernel>(
         &mut self,
         (name, reported_error): (&'static str, f64),
@@ -138,7 +138,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Compares a cycle of another kernel with that of the structured one.
+    /// Compares a cycle of another kernel with a cycle of the structured kernel.
     fn other(&mut self, name: &'static str, own: &Cycle, end: &Cycle, felt: &Felt) {
         let off = state_difference(self.model, &own.end.state, &end.end.state);
         let touches = own.grazings + end.grazings > 0;
@@ -157,7 +157,7 @@ impl Trial<'_> {
         if Volterra::fastest_rate(model) * model.period() > AFFORDABLE {
             return;
         }
-        // A touch within the last digit cannot be compared.
+        // A cycle whose motion touches a surface to the last digit cannot be compared.
         if let Ok(passage) = Reference::new(model).advance(start, 1) {
             let off = state_difference(model, &end.end.state, &passage.end.state);
             let counts = [end.events, passage.crossings.len()];
@@ -183,7 +183,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Computes the row again, from its end.
+    /// Computes the results again, from the end of the measured motion.
     fn onward(
         &mut self,
         (name, reported_error): (&'static str, f64),
@@ -230,9 +230,9 @@ struct Felt {
     tangent: f64,
 }
 
-/// Tests the sensitivity to a cycle's start: with all entries larger by 1e-9, and with alternating changes, as by
-/// rounding. The second case detects an event next to a tangency, whose time, and with it the tangents, changes with
-/// the root of a change.
+/// Measures the sensitivity to a cycle's start: with all entries larger by 1e-9, and with alternating changes, as by
+/// rounding. The second case detects an event next to a tangency. The time of such an event, and with it the tangents,
+/// changes with the square root of the change.
 fn felt(model: &Model, exact: &Volterra<'_>, start: &TrajectoryState, end: &Cycle) -> Option<Felt> {
     let beside = |sign: [f64; 2]| {
         let entries = start.state.iter().enumerate();
@@ -245,7 +245,7 @@ fn felt(model: &Model, exact: &Volterra<'_>, start: &TrajectoryState, end: &Cycl
     };
     let (along, across) = (beside([1.0, 1.0])?, beside([1.0, -1.0])?);
     let gain = 1e9 * state_difference(model, &along.end.state, &end.end.state);
-    // If the load holds a loose flank far away, displacements times rates are large compared with velocities.
+    // If the load keeps open flanks far apart, displacements times rates are large compared with velocities.
     let farthest = start.state[..model.modes()]
         .iter()
         .fold(0.0f64, |m, x| m.max(x.abs()));

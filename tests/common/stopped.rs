@@ -31,7 +31,7 @@ impl ParametricDrive for Stopped {
             turns_per_cycle: 1.0,
             phase: 0.0,
         }];
-        // Shifted by a static load, so that only one flank is near.
+        // A static load shifts the oscillator, so that only one flank is near.
         let drive = Drive {
             half_gap: 1.0 + OFF,
             mesh: Division::levels(&[self.stop], &[]),

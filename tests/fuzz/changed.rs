@@ -65,7 +65,7 @@ impl Changes {
     }
 }
 
-/// A replacement for a value.
+/// A random replacement for a value.
 fn changed(value: &Value, dice: &mut Dice) -> String {
     let scaled = |number: f64, dice: &mut Dice| match dice.below(12) {
         0 => 0.0,

@@ -13,7 +13,7 @@ use std::fmt::Write;
 const GEAR: &str = "[gear]\nteeth = [20, 30]\nmodule = \"4 mm\"\npressure_angle = \"20 deg\"\nface_width = \"20 mm\"\n\
                     body_length = [\"20 mm\", \"20 mm\"]\nrated_torque = \"50 N*m\"\n";
 
-/// The sliding of its pairs.
+/// The sliding of the pairs of teeth of [`GEAR`].
 fn pairs() -> EvenSharing {
     let pair = GearPair {
         teeth: [20, 30],
@@ -87,7 +87,7 @@ impl Drawn {
         let mut mesh = participation(&mut dice);
         mesh[0] = dice.between(0.3, 1.5);
         let mut torque = if dice.chance(0.5) { mesh.clone() } else { participation(&mut dice) };
-        // Only the mesh holds a freely rotating mode: the load presses on it, or on nothing.
+        // Only the mesh can balance a load on a rigid mode, so the load acts there like the mesh force.
         torque[..rigid].copy_from_slice(&mesh[..rigid]);
         let rubs = dice.chance(0.25);
         let friction = if rubs {
@@ -200,7 +200,7 @@ impl Drawn {
         }
     }
 
-    /// One level, two, or a list of them.
+    /// A mesh with one level of stiffness, with two, or with a list of levels.
     fn mesh(dice: &mut Dice, stiffness: f64) -> (Vec<Division>, String) {
         let levels: Vec<f64> = match dice.below(4) {
             0 => {
@@ -223,7 +223,7 @@ impl Drawn {
         (Division::levels(&levels, &[]), text)
     }
 
-    /// Its manifest, and the modal file that the manifest names.
+    /// The manifest of the drive, and the modal file that the manifest names.
     pub fn manifest(&self, name: &str, kernel: &str) -> [String; 2] {
         let list = |values: &[f64]| {
             let all: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();

@@ -3,7 +3,7 @@
 
 use super::dice::Dice;
 
-/// Longest input \[bytes\].
+/// Largest size of an input \[bytes\].
 const LONGEST: usize = 32 << 10;
 
 /// Seeds and words for inputs.
@@ -16,7 +16,7 @@ impl Mutations {
     /// An input.
     pub fn draw(&self, dice: &mut Dice) -> Vec<u8> {
         let mut bytes = self.seeds[dice.below(self.seeds.len())].clone();
-        // Most faults need few changes; many changes find unchecked parts.
+        // Few changes find most faults; many changes reach unchecked parts of the input.
         let changes = 1 << dice.below(6);
         for _ in 0..changes {
             self.change(&mut bytes, dice);

@@ -137,7 +137,7 @@ fn deep_groove_bearing_yields_as_published() {
             0.0,
             0.0,
         ];
-        // Both radial balls of a bearing with six carry no load, so that their directions have no stiffness.
+        // Without axial load, the balls beside the radial load carry none, so the other directions have no stiffness.
         let across = row.axial_load > 0.0;
         let free = [true, across, across, across, across];
         let found = displaced(&law, load, start, free);
@@ -216,7 +216,7 @@ fn stiffness_is_near_the_textbook_fits() {
     }
 }
 
-/// Bearings of each kind with displacements in every freedom.
+/// Bearings of each kind with displacements in every degree of freedom.
 fn moved_bearings() -> Vec<(RollingBearing, Ring)> {
     let moved = [21e-6, -9e-6, 14e-6, 4e-4, -3e-4];
     let tight = |own: RollingBearing| RollingBearing {
@@ -270,7 +270,7 @@ fn stiffness_is_the_derivative_of_the_load() {
     }
 }
 
-/// K and E by the trapezoidal rule, which converges geometrically for periodic integrands.
+/// Elliptic integrals K and E by the trapezoidal rule, which converges geometrically for periodic integrands.
 fn elliptic(ratio: f64) -> [f64; 2] {
     let squared = 1.0 - 1.0 / (ratio * ratio);
     let steps = 400;
@@ -298,7 +298,8 @@ fn hertz_approach(curvatures: [f64; 2], modulus: f64) -> f64 {
     }
     let ratio = bracket[0];
     let [k, e] = elliptic(ratio);
-    // With E* = E/(2 (1 − ν²)) and 1 − 1/χ² the square of the modulus: A = (p₀/(E* ε² a)) (b/a)(K − E), F = 2π p₀ a b/3.
+    // With E* = E/(2 (1 − ν²)) and 1 − 1/χ² the square of the modulus: A = (p₀/(E* ε² a)) (b/a)(K − E),
+    // F = 2π p₀ a b/3.
     let star = 0.5 * modulus;
     let squared = 1.0 - 1.0 / (ratio * ratio);
     // p₀ = 3F/(2π a b), b = a/χ: A a³ = 3F (K − E)/(2π E* ε²); the sum 2A, 2B of curvatures: A = weak/2.
@@ -359,7 +360,7 @@ fn summed(bearing: &RollingBearing, moved: &Ring) -> Ring {
                     let own = outward * half + axis * place;
                     let approach =
                         (shift + turn.cross(&own)).dot(&normal) - 0.5 * bearing.clearance * cos;
-                    // In newtons and millimetres.
+                    // The formula is in newtons and millimetres.
                     let unit = 35_948.0 * (1e3 * length).powf(8.0 / 9.0) / 30.0;
                     let load = normal * unit * (1e3 * approach.max(0.0)).powf(10.0 / 9.0);
                     force += load;
@@ -471,7 +472,7 @@ fn bearings_and_load_are_in_equilibrium() {
         let bearings = train.loaded_bearings().unwrap();
         let angle = train.pair.operating_pressure_angle().unwrap();
         let mesh = load * 60.0 / train.pair.base_radii()[0];
-        // The wheel is at +x: its teeth push the pinion back along −y, and away.
+        // The wheel is at +x: its teeth push the pinion back along −y, and away along −x.
         let force = Vector3::new(-angle.sin(), -angle.cos(), 0.0) * mesh;
         let moment = (Vector3::z() * 10e-3).cross(&force);
         let [found, turning] = together(&bearings, &places);
@@ -491,7 +492,7 @@ fn bearings_and_load_are_in_equilibrium() {
             one.moved[1] - one.moved[3] * along - two.moved[1],
         ];
         assert!(bent.iter().all(|off| off.abs() < 1e-15), "{bent:?}");
-        // Preload acts on both.
+        // The preload acts on both bearings.
         assert!(one.bears.load[2] > 1.0 && two.bears.load[2] < -1.0);
         for own in &bearings {
             let k = &own.bears.stiffness;
@@ -510,7 +511,7 @@ fn stops_share_the_mean_load() {
     let train = train(&PAIR.replace("[mesh]", stop));
     let bearings = train.loaded_bearings().unwrap();
     let [one, two] = [&bearings[0].moved, &bearings[1].moved];
-    // At 10 mm, between −20 and 60 mm.
+    // The stop is at 10 mm, between bearings at −20 and 60 mm.
     let depth = -(one[1] + (two[1] - one[1]) * 30.0 / 80.0) - 2e-6;
     let angle = train.pair.operating_pressure_angle().unwrap();
     let mesh = 60.0 / train.pair.base_radii()[0];
@@ -520,7 +521,7 @@ fn stops_share_the_mean_load() {
     assert!((borne - 2e8 * depth + mesh * angle.cos()).abs() < 1e-9 * mesh);
 }
 
-/// Flanks push, for any order of the gears of a mesh in the manifest.
+/// Flanks that carry load push, for any order of the gears of a mesh in the manifest.
 #[test]
 fn a_mesh_that_coasts_bears_on_its_coast_flanks() {
     let text = shipped("two-stage");
@@ -571,7 +572,7 @@ fn loose_gears_stand_on_needles() {
 fn converged_matrices_make_the_modes() {
     let train = train(PAIR);
     let bearings = train.loaded_bearings().unwrap();
-    // About the origin: mass, first moment and inertia of gear and disc; x, y, z, tilts.
+    // Mass, first moment and inertia of gear and disc about the origin, over x, y, z and tilts.
     let gear = train.shafts[0].gears[0].body;
     let disc = train.shafts[0].discs[0].1;
     let carried = |at: f64| {
@@ -646,7 +647,7 @@ fn told_bearing_forces_bear_the_mesh() {
     }
 }
 
-/// Rollers on pins carry the load of the carrier, a third each, and loose gears have needles.
+/// The rollers on each of three pins carry a third of the load of the carrier, and loose gears have needles.
 #[test]
 fn planets_and_loose_gears_stand_on_rolling_bearings() {
     let text = shipped("planetary");

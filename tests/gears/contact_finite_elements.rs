@@ -18,7 +18,7 @@ fn floats(table: &toml::Value, key: &str) -> Vec<f64> {
     table[key].as_array().unwrap().iter().map(number).collect()
 }
 
-/// At every recorded phase of the mesh cycle: approach, tangent stiffness and shares.
+/// Approach, tangent stiffness and shares agree at every recorded phase of the mesh cycle.
 #[test]
 fn gears_in_contact_approach_as_finite_elements_say() {
     let file: toml::Table = include_str!("../data/contact-fe.toml").parse().unwrap();
@@ -134,7 +134,7 @@ fn gears_of(file: &toml::Table, pair: usize) -> (Flanks, f64) {
     (flanks.unwrap(), face_width)
 }
 
-/// Waves of load along the face at the pitch point: the displacements of both gears.
+/// The displacements of both gears agree under waves of load along the face at the pitch point.
 #[test]
 fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     let file: toml::Table = include_str!("../data/face-fe.toml").parse().unwrap();
@@ -165,7 +165,7 @@ fn waves_of_load_move_teeth_as_elements_in_three_dimensions_say() {
     }
 }
 
-/// Misaligned flanks, one pair at the pitch point: load centroid and loaded length.
+/// Load centroid and loaded length agree for misaligned flanks with one pair at the pitch point.
 #[test]
 fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
     let file: toml::Table = include_str!("../data/face-fe.toml").parse().unwrap();
@@ -204,7 +204,7 @@ fn askew_flanks_bear_where_elements_in_three_dimensions_say() {
         for (worst, off) in worst.iter_mut().zip(off) {
             *worst = worst.max(off);
         }
-        // Independent slices carry load too near mid-face, and with partial contact over too long a part.
+        // Independent slices give a load centroid too near mid-face, and a loaded length too large in partial contact.
         assert!(alone[0].abs() < 0.95 * centre.abs());
         assert!(length > 0.95 * face_width || alone[1] > 1.15 * length);
     }

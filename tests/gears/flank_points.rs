@@ -61,7 +61,7 @@ fn active(gear: usize) -> [f64; 2] {
     ends
 }
 
-/// A linear tip relief of both gears and the same through three points give one table, including kinks.
+/// A linear tip relief of both gears and the same relief through three points give the same table, including kinks.
 #[test]
 fn linear_relief_through_points_is_the_built_in_one() {
     let relief = Relief {
@@ -223,7 +223,7 @@ fn bad_courses_are_refused() {
 
 const MANIFEST: &str = include_str!("../../manifests/flex80-table.toml");
 
-/// Points in a manifest: both scales, faults with their keys.
+/// Manifests accept points over both scales, and report faults with their keys.
 #[test]
 fn manifests_have_courses() {
     let parse = |points: &str| {

@@ -34,7 +34,7 @@ fn positions(flanks: &Flanks) -> impl Iterator<Item = f64> {
     (0..=12).map(move |i| path.start + (path.end - path.start) * f64::from(i) / 12.0)
 }
 
-/// Per unit width, a gear twice as large has the same compliance, and one twice as stiff half of it.
+/// Per unit width, a gear twice as large has the same compliance, and a gear of twice the modulus has half of it.
 #[test]
 fn size_does_not_matter_and_stiffness_does() {
     let small = flanks(&pair([20, 30], 2e-3));
@@ -129,7 +129,7 @@ fn two_pairs_share_the_bodies() {
                 assert!(coupling[gear] < near.foundation[gear].min(far.foundation[gear]));
             }
             assert!(near.uncoupled(coupling) > near.without_bodies());
-            // Load sharing by the compliance matrix, and by parallel springs with one in series.
+            // Share the load by the compliance matrix, and by parallel springs with one spring in series.
             let cross = coupling[0] + coupling[1];
             let (a, d) = (near.total(), far.total());
             let by_matrix = (a + d - 2.0 * cross) / (a * d - cross * cross);
@@ -139,7 +139,7 @@ fn two_pairs_share_the_bodies() {
         assert!(found > 3);
         assert_eq!(flanks.body_coupling(path.end, 1), None);
         assert_eq!(flanks.body_coupling(path.start, 2), None);
-        // The pair that leaves contact when the next but one enters is still in it.
+        // The pair that leaves contact when the second next pair enters still couples.
         assert!(
             flanks
                 .body_coupling(path.end - path.base_pitch, 1)

@@ -132,7 +132,7 @@ fn the_profile_is_the_envelope_of_the_rack() {
         sharp.form.thinning = [60e-6, 20e-6];
         sharp
     });
-    // The corner's centre above the rolling line.
+    // The centre of the rack's rounded corner is above the rolling line.
     cases.push(shifted([15, 60], [0.9, -0.9]));
     // Pinions with large and with small undercut.
     cases.push(pair([12, 30], 4e-3));
@@ -219,7 +219,7 @@ fn contact_ratios_in_closed_form() {
         (approach + recess) / path.base_pitch,
         1e-13,
     );
-    // Only one pair from the phase ε − 1 on.
+    // Only one pair is in contact from the phase ε − 1 on.
     let [lowest, highest] = path.single_pair().unwrap();
     close(path.phase(lowest), flanks.contact_ratio() - 1.0, 1e-12);
     close(path.phase(highest - 1e-12), 1.0, 1e-9);
@@ -262,7 +262,7 @@ fn flanks_touch_on_the_line_of_action() {
         let path = flanks.path();
         for i in 0..=10 {
             let s = path.start + (path.end - path.start) * f64::from(i) / 10.0;
-            // Pinion below, wheel above the pitch point; the line rises with s.
+            // The pinion is below and the wheel above the pitch point; the line of action rises with s.
             let (x, y) = (s * cos, s * sin);
             let [t1, t2] = flanks.roll(s);
             close(
@@ -275,7 +275,7 @@ fn flanks_touch_on_the_line_of_action() {
                 flanks.teeth[1].base_radius * t2.hypot(1.0),
                 1e-15,
             );
-            // Surface velocities across the line of action at 1 rad/s of the pinion.
+            // Compare surface velocities across the line of action at a pinion speed of 1 rad/s.
             let ratio = own / mate;
             let velocity = [own + y, ratio * (mate - y)];
             let along = |horizontal: f64, vertical: f64| horizontal * sin - vertical * cos;
@@ -300,7 +300,7 @@ fn backlash_is_what_shifts_thinning_and_distance_leave() {
     let base: f64 = tight.base_radii().iter().sum();
     let gap = 2.0 * base * (involute(angle(&apart)) - involute(angle(&tight)));
     close(flanks(&apart).backlash, gap, 1e-15);
-    // Tips have the rack's clearance at the tight distance, and a larger one here.
+    // Tips have the rack's clearance at the centre distance without backlash, and a larger clearance here.
     close(flanks(&tight).clearance[0], 0.25 * tight.module, 1e-15);
     close(
         flanks(&apart).clearance[1],
@@ -364,7 +364,7 @@ fn drawings_that_do_not_run_say_why() {
     else {
         panic!("not pointed")
     };
-    // The rack's addendum: the shifts sum to zero.
+    // The tip has the rack's addendum, because the shifts sum to zero.
     close(tip_diameter, 3e-3 * (12.0 + 2.0 + 1.8), 1e-12);
     assert!(limit < tip_diameter);
     let tooth = {
@@ -433,7 +433,7 @@ fn drawings_that_do_not_run_say_why() {
     let mut solid = pair([20, 30], 4e-3);
     solid.form.bore = [Some(30e-3), None];
     assert_eq!(refuse(&solid), GearError::NoBore { gear: 2 });
-    // A rim of 2.5 mm on a root circle of 110.
+    // The rim is 2.5 mm thick on a root circle of 110 mm.
     solid.form.bore = [Some(30e-3), Some(105e-3)];
     assert!(matches!(
         refuse(&solid),

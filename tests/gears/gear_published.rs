@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Root diameter over bore of a solid disc on its shaft.
 const DISC: f64 = 3.0;
 
-/// The same for a body that is supported right below its rim.
+/// Root diameter over bore of a body that is supported just below its rim.
 const RIM: f64 = 1.4;
 
 fn published(table: &str) -> toml::Table {
@@ -91,9 +91,10 @@ fn within(value: f64, published: f64, margin: f64) {
     );
 }
 
-/// 4.133e8 N/m, 10.6 % above, with separate bodies per pair. The other program models teeth as cantilevers on a fitted
-/// foundation, which counts a part of the root twice. Such a program whose lever is the height where the force crosses
-/// the centre line has 3.905e8. With shared bodies it is 3.05e8 N/m: separate ones make two pairs a third too stiff.
+/// With separate bodies per pair the mean stiffness is 4.133e8 N/m, 10.6 % above the published one. The other program
+/// models teeth as cantilevers on a fitted foundation, which counts a part of the root twice. Such a program whose
+/// lever is the height where the force crosses the centre line has 3.905e8 N/m. With shared bodies the mean is
+/// 3.05e8 N/m: separate bodies make two pairs a third too stiff.
 #[test]
 fn another_code_without_shared_bodies() {
     let table = published("other_code");
@@ -119,9 +120,9 @@ fn another_code_without_shared_bodies() {
 }
 
 /// Solid discs on shafts of a third of their root diameter. The torsion of a disc between root and bore is not a
-/// deflection of teeth and is subtracted here. At ISO's load the mean stiffness is within 13 %, except for the smallest
-/// pinions with large shift (17 % above), that of one pair up to 15 % above (28 %). A linear contact with the
-/// flattening at zero load is too stiff for this: c' is then 20 to 62 % above.
+/// deflection of teeth and is subtracted here. At ISO's load the mean stiffness is within 13 %, and 17 % above for the
+/// smallest pinions with large shift. The stiffness of one pair is up to 15 % above, and 28 % for those pinions. A
+/// linear contact with the flattening at zero load is too stiff for this: c' is then 20 to 62 % above.
 ///
 /// ISO's c' and c_γ are based on Weber and Banaschek's deflections, multiplied by 0.8 to agree with tests; their
 /// scatter is 10 %.
@@ -187,9 +188,10 @@ fn iso_method_b_at_its_own_load() {
     }
 }
 
-/// On bores of 50 and 78.57 mm, under the drive's rated 66.5 N/mm: double pairs 2.8 % above, single ones 14 % below,
-/// the mean 2.7 % below 4e8 N/m. With the linear contact they are 30 and 15 % above. On cores as thin as the drive's
-/// shafts all are 40 % softer: the published levels assume bodies without torsion.
+/// On bores of 50 and 78.57 mm, under the drive's rated 66.5 N/mm, double pairs are 2.8 % above and single pairs 14 %
+/// below the published levels; the mean is 2.7 % below 4e8 N/m. With the linear contact, double pairs are 30 % and
+/// single pairs 15 % above. On bores as small as the drive's shafts all are 40 % softer: the published levels assume
+/// bodies without torsion.
 #[test]
 fn calibrated_levels_of_the_default_pair() {
     let table = published("calibrated");

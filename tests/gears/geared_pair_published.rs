@@ -11,7 +11,7 @@ use gearatlas::manifest;
 use gearatlas::propagate::{Event, Observer, Window};
 use std::path::Path;
 
-/// Mean transmission error as the program defines it, without the error \[m\].
+/// Mean transmission error as the other program defines it, without the error \[m\].
 const DEFLECTION: f64 = 7.152756140961932e-05;
 /// Mean half gap \[m\], which grows as the shafts separate.
 const HALF_GAP: f64 = 6.497875817066328e-05;
@@ -57,7 +57,7 @@ fn means_of_a_geared_pair_from_rest() {
     let (end, counters) = advance_with(&volterra(&model), &start, cycles.into(), &mut means);
     assert!(counters.events > 2, "{} events", counters.events);
 
-    // The mean of q'' + 2 zeta omega q' + omega^2 q = -sum of g F from rest, of the x of both gears.
+    // Take the mean of q'' + 2 zeta omega q' + omega^2 q = -sum of g F from rest, for x of both gears.
     let [position, velocity] = model.basis.modes(&end.state);
     let inverse_root_mass = 6.57f64.sqrt().recip();
     let [pinion, wheel] = [2, 4].map(|mode| {
@@ -73,7 +73,7 @@ fn means_of_a_geared_pair_from_rest() {
     });
     let sin = 20f64.to_radians().sin();
     let apart = wheel - pinion;
-    // Our deflection contains an additional sin(alpha) (x_pinion - x_wheel).
+    // The deflection of this program contains an additional sin(alpha) (x_pinion - x_wheel).
     let deflection = means.deflection / time + sin * apart;
     let found = [
         ("deflection", deflection, DEFLECTION, 2e-3),

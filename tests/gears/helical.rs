@@ -28,7 +28,7 @@ fn pair(degrees: f64) -> GearPair {
     }
 }
 
-/// The same with the face width for an overlap ratio, and the same torque per width.
+/// Helical gears with the face width for an overlap ratio, and the torque per width of the default gears.
 fn overlapping(degrees: f64, overlap: f64) -> GearPair {
     let mut pair = pair(degrees);
     pair.face_width *= overlap / pair.overlap_ratio();
@@ -85,7 +85,7 @@ fn section_stiffness(law: &impl FlankLaw, phase: f64, line_load: Option<f64>) ->
     (a + d - 2.0 * c) / (a * d - c * c)
 }
 
-/// Its mean over the cycle.
+/// Mean over the cycle of the section's stiffness per width.
 fn mean_section_stiffness(law: &impl FlankLaw, line_load: Option<f64>) -> f64 {
     let split = law.path().contact_ratio() - 1.0;
     let count = 2000;
@@ -99,7 +99,7 @@ fn mean_section_stiffness(law: &impl FlankLaw, line_load: Option<f64>) -> f64 {
     mean(0.0, split) + mean(split, 1.0)
 }
 
-/// ISO 21771: radii, base helix, base pitch, contact ratios, backlash.
+/// Radii, base helix angle, base pitch, contact ratios and backlash follow ISO 21771.
 #[test]
 fn transverse_quantities_have_closed_forms() {
     for degrees in [-30.0, 10.0, 20.0, 30.0] {
@@ -141,7 +141,7 @@ fn transverse_quantities_have_closed_forms() {
     }
 }
 
-/// inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂) without backlash; and the backlash at a larger distance.
+/// Without backlash, inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂). A larger centre distance adds backlash.
 #[test]
 fn shifted_gears_mesh_without_backlash_at_their_own_distance() {
     let mut gears = pair(15.0);
@@ -158,7 +158,7 @@ fn shifted_gears_mesh_without_backlash_at_their_own_distance() {
     close(open, 2.0 * 10e-6 * angle.sin(), 2e-3);
 }
 
-/// z sin² α_t ≥ 2 (h_f − ρ_f (1 − sin α_n) − x) cos β.
+/// Teeth without undercut have z sin² α_t ≥ 2 (h_f − ρ_f (1 − sin α_n) − x) cos β.
 #[test]
 fn undercut_begins_where_the_straight_flank_of_the_rack_says() {
     let mut gears = pair(25.0);
@@ -260,7 +260,7 @@ fn whole_overlap_leaves_no_variation() {
 }
 
 /// A tooth carries load for ε_α + ε_β mesh cycles, from the contact of its first end to the release of its last. Hence
-/// as many pairs carry load on average. Tip edges make it longer.
+/// as many pairs carry load on average. Contact of tip edges makes this time longer.
 #[test]
 fn teeth_bear_as_long_as_the_total_contact_ratio() {
     for overlap in [0.4, 1.0, 1.7] {
@@ -277,7 +277,7 @@ fn teeth_bear_as_long_as_the_total_contact_ratio() {
     assert!((1.6..1.9).contains(&spur), "{spur}");
 }
 
-/// For any number of pairs: ε_α of them carry load on a face of whole overlap.
+/// A face of whole overlap has ε_α times the stiffness of one pair, for any number of pairs.
 #[test]
 fn many_pairs_share_a_wide_face() {
     for (contact_ratio, overlap) in [(1.3, 1.0), (2.4, 2.0), (2.9, 3.0)] {
@@ -357,7 +357,7 @@ fn inclination_changes_the_stiffness_as_iso_says() {
     }
 }
 
-/// Order 4 with full contact, 2 if the border of contact crosses the face.
+/// The error has order 4 in the number of spans with full contact, and 2 if the border of contact crosses the face.
 #[test]
 fn spans_converge() {
     let mut gears = overlapping(20.0, 0.94);
@@ -507,7 +507,7 @@ fn flanks_that_stiffen_under_their_load_settle() {
     assert!(mean(rated) > 1.05 * mean(0.1 * rated));
 }
 
-/// A law of constant stiffness: pairs counted at each position.
+/// A flank law of constant stiffness: the stiffness at a position counts the pairs in contact.
 fn constant(contact_ratio: f64, overlap: f64) -> (FunctionFlank, Face) {
     let path = path(contact_ratio);
     let width = 40e-3;
@@ -540,13 +540,13 @@ fn the_load_wanders_from_end_to_end() {
             let centre = moment / count;
             assert!((load.centre - centre).abs() < 1e-5 * face.width);
         }
-        // At 0.6 mid-face loses its old pair; the sections ahead have already lost it.
+        // At phase 0.6 the earlier pair leaves mid-face; it has already left the sections ahead.
         assert!(hand * distribute(&law, 0.6, face, 0.0, 1e3).centre < -1e-3);
     }
 }
 
-/// All positions of the path at once: Λ₀ and Λ₁ are means over it, larger by the ratio of the normal force to the force
-/// along the line of action.
+/// With overlap ratio 1 all positions of the path are in contact at once. Λ₀ and Λ₁ are means over the path, larger by
+/// the ratio of the normal force to the force along the line of action.
 #[test]
 fn friction_goes_with_the_normal_force() {
     let (law, face) = constant(1.6, 1.0);

@@ -46,7 +46,7 @@ fn force(structure: &ModalStructure, side: f64, name: &str) -> f64 {
         .sum()
 }
 
-/// Force and moment equilibrium of each rigid shaft: F tan β_b along the axis, at the pitch point.
+/// Each rigid shaft is in force and moment equilibrium with F tan β_b along the axis, at the pitch point.
 #[test]
 fn bearings_bear_the_axial_force_and_its_moment() {
     for degrees in [-15.0, 0.0, 20.0, 30.0] {

@@ -37,7 +37,7 @@ fn frame() -> Matrix3<f64> {
     Matrix3::identity() + across + across * across / (1.0 + along.z)
 }
 
-/// The point in space with given coordinates in the frame.
+/// The point in space with these coordinates in the frame of [`ALONG`].
 fn place(local: [f64; 3]) -> [f64; 3] {
     (frame() * Vector3::from(local)).into()
 }
@@ -49,7 +49,7 @@ const STEEL: [f64; 4] = [206e9, 79e9, 7850.0, 0.9];
 const OUTER: f64 = 0.03;
 const STATIONS: [f64; 4] = [0.0, 0.04, 0.08, 0.12];
 
-/// Stiffness and damping of the bearings at both ends of the beam, by freedom.
+/// Stiffness and damping of the bearings at both ends of the beam, by degree of freedom.
 const GROUND: [f64; 6] = [6e7, 4e7, 3e7, 9e3, 9e3, 0.0];
 const DAMPING: [f64; 2] = [300.0, 200.0];
 
@@ -87,7 +87,7 @@ fn plane(length: f64) -> [DMatrix<f64>; 2] {
             6.0 * (1.0 - 2.0 * s) / (length * length),
             (6.0 * s - 2.0 + phi) / length,
         ];
-        // w' minus the slope, which is constant.
+        // The shear angle: w' minus the slope, which is constant.
         let sheared = [-phi / length, -0.5 * phi, phi / length, -0.5 * phi];
         let norm = weight / (1.0 + phi).powi(2);
         for i in 0..4 {
@@ -164,7 +164,7 @@ fn rows(matrix: &DMatrix<f64>) -> String {
 /// The beam as a housing file: the station of the gear is a node along the axes of space, all others are internal.
 fn beam_file() -> String {
     let size = 6 * STATIONS.len() - 1;
-    // First those of the node: of 23 freedoms the second station has 5 to 10.
+    // Put the degrees of freedom of the node first: the second station has 5 to 10 of the 23.
     let order: Vec<usize> = (5..11).chain(0..5).chain(11..size).collect();
     let turn = frame().transpose();
     let mut change = DMatrix::zeros(size, size);
@@ -182,7 +182,7 @@ fn beam_file() -> String {
         0.5 * (&turned + turned.transpose())
     });
     let internal: Vec<String> = (0..size - 6).map(|i| format!("\"q{i}\"")).collect();
-    // Along x and y of the last station.
+    // The points are the displacements along x and y of the last station.
     let point = |name: &str, local: usize| {
         let at = order.iter().position(|&from| from == local).unwrap();
         let row: Vec<f64> = (0..size).map(|i| f64::from(u8::from(i == at))).collect();
@@ -293,8 +293,8 @@ fn a_beam_as_a_housing_is_the_beam_as_a_shaft() {
         let off = (frequencies.filter(|(a, _)| **a > 0.0))
             .map(|(a, b)| (a / b - 1.0).abs())
             .fold(0.0, f64::max);
-        // For both meshes: the rigid rotations with an effect on them may be rotated among themselves, but their
-        // products are the same.
+        // Rigid rotations with an effect on the meshes may be rotated among themselves, but the products of their
+        // participations are the same for both meshes.
         let felt = [&one.0, &two.0].map(|own| {
             let rigid = own.rigid_modes();
             let columns = [&own.mesh, &own.contacts[0].participation];

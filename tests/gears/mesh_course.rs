@@ -55,7 +55,7 @@ fn wandering(count: u32) -> Vec<Division> {
         .collect()
 }
 
-/// Both at once.
+/// Arches of stiffness with a load that moves along the face and friction that changes its direction.
 fn everything() -> Vec<Division> {
     let mut divisions = arches();
     for (division, (centre, friction)) in divisions.iter_mut().zip([
@@ -69,8 +69,8 @@ fn everything() -> Vec<Division> {
     divisions
 }
 
-/// Both, with an error of loaded flanks up to a third of the half gap. It varies over each piece and jumps between
-/// them, also within a course of stiffness.
+/// [`everything`], with an error of loaded flanks up to a third of the half gap. The error varies over each piece and
+/// jumps between pieces, also where the stiffness is continuous.
 fn relieved(half_gap: f64) -> Vec<Division> {
     let mut divisions = everything();
     let errors = [
@@ -141,7 +141,8 @@ fn rattling(model: &Model) -> TrajectoryState {
     }
 }
 
-/// The same events; largest difference of states and event times over single cycles.
+/// Asserts the same events. Returns the largest difference of states and event times over single cycles, and the number
+/// of events.
 fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64, f64, usize) {
     let reference = Reference::new(model);
     let mut start = settled(model, 40);
@@ -194,7 +195,7 @@ fn the_structured_kernel_is_exact_to_thirty_digits() {
     }
 }
 
-/// Small steps do not use series, certificates or cuts: order one through rattle.
+/// Small steps use no series, certificates or cuts. They converge with order one through rattle.
 #[test]
 fn small_steps_converge_to_it() {
     for (name, model) in models().into_iter().skip(6).take(6) {
@@ -235,8 +236,7 @@ fn energy_closes() {
     }
 }
 
-/// A tangent is the difference of two close trajectories, for any window of a factorised system, and across any jump of
-/// δ.
+/// A tangent is the difference of two close trajectories, for windows of any length and across any jump of δ.
 #[test]
 fn tangents_are_differences() {
     for (name, model) in models() {

@@ -14,7 +14,7 @@ use gearatlas::store::{ResultTable, TableKind};
 use std::path::Path;
 use std::process::Command;
 
-/// Two relieved tips; the torsional tier, in which only the mesh is elastic.
+/// The torsional tier, in which only the mesh is elastic; both gears have tip relief.
 const MANIFEST: &str = include_str!("../../manifests/tiers/torsional.toml");
 
 fn manifest(stiffness: &str, rest: &str) -> String {
@@ -42,7 +42,8 @@ fn model(text: &str, speed: f64, load: f64) -> Model {
     common::parts().model(&point).unwrap()
 }
 
-/// Pairs come and go within the cycle: single cycles compared with thirty digits, including every event, and energy.
+/// Pairs enter and leave contact within the cycle. Single cycles agree with thirty digits, including every event and
+/// the energy.
 #[test]
 fn springs_of_pairs_keep_to_thirty_digits() {
     let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
@@ -124,7 +125,7 @@ fn pairs_and_tangent_agree_where_the_load_hardly_swings() {
     assert!((pairs / tangent - 1.0).abs() < 0.05, "{tangent} {pairs}");
 }
 
-/// If rattle covers all loads from zero to the full load, the two differ; the test prints the difference.
+/// If rattle covers all loads from zero to the full load, pairs and tangent differ; the test prints the difference.
 #[test]
 fn pairs_change_what_rattles() {
     let folder = tempfile::tempdir().unwrap();
@@ -179,7 +180,7 @@ fn what_pairs_do_not_take_is_said() {
         };
         assert!(said.contains(key), "{key}: {said}");
     }
-    // A misalignment of 0 is none.
+    // A misalignment of 0 counts as none.
     let straight = manifest(&format!("{pairs}\nmisalignment = 0"), "");
     assert!(manifest::parse(&straight, "m.toml", Path::new("")).is_ok());
 }

@@ -62,7 +62,7 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
     let aligned = cycle(0.0).mean_stiffness();
     assert!((aligned / 4e8 - 1.0).abs() < 1e-6);
     let drop = |misalignment: f64| 1.0 - cycle(misalignment).mean_stiffness() / aligned;
-    // Published: 42 % by the table, 41 % in the loop.
+    // The published drop is 42 % by the table, and 41 % with the iteration over the tilt of the shafts.
     let by_table = drop(MISALIGNMENT);
     assert!((by_table - 0.42).abs() < 0.01, "{by_table}");
     let report = loaded_misalignment(
@@ -90,7 +90,7 @@ fn centre(misalignment: f64) -> f64 {
     sharing.distribute(default_force()).centre
 }
 
-/// While the whole face is loaded, z_c is linear in ε, and so is the fixed point.
+/// While the whole face is loaded, z_c is linear in ε, so the misalignment under load has a closed form.
 #[test]
 fn a_fully_loaded_face_has_a_closed_fixed_point() {
     let force = default_force();
@@ -109,7 +109,7 @@ fn a_fully_loaded_face_has_a_closed_fixed_point() {
     }
 }
 
-/// From stiff shafts to shafts so soft that plain iteration would diverge.
+/// The iteration converges for stiff shafts, and for shafts so soft that a plain fixed-point iteration would diverge.
 #[test]
 fn the_loop_converges_on_soft_shafts_too() {
     let force = default_force();
@@ -189,7 +189,7 @@ fn friction_opposes_the_sliding_of_the_pinion() {
     let (sin, cos) = gears.pressure_angle.sin_cos();
     let speeds = [100.0, 100.0 * r1 / r2];
     for s in [-5e-3, 4e-3] {
-        // Pinion at the origin, rotating to the left; wheel to its right, rotating to the right.
+        // The pinion is at the origin and rotates anticlockwise; the wheel is to its right and rotates clockwise.
         let contact = [r1 + s * sin, s * cos];
         let on_pinion = [-speeds[0] * contact[1], speeds[0] * contact[0]];
         let arm = [contact[0] - (r1 + r2), contact[1]];
@@ -199,8 +199,7 @@ fn friction_opposes_the_sliding_of_the_pinion() {
         assert!((along(on_pinion) - along(on_wheel)).abs() < 1e-12);
         let sliding = across(on_pinion) - across(on_wheel);
         let friction = friction_direction(&[s], &[1.0]);
-        // The mesh force acts on the modes with a minus, so friction on the pinion along
-        // −direction t.
+        // The mesh force acts on the modes with a minus sign, so friction on the pinion acts along −direction t.
         assert!(-friction.direction * sliding < 0.0);
         assert_eq!(friction.direction.abs(), 1.0);
         assert_eq!(friction.lever, friction.direction * s);

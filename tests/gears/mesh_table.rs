@@ -62,14 +62,14 @@ fn pieces_end_where_something_changes() {
     };
     let table = build(&law, &inputs());
     let has = |phase: f64| table.breaks.iter().any(|b| (b - phase).abs() < 1e-12);
-    // A pair leaves at 0.6, one passes the pitch point at 0.3, one the kink at 0.75.
+    // A pair leaves at 0.6, a pair passes the pitch point at 0.3, and a pair passes the kink at 0.75.
     assert!(has(0.6) && has(0.3) && has(0.75));
     assert_eq!(table.breaks[0], 0.0);
     assert_eq!(*table.breaks.last().unwrap(), 1.0);
     for ends in table.breaks.windows(2) {
         assert!(ends[1] > ends[0] && ends[1] - ends[0] <= 1.0 / 12.0 + 1e-12);
     }
-    // 0.3, 0.3, 0.15, 0.25 in pieces of at most a twelfth.
+    // The parts of 0.3, 0.3, 0.15 and 0.25 are divided into pieces of at most a twelfth.
     assert_eq!(table.breaks.len() - 1, 4 + 4 + 2 + 3);
     // A contact ratio that is an integer within rounding has no transition.
     let whole = build(&curved(2.0 + 1e-15), &inputs());
@@ -85,7 +85,7 @@ fn two_levels_have_closed_means_jumps_and_harmonics() {
     close(cycle.mean_stiffness(), 1.6 * single, 1e-13);
     let means = cycle.segment_means(7);
     assert_eq!(means.len(), 7);
-    // 0.6 · 7 = 4.2.
+    // The two-pair part has a length of 0.6 · 7 = 4.2 segments.
     for (segment, mean) in means.iter().enumerate() {
         let double = (4.2 - segment as f64).clamp(0.0, 1.0);
         close(mean.stiffness, (1.0 + double) * single, 1e-12);
@@ -93,7 +93,8 @@ fn two_levels_have_closed_means_jumps_and_harmonics() {
     }
     let jump = cycle.force / (2.0 * single);
     close(cycle.peak_to_peak(), jump, 1e-12);
-    // A pulse of that height over the single-pair part, 0.6 to 1; high harmonics have several periods within a piece.
+    // The error is a pulse of this height over the single-pair part, 0.6 to 1. High harmonics have several periods
+    // within a piece.
     for (harmonic, amplitude, phase) in cycle.harmonics(&cycle.transmission_error, 900) {
         let m = f64::from(harmonic);
         let exact = 2.0 * jump * (PI * m * 0.4).sin() / (PI * m);
@@ -203,7 +204,7 @@ fn means_do_not_depend_on_the_pieces() {
     for (coarse, fine) in mean(1.0 / 12.0).iter().zip(fine) {
         close(*coarse, fine, 1e-11);
     }
-    // Longer ones need their eighth order.
+    // Longer pieces have larger errors, which decrease with the eighth order.
     let errors = [0.3, 0.15].map(|longest| (mean(longest)[0] / fine[0] - 1.0).abs());
     assert!(errors[1] < 1e-12 && errors[0] < 1e-9, "{errors:?}");
 }
@@ -257,7 +258,7 @@ trait SegmentMean {
 }
 
 impl SegmentMean for MeshTableCycle {
-    /// By Simpson's rule on many points.
+    /// Mean over a segment by Simpson's rule on many points.
     fn segment_mean_of(&self, values: &[[f64; NODES]], [from, to]: [f64; 2]) -> f64 {
         let steps = 400;
         let mut sum = 0.0;
@@ -474,7 +475,7 @@ fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f6
 /// A pair comes into contact where the approach under the load of the others equals its gap.
 #[test]
 fn a_relieved_pair_takes_up_load_at_a_break() {
-    // When one pair is relieved, the other is not.
+    // At most one of two pairs is on its relief at a time.
     let (amount, length) = (10e-6, 0.3);
     let law = relieved(1.6, amount, length);
     let single = STIFFNESS * FACE_WIDTH;
@@ -513,7 +514,7 @@ fn a_relieved_pair_takes_up_load_at_a_break() {
     }
 }
 
-/// With misalignment it enters at one corner first, where its stiffness has a kink.
+/// With misalignment a relieved pair enters at one corner first, where its stiffness has a kink.
 #[test]
 fn a_relieved_wedge_begins_at_a_break() {
     let (amount, length, misalignment) = (10e-6, 0.35, 1e-4);
@@ -536,7 +537,7 @@ fn a_relieved_wedge_begins_at_a_break() {
     }
 }
 
-/// For any load and misalignment, between all nodes.
+/// Tables of relieved flanks follow their law between all nodes, for any load and misalignment.
 #[test]
 fn relieved_flanks_follow_their_law() {
     let law = FunctionFlank {
@@ -563,8 +564,8 @@ fn relieved_flanks_follow_their_law() {
     }
 }
 
-/// Likewise for flanks whose contact stiffens above a limit, and for crowned ones, whose slices all have different
-/// kinks.
+/// Tables follow their law for flanks whose contact stiffens above a limit, and for crowned flanks, whose slices all
+/// have different kinks.
 #[test]
 fn stiffening_and_crowned_flanks_follow_their_law() {
     let stiffening = FunctionFlank {
@@ -631,7 +632,7 @@ fn pairs_that_part_without_a_kink_are_one_formula() {
     }
 }
 
-/// A pair that touches for a thousandth of the cycle between two samples of a piece.
+/// A pair that touches for only a thousandth of the cycle, between two samples of a piece, is found.
 #[test]
 fn a_short_contact_between_the_samples_is_found() {
     let single = STIFFNESS * FACE_WIDTH;

@@ -83,7 +83,7 @@ fn smooth_teeth_take_no_pieces_of_their_own() {
         let pieces: f64 = (cuts.windows(2))
             .map(|ends| (12.0 * (ends[1] - ends[0]) - 1e-9).ceil().max(0.0))
             .sum();
-        // Contact of tip edges cuts it, and the course of their gap takes a few pieces.
+        // Contact of tip edges cuts the table, and the variation of their gap takes a few pieces.
         assert!(
             cycle.breaks.len() - 1 <= pieces as usize + 5,
             "{teeth:?}: {} {pieces}",
@@ -113,9 +113,9 @@ fn levels_are_near_the_standard_s() {
     assert!((double / alone - 1.333).abs() < 0.1);
 }
 
-/// The wedge's loaded length on independent slices is proportional to the root of the compliance. The loss is smaller
-/// than that of the calibrated drive, whose mesh is stiffer. If slices support each other less, a shorter part of the
-/// face carries load.
+/// On independent slices the loaded length of a misaligned face is proportional to the square root of the compliance.
+/// The loss is smaller than that of the calibrated drive, whose mesh is stiffer. With weaker elastic coupling of the
+/// slices, a shorter part of the face carries load.
 #[test]
 fn misalignment_costs_what_a_wedge_costs() {
     let gears = gears();
@@ -159,7 +159,7 @@ fn flattening_flanks_stiffen() {
     let means = [0, 1, 2].map(|i| table.cycle(0, i).mean_stiffness());
     assert!(means[0] < means[1] && means[1] < means[2]);
     assert!(means[2] / means[0] < 1.3, "{means:?}");
-    // Its derivative is the law's own.
+    // The derivative of the contact agrees with a difference quotient.
     let flanks = Flanks::new(&gears).unwrap();
     for (s, load) in [(-3e-3, 2e4), (4e-3, 2e5)] {
         let step = 1e-4 * load;
@@ -177,7 +177,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let jump = rated(&plain).peak_to_peak();
     let flanks = Flanks::new(&plain).unwrap();
     let length = (flanks.contact_ratio() - 1.0) * flanks.path().base_pitch;
-    // The gap of the entering pair behind a single pair in contact.
+    // The gap of the entering pair follows from the single pair in contact.
     let coming = flanks.path().start;
     let coupling = flanks.body_coupling(coming, 1).unwrap();
     let own = flanks
@@ -209,7 +209,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     assert!((found / load.deflection - 1.0).abs() < 1e-9);
 }
 
-/// No pair of a real body takes load from another: small pinions, large wheels, thin and solid bodies, three pairs at
+/// No pair of a real body gets a negative load: small pinions, large wheels, thin and solid bodies, three pairs at
 /// once.
 #[test]
 fn bodies_of_many_shapes_share_their_load() {
@@ -263,9 +263,9 @@ impl Uniform {
     }
 }
 
-/// Random drawings: relief from a tenth of a micrometre to fifty, short and long, loads and misalignments over decades.
-/// Every table is within its tolerance of the law at random positions. The tolerance is wider if slices of an unevenly
-/// loaded face support each other.
+/// Random drawings have short and long relief from a tenth of a micrometre to fifty, and loads and misalignments over
+/// decades. Every table is within its tolerance of the law at random positions. The tolerance is wider if slices of an
+/// unevenly loaded face are elastically coupled.
 #[test]
 fn relieved_drawings_follow_their_law() {
     let mut random = Uniform(0x9E37_79B9_7F4A_7C15);

@@ -22,7 +22,7 @@ pub struct Member(pub [f64; 3]);
 #[derive(Clone)]
 pub struct Set {
     pub planets: usize,
-    /// Of sun, planet and ring.
+    /// Numbers of teeth of sun, planet and ring.
     pub teeth: [u32; 3],
     /// Distance of the pins from the axis \[m\].
     pub radius: f64,
@@ -34,7 +34,7 @@ pub struct Set {
     pub planet: Member,
     /// Torsional support of the ring at its base radius \[N/m\].
     pub twist: f64,
-    /// Of all meshes \[N/m\].
+    /// Stiffness of all meshes \[N/m\].
     pub stiffness: f64,
     pub gyroscopic: bool,
     /// Speed of the sun \[rad/s\].
@@ -88,7 +88,7 @@ impl Set {
         let module = 2.0 * self.radius * working.cos() / rack.cos() / (sun + planet);
         let bent = (involute(working) - involute(rack)) / (2.0 * rack.tan());
         let shift = 0.5 * (sun + planet) * bent;
-        // Slightly less, so that round-off does not jam the flanks.
+        // The shifts are slightly smaller, so that round-off gives no interference of the flanks.
         let hair = 1e-9;
         let of_ring = -(ring - planet) * bent - shift;
         (rack, module, [shift - hair, shift, of_ring - hair])
@@ -236,7 +236,7 @@ fn families_of_modes_are_the_published_ones() {
             1.0,
             5e-4,
         ),
-        // Printed with four digits.
+        // The source prints four digits.
         (
             all.cooley_parker,
             Set::cooley_parker,
@@ -272,7 +272,7 @@ fn families_of_modes_are_the_published_ones() {
 /// frame of the carrier.
 pub struct Plane {
     pub mass: DMatrix<f64>,
-    /// All meshes open.
+    /// Stiffness with all meshes open.
     pub stiffness: DMatrix<f64>,
     /// Coriolis terms.
     pub turning: DMatrix<f64>,
@@ -411,7 +411,7 @@ pub fn frequencies_without(
 
 /// Frequencies \[Hz\], ascending, and growths \[1/s\] of `q'' + D q' + K q = 0` that are not zero.
 fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f64)> {
-    // In a unit of time that makes the parts of the companion matrix similar in size.
+    // Use a unit of time that makes the parts of the companion matrix similar in size.
     let (n, unit) = (stiffness.nrows(), 1e4);
     let parts = [-stiffness / (unit * unit), -damping / unit];
     let mut companion = DMatrix::zeros(2 * n, 2 * n);
@@ -428,7 +428,7 @@ fn frequencies(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> Vec<(f64, f6
     found
 }
 
-/// The same for the modes of a train, with all drive flanks closed.
+/// Complex frequencies of a train from its modes, with all drive flanks closed.
 pub fn of_train(set: &Set, text: &str) -> Vec<(f64, f64)> {
     let structure = build::structure(&job(text).points.at(0).model).unwrap();
     let n = structure.modes();
@@ -538,7 +538,7 @@ fn torques_balance() {
         of_ring * ring / 400.0 - 1.0
     );
     assert!((of_sun * sun / 100.0 - 1.0).abs() < 1e-6);
-    // z_r/z_s = 4.
+    // The ring has z_r/z_s = 4 times the torque of the sun.
     assert!((of_ring * ring / 400.0 - 1.0).abs() < 1e-6);
     assert!((0..6).all(|own| (mesh(own) / mesh(0) - 1.0).abs() < 1e-6));
 }
@@ -556,8 +556,9 @@ fn at_rest(model: &Model, planets: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A pin ahead of its position: the planets share the load according to the closed form (Bodas & Kahraman 2004, Singh
-/// 2010). A floating sun shares equally between three planets, and between four it loads one pair more than the other.
+/// If a pin is ahead of its position, the planets share the load according to the closed form (Bodas & Kahraman 2004,
+/// Singh 2010). A floating sun shares equally between three planets. With four planets it loads one pair of opposite
+/// planets more than the other.
 #[test]
 fn planets_share_the_load() {
     let error = 5e-6;
@@ -660,7 +661,7 @@ fn phases_of_planets_cancel_harmonics() {
     }
 }
 
-/// In phase, no net force acts on the sun: it stays on its axis while the set runs.
+/// If all planets are in phase, no net force acts on the sun: it stays on its axis while the set runs.
 #[test]
 fn planets_in_phase_keep_the_sun_in_place() {
     let set = Set {
@@ -849,7 +850,7 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
         let gearatlas::shaft::MeshLaw::Own(flanks) = &train.meshes[0].law else {
             panic!("the mesh of the ring");
         };
-        // Along both lines of action, in base pitches: the planet's rotation is what its base circle rolls off.
+        // Compare positions along both lines of action, in base pitches: the planet's rotation times its base radius.
         let [_, base, ring] = set.base_radii();
         let (rack, module, shifts) = set.rack();
         let pitch = std::f64::consts::PI * module * rack.cos();
@@ -872,8 +873,8 @@ fn the_ring_follows_the_sun_by_the_teeth_of_the_planet() {
     }
 }
 
-/// A planet without a closed contact has a frequency at round-off in the coordinates of closed modes. Its rate must not
-/// count as the amplitude of a wave, because the round-off of margins would hide events.
+/// A planet without a closed contact has a frequency at round-off in the coordinates of closed modes. The rate of the
+/// planet must not count as the amplitude of a wave, because the round-off of margins would hide events.
 #[test]
 fn closed_modes_see_loose_planets_come() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");

@@ -86,7 +86,7 @@ fn any_member_may_drive() {
         // Without backlash the angle follows from the shifts, apart from their small safety backlash.
         let angle = train(&text).pair.operating_pressure_angle().unwrap();
         let sun = set.radius * zs / (zs + f64::from(set.teeth[1])) * angle.cos();
-        // In the carrier's frame z teeth of the sun pass per revolution.
+        // In the carrier's frame, all teeth of the sun pass a mesh per relative revolution.
         let rolling = speeds[0] - speeds[1];
         let cycles = model.period() * zs * rolling * set.speed / TAU - 1.0;
         let forces = at_rest(&model);
@@ -155,7 +155,7 @@ fn star(set: &Set) -> String {
         .split_once("[[train.shaft]]\nname = \"housing\"")
         .unwrap();
     let (_, after) = rest.split_once("[[train.planetary]]").unwrap();
-    // The carrier has no freedoms.
+    // The fixed carrier has no degrees of freedom.
     let modes = |less: usize| format!("modes = {}", 6 * (3 + set.planets) - less);
     format!("{before}[[train.planetary]]{after}")
         .replacen(&modes(0), &modes(6), 1)
@@ -171,7 +171,7 @@ fn star(set: &Set) -> String {
         )
 }
 
-/// The same as shafts with axes in space, without a carrier, with the meshes one by one.
+/// The star set as a plain train: shafts with axes in space, no carrier, and the meshes one by one.
 fn plain(set: &Set) -> String {
     let whole = star(set);
     let (before, rest) = whole.split_once("[[train.planetary]]").unwrap();
@@ -329,8 +329,8 @@ fn with_stage(set: &Set) -> String {
         )
 }
 
-/// Its frequencies by hand \[Hz\]: the plane of the set in the frame of the carrier, then x, y and rotation of pinion
-/// and wheel in the frame of space.
+/// Frequencies of a set after a stage by hand \[Hz\]: the plane of the set in the frame of the carrier, then x, y and
+/// rotation of pinion and wheel in the frame of space.
 fn with_stage_by_hand(set: &Set) -> Vec<(f64, f64)> {
     let plane = Plane::of(set);
     let n = plane.mass.nrows();
@@ -345,7 +345,7 @@ fn with_stage_by_hand(set: &Set) -> Vec<(f64, f64)> {
         }
         mass[(at + 2, at + 2)] = inertia;
     }
-    // The wheel rotates forwards with the sun; the pinion rotates backwards, and upwards where it meets the wheel.
+    // The wheel rotates forwards with the sun; the pinion rotates backwards, and its teeth move upwards at the mesh.
     let (sin, cos) = 20_f64.to_radians().sin_cos();
     let mut mesh = DVector::zeros(n + 6);
     let line = [-sin, cos, -0.02 * cos, sin, -cos, -0.06 * cos];

@@ -77,7 +77,7 @@ fn twenty_cycles_are_those_of_the_reference() {
         );
         assert!(found.events.len() > 20);
         assert!(found.apart < 1e-10, "{:e}", found.apart);
-        // Growth of a round-off of the start.
+        // The bound is the growth of a round-off of the start.
         let grown = 1e-12 * found.growth;
         assert!(found.late < grown, "{:e} {grown:e}", found.late);
     }
@@ -126,7 +126,7 @@ fn by_hand(set: &Set, of_train: &ModalStructure, load: f64) -> Model {
     order.sort_by(|&a, &b| eigenvalues[a].total_cmp(&eigenvalues[b]));
     let is_rigid = |mode: &&usize| eigenvalues[**mode] < 1e-6 * eigenvalues.amax();
     let rigid = order.iter().filter(is_rigid).count();
-    // The neutral rotation first, then the remaining rigid ones.
+    // The neutral rotation comes first, then the other rigid motions.
     let mut shapes: Vec<DVector<f64>> = vec![neutral.component_mul(&roots).normalize()];
     for &mode in &order {
         let mut own = eigenvectors.column(mode).into_owned();

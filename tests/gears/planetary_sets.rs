@@ -80,14 +80,14 @@ fn speeds_follow_from_all_teeth() {
     close(speed("planet b 1"), carrier - (sun - carrier) * 36.0 / 27.0);
     assert_eq!([speed("annulus"), speed("annulus b")], [0.0; 2]);
 
-    // One ring fixed, the other driven by the first sun: 126 carrier = 36/5 + 90.
+    // One ring is fixed, and the first sun drives the other: 126 carrier = 36/5 + 90.
     let driven = text.replace(
         "[\"annulus b\", \"housing b\"]",
         "[\"annulus b\", \"input\"]",
     );
     close(speeds(&driven)("carrier b"), (36.0 / 5.0 + 90.0) / 126.0);
 
-    // A split: both suns drive, the first carrier rotates the second ring.
+    // In a power split both suns are driven, and the first carrier rotates the second ring.
     let split = text
         .replace("[\"carrier\", \"input b\"]", "[\"input\", \"input b\"]")
         .replace(
@@ -282,7 +282,7 @@ fn phases_are_those_of_each_set() {
     };
     let own = train(&text);
     let [first, second] = ["sun and", "sun b and"].map(|name| phases(&own, name));
-    // 25 teeth: −1/3 and −2/3 of a cycle.
+    // With 25 teeth the phases are −1/3 and −2/3 of a cycle.
     assert_eq!(second.len(), 3);
     for (a, b) in first.iter().zip(&second[1..]) {
         assert!((a - b).abs() < 1e-12, "{first:?} {second:?}");
@@ -395,7 +395,7 @@ fn faults_of_two_sets_are_told() {
         let said = refusal(&text);
         assert!(said.contains(told), "{told}: {said}");
     }
-    // Without a distance of the pins or a mesh that determines it.
+    // The set has no distance of the pins, and no mesh that determines it.
     let (before, after) = good.rsplit_once("radius = ").unwrap();
     let (_, after) = after.split_once('\n').unwrap();
     let unplaced = format!("{before}{after}");
@@ -439,7 +439,7 @@ fn the_common_period_has_a_limit() {
         teeth,
         ..set.clone()
     };
-    // 103 · 41 cycles in 144 · 97 of the first mesh.
+    // The second mesh has 103 · 41 cycles in 144 · 97 cycles of the first.
     let said = refusal(&two([&odd([23, 37, 97]), &odd([41, 31, 103])], TWIST));
     assert!(
         said.contains("has 4223 cycles in 13968") && said.contains("at most 10000 are allowed"),

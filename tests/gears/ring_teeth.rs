@@ -64,7 +64,7 @@ fn a_whole_ring_in_finite_elements() {
             within(value, own, if beyond { 3e-2 } else { 5e-3 });
         }
         for ((&roll, coupling), own) in rolls.iter().zip(coupling).zip(column("own")) {
-            // Elements continue beyond the pinion's tip.
+            // The recorded rolls of the elements continue beyond the pinion's tip.
             let Some([_, coupled]) = flanks.body_coupling(position(roll), 1) else {
                 continue;
             };
@@ -129,7 +129,7 @@ fn geometry_is_that_of_the_internal_pair() {
         for s in [path.start, 0.3 * path.end, path.end] {
             let [one, two] = flanks.roll(s);
             let [r1, r2] = [0, 1].map(|gear| flanks.teeth[gear].base_radius.abs());
-            // Both flanks touch at one point of the line of action, and the concave one has less curvature.
+            // Both flanks touch at one point of the line of action, and the concave flank has less curvature.
             close(
                 r2 * two - r1 * one,
                 flanks.centre_distance.abs() * flanks.pressure_angle.sin(),
@@ -255,7 +255,7 @@ fn printed_rings_are_as_stiff_within_the_method() {
     }
 }
 
-/// A helical gear in a ring has the lines of contact of its overlap, and slices that do not support each other.
+/// A helical gear in a ring has the lines of contact of its overlap, and slices without elastic coupling.
 #[test]
 fn helical_rings_have_a_table() {
     let pair = rings().remove(2);

@@ -55,7 +55,8 @@ fn a_misaligned_flank_bears_on_a_wedge() {
     }
 }
 
-/// Fully loaded: stiffness as if aligned, centroid from the covariance of load and position.
+/// A fully loaded misaligned face has the stiffness of an aligned one; the centroid follows from the covariance of load
+/// and position.
 #[test]
 fn a_slightly_misaligned_flank_is_fully_loaded() {
     let force = default_force();
@@ -67,7 +68,7 @@ fn a_slightly_misaligned_flank_is_fully_loaded() {
     close(load.centre, centre, 1e-12);
 }
 
-/// Two pairs with the compliance matrix `[[a, c], [c, d]]`.
+/// Two aligned pairs share the load by the compliance matrix `[[a, c], [c, d]]`.
 #[test]
 fn aligned_pairs_share_by_their_compliance_matrix() {
     let force = default_force();
@@ -94,7 +95,7 @@ fn aligned_pairs_share_by_their_compliance_matrix() {
     }
 }
 
-/// Rigid teeth on a fully shared body: as stiff as a single pair.
+/// Pairs of rigid teeth on a fully shared body are as stiff as a single pair.
 #[test]
 fn a_body_that_is_wholly_shared_counts_once() {
     let law = FunctionFlank {
@@ -191,7 +192,7 @@ fn the_pattern_adds_up_to_the_load() {
     assert_eq!(pattern.len(), 2 * 20);
     let load: f64 = pattern.iter().map(|q| q * FACE_WIDTH / 20.0).sum();
     close(load, 1000.0, 1e-13);
-    // A wedge: highest at the low end, decreasing linearly.
+    // The load of a misaligned face is largest at the low end and decreases linearly.
     let steps: Vec<f64> = pattern[..8].windows(2).map(|q| q[0] - q[1]).collect();
     for step in &steps {
         close(*step, STIFFNESS * 5e-4 * FACE_WIDTH / 20.0, 1e-9);
@@ -304,7 +305,7 @@ fn a_stiffening_contact_is_met_where_the_load_is() {
         direct.deflection,
         1e-14,
     );
-    // Partly loaded: uses the mean line load of the loaded part.
+    // On a partly loaded face, the contact uses the mean line load of the loaded part.
     let wedge = under(0.8, MISALIGNMENT).unwrap().distribute(force);
     let length = wedge.contact_fraction * FACE_WIDTH;
     let w = force / length;
@@ -325,7 +326,7 @@ fn a_contact_that_does_not_settle_is_refused() {
     };
     let error = under(|_| [f64::NAN, 1e-11]);
     assert!(matches!(error, SharingError::OutOfRange { .. }), "{error}");
-    // Softer with more load, by jumps: two pairs pass the load back and forth.
+    // The contact becomes softer with more load by a jump, so that the iteration passes the load between two pairs.
     let error = under(|w| {
         let slope = if w > 2.5e4 { 1e-9 } else { 1e-11 };
         [slope * w, slope]
@@ -446,7 +447,8 @@ mod bisection {
             let index = move |s: f64| {
                 (((s - path.start) / path.base_pitch).floor() as usize).min(count - 1)
             };
-            // Neighbours share a part of the compliance of the stiffer body, others a part of that.
+            // Neighbouring pairs share a part of the compliance of the stiffer body. Pairs further apart share a part
+            // of this.
             let bodies: Vec<f64> = pairs.iter().map(|(_, f, _)| *f).collect();
             let coupling = move |i: usize, ahead: usize| {
                 part.powi(ahead as i32) * bodies[i].min(bodies[i + ahead])

@@ -37,7 +37,7 @@ impl Rotor {
         Self::at_speed(0.0)
     }
 
-    /// With gyroscopic moments.
+    /// The rotor with gyroscopic moments.
     fn turning() -> Self {
         Self::at_speed(1.0)
     }
@@ -91,7 +91,7 @@ fn whirl(rotor: Rotor, speed: f64) -> Vec<Complex64> {
     let (frequency, shape) = (modes.frequencies(), &modes.shape);
     let coupling = matrices.coupling.unwrap();
     let rate = shape.transpose() * (coupling.damping + Scale(speed) * coupling.gyroscopic) * shape;
-    // In the state (ω q, q').
+    // The matrix is for the state (ω q, q').
     let state = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, false) if i == j - n => frequency[i],
         (false, true) if i - n == j => -frequency[j],

@@ -94,8 +94,8 @@ fn participations_agree() {
     }
 }
 
-/// Mode by mode, without grouping, for quantities that do not depend on the basis of the rigid pair or for which the
-/// two assemblies have the same basis.
+/// Participations agree mode by mode, without grouping, for quantities that do not depend on the basis of the rigid
+/// pair, or for which the two assemblies have the same basis.
 #[test]
 fn participations_agree_mode_by_mode() {
     let ours = structure();
@@ -138,8 +138,8 @@ fn signs_within_a_mode_agree() {
 
 /// In the two rigid rotations the friction columns of the independent assembly are those of a reversed arm on the
 /// pinion, `tan α (r_b1 θ1 + r_b2 θ2)` and `θ1 − θ2`. Thus friction at the pitch point would drive the neutral
-/// rotation, although the flanks roll there; ours vanishes. The sums of squares over the pair are equal, so that
-/// `participations_agree` cannot detect it.
+/// rotation, although the flanks roll there. The friction of this program vanishes there. The sums of squares over the
+/// pair are equal, so that `participations_agree` cannot detect the difference.
 #[test]
 fn rigid_friction_differs_by_the_arm_of_the_pinion() {
     let ours = structure();

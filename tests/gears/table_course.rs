@@ -1,4 +1,5 @@
-//! The course of a run compared with its table: few pieces, with the reported accuracy.
+//! The stiffness of a run over the mesh cycle, in pieces (the course), compared with its table: the course has few
+//! pieces, with the reported accuracy.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +10,7 @@ use gearatlas::gear::{
 };
 use gearatlas::numerics::legendre::evaluate;
 
-/// Longest window \[cycles\].
+/// Largest length of a window \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
 /// A cycle of the 20/30 pair under a torque \[N m\], with crowning of the pinion's lead \[m\].
@@ -69,7 +70,7 @@ fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64
     worst
 }
 
-/// The course reports its error, keeps the requested accuracy, and has fewer pieces than the table.
+/// A course reports its error, keeps the requested accuracy, and has fewer pieces than the table.
 #[test]
 fn a_course_is_as_far_off_as_it_says() {
     for (crowning, misalignment) in [(0.0, 0.0), (5e-6, 2e-4)] {

@@ -1,5 +1,5 @@
 //! Meshes from the drawing of the gears in dynamic models: the effect of their stiffness on the default drive, the
-//! convergence of segments to the course, the effects of misalignment and friction.
+//! convergence of segments to the stiffness in pieces (the course), the effects of misalignment and friction.
 
 #![allow(clippy::unwrap_used)]
 
@@ -85,8 +85,8 @@ fn what_opens_the_gap() {
     assert!(shaken > 2 * open[0].len(), "{shaken}");
 }
 
-/// Segment means converge to the course after one cycle of rattle, and sixty have the documented error. With friction
-/// the course has means of its direction over its pieces.
+/// Segment means converge to the course after one cycle of rattle, and sixty segments have the documented error. With
+/// friction the course has the mean direction of friction over each piece.
 #[test]
 fn segments_converge_to_the_course() {
     let parts = common::parts();
@@ -104,7 +104,7 @@ fn segments_converge_to_the_course() {
         });
         println!("{}: segments against the course {errors:?}", friction.1);
         assert!(errors[0] < 1e-2 && errors[4] < floor, "{errors:?}");
-        // With friction the means of its direction remain as an error.
+        // With friction, the means of its direction over pieces remain as an error.
         assert!(
             friction == RUBBING || errors[1] < 0.3 * errors[0],
             "{errors:?}"
@@ -112,8 +112,8 @@ fn segments_converge_to_the_course() {
     }
 }
 
-/// Pieces have the mean of the load centroid and of friction, and are short where these move: at most a quarter of the
-/// cycle. Otherwise a piece is half a cycle long.
+/// Pieces have the mean of the load centroid and of friction. They are at most a quarter of the cycle long where these
+/// vary, and otherwise half a cycle.
 #[test]
 fn pieces_are_short_where_the_load_wanders() {
     let parts = common::parts();
@@ -185,7 +185,7 @@ fn relieved_flanks_run_without_event_storms() {
         for segment in &model.first_cycle().segments {
             for step in 0..=50 {
                 let stiffness = segment.stiffness.at(f64::from(step) / 25.0 - 1.0);
-                // For one pair at its tip, and for two.
+                // The limits are for one pair at its tip, and for two pairs.
                 assert!((1.5e8..3.4e8).contains(&stiffness), "{stiffness:e}");
             }
             // A window that starts in the segment may extend beyond it, at most by its length.

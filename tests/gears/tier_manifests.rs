@@ -1,5 +1,5 @@
-//! The rigid-body tiers from manifests: the shipped ladder, keys that a kind may omit, and the exactness of their
-//! motion.
+//! The rigid-body tiers from manifests: the shipped manifests of all tiers, keys that a kind may omit, and the
+//! exactness of their motion.
 // Helpers outside the test functions may also unwrap.
 #![allow(clippy::unwrap_used)]
 
@@ -159,7 +159,7 @@ fn a_torsional_drive_in_lasting_contact_is_one_oscillator() {
     let model = model(&job(&without(&contact, &keys)), 2);
     let end = settled(&model, 400);
     assert_eq!(end.contact, model.start(&InitialState::Static).contact);
-    // Inertias of both bodies: shaft, gear, end.
+    // The inertia of each body is the sum of shaft, gear and end.
     let inertia = |diameter: f64, pitch: f64, length: f64, end: f64| {
         let polar = |d: f64, l: f64| PI / 32.0 * d.powi(4) * l * 7850.0;
         polar(diameter, 0.16) + polar(pitch, length) - polar(diameter, length) + end

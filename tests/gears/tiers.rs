@@ -159,7 +159,7 @@ fn translational_bodies_are_masses_on_both_bearings() {
         .flat_map(|mass| [2.5e8, 2e8].map(|stiffness: f64| (stiffness / mass).sqrt()))
         .collect();
     assert_frequencies(&structure, &expected, 1e-12);
-    // Σ mesh² over the elastic modes: n·u of two masses.
+    // Each of the two masses contributes 1/m to Σ mesh² over the elastic modes.
     let sum: f64 = structure.mesh[2..].iter().map(|w| w * w).sum();
     let wanted: f64 = masses.iter().map(|mass| 1.0 / mass).sum();
     assert!((sum / wanted - 1.0).abs() < 1e-12);
@@ -203,7 +203,7 @@ fn a_mesh_off_the_middle_of_the_bodies_acts_where_the_faces_are() {
     let found = flexibility(&all_modes(&off_middle));
     let expected = flexibility(&rigid(Tier::Tilting, moved));
     let middle = flexibility(&rigid(Tier::Tilting, shafts()));
-    // Forces on bearings share one scale, because some are zero (axially); every deflection has its own.
+    // Forces on bearings have a common scale, because axial forces are zero. Every deflection has a separate scale.
     let (rows, forces) = (expected.len() / 5, expected.len() / 5 - 5);
     let largest = |i: usize| {
         let own = i % rows;
@@ -365,8 +365,8 @@ fn a_tilting_drive_held_against_tilt_translates_only() {
     assert_limit("tilting to translational", upper, &lower);
 }
 
-/// Then only rotations have a mesh deflection: the mode of the closed mesh is that of the torsional drive, and the
-/// bearings contribute their static flexibility.
+/// On stiff bearings only rotations have a mesh deflection. The mode of the closed mesh is that of the torsional drive,
+/// and the bearings contribute their static flexibility.
 #[test]
 fn a_translational_drive_on_stiff_bearings_rotates_only() {
     let lower = rigid(Tier::Torsional, shafts());

@@ -45,7 +45,7 @@ fn an_error_of_a_gear_goes_with_its_shaft() {
     }
 }
 
-/// Tooth by tooth: mesh cycle n begins with tooth n of either gear, relative to the mean of its teeth.
+/// Mesh cycle n begins with the deviation of tooth n of either gear, relative to the mean of the gear's teeth.
 #[test]
 fn pitch_deviations_are_those_of_the_teeth() {
     let pinion: Vec<f64> = (0..20).map(|n| f64::from(n % 7)).collect();
@@ -128,7 +128,7 @@ fn a_manifest_says_what_flanks_are() {
     assert_eq!(given.lead, [of(5e-6, 0.0), of(5e-6, 6e-6)]);
     assert_eq!(given.plane, Plane::Strain);
     assert_eq!(form("").plane, Plane::Stress);
-    // Wider than five thicknesses of a tooth, 5 π/2 modules.
+    // This width exceeds five tooth thicknesses, 5 π/2 modules.
     let text = MANIFEST.replace("face_width = \"20 mm\"", "face_width = \"32 mm\"");
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
     let wide = job.points.at(0).model.source.gears().unwrap().form.plane;

@@ -98,7 +98,7 @@ impl Stepped {
     }
 }
 
-/// The drive in contact: pairs of two levels, tooth 4 in mesh cycles 3 and 4.
+/// The drive in contact with two levels of stiffness; tooth 4 is in contact in mesh cycles 3 and 4.
 fn stepped(model: &Model, load: f64) -> Stepped {
     let (mean, drop) = (4e8, 0.25);
     let double = mean / (1.0 - 0.4 * drop);
@@ -151,7 +151,7 @@ fn asked() -> PointConfig {
     }
 }
 
-/// Every order of the pinion's shaft up to beyond the second mesh order: amplitude and phase.
+/// Amplitude and phase of every order of the pinion's shaft up to beyond the second mesh order agree.
 #[test]
 fn a_cracked_tooth_has_the_sidebands_of_the_closed_form() {
     let load = 2.0;
@@ -206,8 +206,8 @@ fn kernels_rattle_over_the_revolution() {
     }
 }
 
-/// Alone in contact, the tooth yields by the deflection of the crack more than the others, and less near its root. The
-/// coast flank closes the crack.
+/// A cracked tooth that is alone in contact deflects more than the others by the deflection of the crack, and less near
+/// its root. Load on the coast flank closes the crack.
 #[test]
 fn a_crack_adds_its_deflection_on_its_flank() {
     let fault = "gear = \"pinion\"\ntooth = 4\ncrack = \"1.5 mm\"\nflanks = \"drive\"";

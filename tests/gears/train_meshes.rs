@@ -103,7 +103,7 @@ fn split(first: usize) -> String {
             at = if "ab".contains(name) { 0.03 } else { 0.09 }
         )
     };
-    // Errors belong to the gears, for either choice of the first mesh.
+    // The gears have the same errors for either choice of the first mesh.
     let errors = |mesh: [&str; 2], [key, driving, driven]: [&str; 3]| {
         let teeth = if mesh == ["a", "b"] { 20 } else { 25 };
         let deviations = (0..teeth).map(|tooth| format!("{}e-6", tooth * tooth % 7));
@@ -151,7 +151,7 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
         let job = job(&split(first));
         common::parts().model(&job.points.at(0)).unwrap()
     });
-    // Whole numbers of cycles of both meshes in a fifth of a revolution; rattling from a start out of balance.
+    // Both meshes have whole numbers of cycles in a fifth of a revolution. The start is out of balance, for rattle.
     let fifths = 3;
     let per_fifth = [4, 5];
     let mut told = Vec::new();

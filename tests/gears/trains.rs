@@ -126,7 +126,7 @@ fn where_a_train_has_turned_to_is_not_felt() {
     let [one, other] = [&start, &turned].map(|start| advance(&kernel, start, 2));
     let apart = norm.distance(&one.state, &other.state) / norm.unit();
     assert!(apart < 1e-9, "{apart:e}");
-    // All components, except the neutral displacement and one of four rotations' exponents.
+    // The norm has all components except the neutral displacement.
     assert_eq!(norm.dimension(), 2 * model.modes() - 1);
 }
 
@@ -308,7 +308,7 @@ fn bevel_gears_push_away_from_the_apex() {
     let tangential = 60.0 / 30e-3;
     assert!((structure.rated_force * 20f64.to_radians().cos() / tangential - 1.0).abs() < 1e-12);
     let elastic = (structure.frequency.iter().enumerate()).filter(|(_, omega)| **omega > 0.0);
-    // The modes under the mesh force, with the torques in balance.
+    // Compute the response of the modes to the mesh force, with the torques in balance.
     let force = structure.rated_force;
     let response: Vec<(usize, f64)> = elastic
         .map(|(i, omega)| {

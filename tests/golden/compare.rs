@@ -38,7 +38,7 @@ const LEFT_OUT: [&str; 13] = [
 /// Columns with larger rounding errors: an exponent from the growth of a tiny distance.
 const ROUGH: [&str; 2] = ["lambda_twin", "lambda_twin_stderr"];
 
-/// Factor of their tolerance.
+/// Factor on the tolerance of [`ROUGH`] columns.
 const ROUGHNESS: f64 = 1e5;
 
 /// A column of a table, one value per row; or a printed number or text, with its path.

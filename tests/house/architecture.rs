@@ -28,7 +28,7 @@ const LAYERS: [&[&str]; 12] = [
 /// models.
 const REFERENCE_KNOWS: [&str; 1] = ["model"];
 
-/// Most lines of a file, without tests.
+/// Largest number of lines in a file, without tests.
 const LONGEST: usize = 500;
 
 /// Files that need unsafe code: calls of functions compiled for a detected instruction set; raw memory, addresses and
@@ -397,7 +397,7 @@ fn unsafe_code_is_listed_and_explained() {
     }
 }
 
-/// It neither prints nor exits, has no unsafe code, and calls the library but not the command line.
+/// The Python package neither prints nor exits, has no unsafe code, and calls the library but not the command line.
 #[test]
 fn the_python_package_calls_the_library() {
     let rules = [outward_offences, size_offences, unsafe_offences];

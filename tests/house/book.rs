@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// Every page of `docs/` stands in the book's contents, and every page of the contents is there.
+/// Every page of `docs/` is in the book's contents, and every page of the contents exists.
 #[test]
 fn contents_name_every_page() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");

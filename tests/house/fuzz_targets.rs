@@ -20,7 +20,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use targets::{TARGETS, Target, WRONG, named, seeds};
 
-/// Longest time for an input; a longer one counts as a hang.
+/// Time limit for an input; a target that takes longer counts as hanging.
 const HANG: Duration = Duration::from_secs(60);
 
 fn repository() -> &'static Path {

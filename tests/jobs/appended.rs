@@ -88,7 +88,7 @@ fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
             .collect::<Vec<_>>(),
         1e-12,
     );
-    // Stays across the seam are in neither part.
+    // Neither part contains intervals of flight or contact that continue across the boundary of the parts.
     for (a, b) in [
         (found.flights, exact.flights),
         (found.contacts, exact.contacts),
@@ -119,7 +119,7 @@ fn a_record_in_two_parts_has_the_statistics_of_the_whole() {
     assert_eq!(found.flights, exact.flights);
 }
 
-/// Intervals that are open at the seam count in every average.
+/// Intervals that continue across the boundary of two parts count in every average.
 #[test]
 fn parts_of_any_length_add_up() {
     let model = model(&forty_modes());
@@ -142,7 +142,7 @@ fn records_beside_each_other_share_their_centre() {
     let (middle, _) = advance_with(&kernel, &settled(&model, 200), 120, &mut pilot);
     let outcome = |mut member: Nvh, start: &TrajectoryState| {
         let (start, _) = advance_with(&kernel, start, 7, &mut member);
-        // As after an unmeasured interval.
+        // Restart as after an unmeasured interval.
         member.restart();
         advance_with(&kernel, &start, 240, &mut member);
         let mut both = pilot.clone();

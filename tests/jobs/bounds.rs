@@ -24,7 +24,7 @@ const ADDRESSES: usize = 300_000;
 /// A check that takes this long counts as a hang.
 const HANG: Duration = Duration::from_secs(60);
 
-/// Most bytes printed about a bad text.
+/// Largest number of bytes printed about a bad text.
 const WORDS: usize = 100_000;
 
 /// The manifest with a part replaced.
@@ -237,7 +237,7 @@ fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Whether a terminal only displays it.
+/// Whether the bytes contain no control characters, so that a terminal only displays them.
 fn is_harmless(bytes: &[u8]) -> bool {
     words(bytes).chars().all(|c| !c.is_control() || c == '\n')
 }
@@ -296,7 +296,7 @@ fn what_a_terminal_would_obey_is_written_out() {
     let output = check(folder.path(), text.as_bytes(), &[]);
     assert!(is_harmless(&output.stderr), "{}", words(&output.stderr));
     assert!(words(&output.stderr).contains(r"\u001b]0;pwn\u0007\u001b[31mRED"));
-    // Raw in the text, and in the name of the file.
+    // Put raw control characters into the text and into the name of the file.
     let raw = with("modes = 12", "modes = 12 \u{1b}[31m");
     let name = "\u{1b}[31m.toml";
     fs::write(folder.path().join(name), raw).unwrap();
@@ -344,7 +344,7 @@ fn only_regular_files_are_read() {
         let said = words(&output.stderr);
         assert!(said.contains(word), "{path}: {said}");
     }
-    // As a modal file, and as a table of results.
+    // Read the pipe as a modal file, and as a table of results.
     let text = "[job]\nname = \"a\"\n[model]\nkind = \"modal\"\nfile = \"pipe\"\n\
                 [mesh]\nhalf_gap = 1e-5\nmean_stiffness = 4e8\n[grid]\nload = 0.1\nspeed = 600\n";
     let output = check(folder.path(), text.as_bytes(), &[]);
@@ -459,7 +459,7 @@ fn a_combination_without_a_drive_is_a_failed_point() {
             assert!(error.to_string().contains("audit_cycles"), "{error}");
         }
     }
-    // With few other values the same is an error of the manifest.
+    // With few other values, the incompatible value is an error of the manifest.
     let few = with(LOAD, "\"run.cycles\" = { values = [5, 1000] }\nload = 0.1").replacen(
         "cycles = 160000",
         "audit_cycles = 20",
@@ -501,7 +501,7 @@ fn a_negative_angle_needs_no_equals_sign() {
     fs::write(folder.path().join("m.toml"), "[job]\n").unwrap();
     let arguments = ["table", "m.toml", "--misalignment", "-0.4 mrad,0.1 mrad"];
     let output = within(folder.path(), 4 * ADDRESSES, &arguments);
-    // The manifest is at fault, not the angles.
+    // The message names the manifest, not the angles.
     let said = words(&output.stderr);
     assert!(
         said.contains("[model]") && !said.contains("unexpected"),

@@ -10,8 +10,8 @@ use std::process::Command;
 
 const QUICKSTART: &str = include_str!("../../manifests/quickstart.toml");
 
-/// A shaft between a mesh and a stop, with drag, a heavily damped mode, and a second mesh with three cycles in five; a
-/// load has two periods in three cycles.
+/// A shaft between a mesh and a stop, with drag and a heavily damped mode. A second mesh has three cycles in five
+/// cycles of the first; a load has two periods in three cycles.
 const MODAL_FILE: &str = r#"
 teeth = 20
 rated_force = 1330.0
@@ -89,7 +89,7 @@ fn programs_are_told_the_same() {
     let share: f64 = (closed.iter())
         .map(|mode| mode["mesh_share"].as_f64().unwrap())
         .sum();
-    // Their sum is k w'(K + k w w')^-1 w, which is 1 if only the mesh holds a rotation.
+    // The sum of the shares is k w'(K + k w w')^-1 w, which is 1 if only the mesh restrains a rotation.
     assert!((share - 1.0).abs() < 1e-9, "{share}");
     for mode in &closed[1..] {
         let frequency = mode["frequency_hz"].as_f64().unwrap();
@@ -245,7 +245,7 @@ fn what_no_drive_is_built_like_is_warned_of() {
         let word = found.iter().find(|(own, ..)| own == key);
         let (_, line, message) = word.unwrap_or_else(|| panic!("{key}: {found:?}"));
         assert!(message.contains(said), "{key}: {message}");
-        // The changed line is the named one.
+        // The message names the changed line.
         let name = key
             .split('.')
             .rfind(|part| part.parse::<u32>().is_err())
@@ -470,7 +470,7 @@ fn the_gears_are_told() {
     };
     assert!((number("contact_ratio") - reach(20.0) - reach(30.0)).abs() < 1e-12);
     assert!(number("contact_ratio_loaded") >= number("contact_ratio"));
-    // Both teeth are 20 um thinner on the pitch circle.
+    // The teeth of both gears are 20 um thinner on the pitch circle.
     let half = 20e-6 * 20f64.to_radians().cos();
     assert!((number("drawn_half_gap") / half - 1.0).abs() < 1e-9);
     assert_eq!(number("drawn_half_gap"), number("half_gap"));
@@ -583,7 +583,7 @@ fn the_load_of_rolling_bearings_is_told() {
     assert_eq!(own["name"], "counter 1");
     assert_eq!(own["stiffness"].as_array().unwrap().len(), 5);
     assert!(own["elements"].as_u64().unwrap() > 2);
-    // Without such bearings nothing is reported, and the key has no effect.
+    // Without rolling bearings nothing is reported, and the key has no effect.
     let plain = include_str!("../../manifests/trains/two-stage.toml");
     assert!(told(plain)["loaded_bearings"].is_null());
     let idle = plain.replacen("[train]", "[train]\nbearing_load = 0.5", 1);
@@ -603,7 +603,7 @@ fn further_meshes_from_the_drawing_are_listed() {
         panic!("{:#}", value["gears"]);
     };
     assert_eq!(mesh["gears"], serde_json::json!(["z18", "z54"]));
-    // 5 % of 40 N m, 50 : 20, on 18 teeth of 3 mm, and 1 N m of drag on 54.
+    // Torque: 5 % of 40 N m times 50/20, on 18 teeth of 3 mm, and 1 N m of drag on 54 teeth.
     let torques = 0.05 * 40.0 * 50.0 / 20.0 / 27e-3 + 1.0 / 81e-3;
     let force = torques / 20f64.to_radians().cos();
     let number = |key: &str| mesh[key].as_f64().unwrap();

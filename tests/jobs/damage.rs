@@ -310,7 +310,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
         put_back();
     }
 
-    // Remains of a killed merge.
+    // Leave files as a killed merge would.
     fs::create_dir_all(place.path("joined")).unwrap();
     fs::write(
         place.path("joined/.points.parquet.x1.partial"),

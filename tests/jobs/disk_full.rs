@@ -37,8 +37,8 @@ struct Seen {
     resumed: u64,
 }
 
-/// Runs on a disk with some options of tmpfs and compares with the results in `whole`; `None` if there can be no such
-/// disk.
+/// Runs on a disk with some options of tmpfs and compares with the results in `whole`; `None` if the system does not
+/// allow such a disk.
 fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
     let namespace = ["--user", "--map-root-user", "--mount"];
     let output = Command::new("unshare")
@@ -89,11 +89,11 @@ fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
 
 #[test]
 fn a_full_disk_is_said_and_the_run_goes_on_once_there_is_space() {
-    // Points with the size of some pages each.
+    // Each point has the size of some pages.
     let place = Place::new(&OSCILLATOR.replace("harmonics = 5", "harmonics = 600"));
     place.whole("whole", &[]);
     let (mut none, mut some, mut journal, mut tables) = (0, 0, 0, 0);
-    // From a disk without room for a point to one with room for the journal but not for the tables.
+    // Disks range from no room for a point to room for the journal but not for the tables.
     for pages in [1, 4, 8, 16, 24, 32, 40, 48, 56, 64] {
         let Some(Seen { first, resumed }) = on_a_disk_of(&format!("size={}", 4096 * pages), &place)
         else {
@@ -124,7 +124,7 @@ fn a_disk_without_inodes_is_not_called_full() {
     let place = Place::new(OSCILLATOR);
     place.whole("whole", &[]);
     let mut failed = 0;
-    // The folder of the disk, that of the results, the journal, then one table after the other.
+    // The inodes are for the folder of the disk, the folder of results, the journal, then one table after the other.
     for inodes in 1..6 {
         let options = format!("size=64m,nr_inodes={inodes}");
         let Some(Seen { first, .. }) = on_a_disk_of(&options, &place) else {

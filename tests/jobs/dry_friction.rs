@@ -35,7 +35,7 @@ fn elements_are_read() {
         let laws = [own.forwards, own.forwards + 1, own.stick()];
         let laws = laws.map(|contact| model.contacts[contact].release);
         assert_eq!(laws, [Release::Rub, Release::Rub, Release::Grip]);
-        // Tables do not support it, and `auto` takes a kernel that does.
+        // Table kernels do not support dry friction, and `auto` takes a kernel that does.
         assert!(matches!(Why::of(&model, false), Why::Refused(_)));
     }
 }

@@ -219,7 +219,7 @@ fn a_peak_moves_with_the_breakpoint_that_ends_it() {
     }
 }
 
-/// Without mesh motion its spread is round-off, and round-off has no derivative.
+/// Without mesh motion the RMS and harmonics of the deflection are round-off, and round-off has no derivative.
 #[test]
 fn what_is_zero_has_no_derivative() {
     let folder = tempfile::tempdir().unwrap();

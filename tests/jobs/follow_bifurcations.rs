@@ -71,9 +71,9 @@ fn six_doublings_approach_the_ratio_of_feigenbaum() {
     );
 }
 
-/// Two flanks, one mode, a force of 60 N. At 92.17664307 rad/s the branch that closes a second contact at 92.1793 folds
-/// right behind that graze, by arclength continuation with Runge-Kutta steps. The period doublings at both ends of an
-/// interval of doubled orbits have one branch, not two.
+/// Two flanks, one mode, a force of 60 N. A branch closes a second contact at a graze at 92.1793 rad/s and folds just
+/// after it at 92.17664307 rad/s, by arclength continuation with Runge-Kutta steps. The period doublings at both ends
+/// of an interval of doubled orbits have one branch, not two.
 #[test]
 fn a_fold_beside_a_graze_is_found_and_every_branch_once() {
     let modal = "teeth = 20\nrated_force = 200.0\nfrequency = [3000.0]\ndamping = [0.03]\nmesh = [1.0]\ntorque = [1.0]\n\

@@ -15,7 +15,7 @@ use std::process::Output;
 /// A title for the window, a cleared screen, a colour by one character, and reversed text.
 const EVIL: &str = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\u{202e}x\r";
 
-/// Whether a terminal only displays it.
+/// Whether the text contains no control characters, so that a terminal only displays it.
 fn is_harmless(text: &str) -> bool {
     text.chars().all(|c| {
         matches!(c, '\n' | '\t') || !(c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c))

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Time limit for the end of a process: a second, plus the delay on a busy machine.
 const SOON: Duration = Duration::from_secs(5);
 
-/// Time of the signal: then the work has begun, and its end is far.
+/// Time of the signal: the work has begun by then, and is far from finished.
 const BEGUN: Duration = Duration::from_millis(1500);
 
 /// Starts a command, sends it SIGINT after [`BEGUN`] and returns its standard error.
@@ -23,7 +23,7 @@ fn interrupted(place: &Place, arguments: &[&str]) -> String {
     interrupted_once(place, arguments, || clock.elapsed() >= BEGUN)
 }
 
-/// The same, as soon as `begun` is true.
+/// Starts a command, sends it SIGINT as soon as `begun` is true, and returns its standard error.
 fn interrupted_once(place: &Place, arguments: &[&str], begun: impl Fn() -> bool) -> String {
     let said = place.path("said");
     let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
@@ -115,7 +115,7 @@ fn mesh_tables() {
     interrupted_once(&place, &["plan", "m.toml"], begun);
 }
 
-/// Shafts of some 1900 freedoms, whose modes take seconds to minutes.
+/// Shafts with about 1900 degrees of freedom, whose modes take seconds to minutes.
 const SHAFTS: &str = r#"
 [job]
 name = "shafts"

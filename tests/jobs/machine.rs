@@ -9,7 +9,7 @@ use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// One round, which also a slow and busy machine can finish.
+/// Arguments for one round, which a slow and busy machine can finish too.
 const LITTLE: [&str; 8] = [
     "machine", "--quick", "--rounds", "1", "--memory", "8MiB", "--budget", "240",
 ];
@@ -64,7 +64,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
             "{kernel}"
         );
     }
-    // Scaling over points: one point, and the eight of all other measurements.
+    // The scaling over points has one point, and the eight points of all other measurements.
     let points = |points| found.solver.iter().any(|row| row.key.points == points);
     assert!(points(1) && points(8));
     // Counted work: dense products read each number once.

@@ -261,7 +261,7 @@ fn the_matrices_of_a_modal_file_couple_its_modes() {
     let coupling = found.coupling.unwrap();
     assert_eq!(coupling.damping, [1., 2., 3., 4., 5., 6., 7., 8., 9.]);
     assert_eq!(coupling.stiffness, [0.0; 9]);
-    // Written with few digits, but exactly skew-symmetric.
+    // The file has few digits, but the matrix is exactly skew-symmetric.
     assert!((coupling.gyroscopic[5] - 0.10000005).abs() < 1e-15);
     assert_eq!(coupling.gyroscopic[7], -coupling.gyroscopic[5]);
     assert_eq!(found.load_by_speed, [0.0, 0.02, 0.01]);
@@ -794,7 +794,7 @@ fn the_default_drive_hash_sees_every_field() {
         ("[gear]", "[gear]\nrack.tip_radius = 0.3"),
         ("[gear]", "[gear]\nthinning = \"30 um\""),
         ("[gear]", "[gear]\nthinning = [\"30 um\", 0]"),
-        // The same half gap as before.
+        // This thinning gives the same half gap as the one before.
         ("[gear]", "[gear]\nthinning = [0, \"30 um\"]"),
         ("[gear]", "[gear]\ncentre_distance = \"100.1 mm\""),
         ("[gear]", "[gear]\ntip_diameter = [\"88 mm\", \"128 mm\"]"),
@@ -1076,7 +1076,7 @@ fn the_half_gap_is_that_of_the_drawing() {
     assert!(exact > 190e-6);
     // A number that agrees within a hundredth has priority.
     assert_eq!(half_gap(APART, "half_gap = \"202 um\""), 202e-6);
-    // A drawing without backlash leaves it to [mesh].
+    // If the drawing has no backlash, [mesh] determines it.
     assert_eq!(half_gap("", "half_gap = \"12 um\""), 12e-6);
     assert_eq!(half_gap("", "normal_backlash = \"30 um\""), 15e-6);
     let round = half_gap("", "circumferential_backlash = \"30 um\"");
@@ -1108,8 +1108,8 @@ fn a_half_gap_that_contradicts_the_drawing_is_an_error() {
     assert_eq!(errors.diagnostics[0].key, "mesh.normal_backlash");
 }
 
-/// Metres instead of microns: compared with the teeth if they are known, else with the deflection under the rated
-/// force; an oscillator without units has its own scale.
+/// Detects metres instead of microns: compares the half gap with the teeth if they are known, else with the deflection
+/// under the rated force. An oscillator without units has a separate scale.
 #[test]
 fn a_half_gap_has_the_size_of_a_half_gap() {
     let modal = with(MODAL, "half_gap = \"15 um\"", "half_gap = 37.3");

@@ -21,9 +21,9 @@ const PIECE: usize = 50_000;
 
 /// Time limit for a picture or a page of a million points on a busy machine.
 const LONGEST: Duration = Duration::from_secs(60);
-/// \[bytes\]
+/// Limit of memory \[bytes\].
 const MOST_MEMORY: u64 = 480 << 20;
-/// Largest picture \[bytes\].
+/// Largest size of a picture \[bytes\].
 const LARGEST: u64 = 2 << 20;
 
 /// A folder with repeated rows of a small run, at `loads` loads and different speeds, without a record.

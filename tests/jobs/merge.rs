@@ -60,13 +60,13 @@ fn rewrite(path: &Path, change: impl FnOnce(RecordBatch) -> Vec<RecordBatch>) {
 fn shards_joined_are_the_run_undivided() {
     let place = Place::new(OSCILLATOR);
     let whole = place.whole("whole", &[]);
-    // Two in one folder, one in another.
+    // Two shards are in one folder, one is in another.
     for (out, shard) in [("a", "3/3"), ("b", "1/3"), ("a", "2/3")] {
         place.whole(out, &["--shard", shard]);
     }
     let before = [contents(&place.path("a")), contents(&place.path("b"))];
     assert_eq!(merge(&place, &["a", "b"], "joined"), (0, String::new()));
-    // Also a folder of folders, with other files in it.
+    // The merge also accepts a folder of folders, with other files in it.
     for name in ["a", "b", "logs"] {
         let there = place.path("all.shards").join(name);
         fs::create_dir_all(&there).unwrap();
@@ -105,7 +105,7 @@ fn shards_joined_are_the_run_undivided() {
     assert_eq!(record["shards"].as_array().unwrap().len(), 3);
     assert_eq!(record["shards"][2]["shard"]["index"], 3);
     assert!(record.get("shard").is_none());
-    // Also the metadata: the joined folder looks like the folder of one run.
+    // The metadata are equal too: the joined folder looks like the folder of one run.
     let tables = [&whole, &joined].map(|f| ResultTable::read(f, TableKind::Points).unwrap());
     assert_eq!(tables[0].units().unwrap(), tables[1].units().unwrap());
     assert_eq!(tables[0].axes().unwrap(), tables[1].axes().unwrap());
@@ -166,7 +166,7 @@ fn what_is_no_whole_is_refused() {
     place.whole("b", &["--shard", "2/3"]);
     refused(&["a", "b"], "whole", &["`whole` is not empty"]);
     refused(&["a", "b"], "a", &["`a` is not empty"]);
-    // A record of another manifest.
+    // Replace a record by that of another manifest.
     let record = place.path("a/run.shard-1-of-3.json");
     let text = fs::read_to_string(&record).unwrap();
     reseal(&record, |r| r["manifest_hash"] = "0123456789abcdef".into());
@@ -174,13 +174,13 @@ fn what_is_no_whole_is_refused() {
     fs::write(&record, &text).unwrap();
     reseal(&record, |r| r["state"] = "interrupted".into());
     refused(&["a", "b"], "out", &["shard 1 of 3", "interrupted"]);
-    // Recorded totals that disagree with the table.
+    // Make the recorded totals disagree with the table.
     fs::write(&record, &text).unwrap();
     reseal(&record, |r| r["totals"]["points"] = 3.into());
     refused(&["a", "b"], "out", &["2 points", "lists 3"]);
     fs::write(&record, &text).unwrap();
 
-    // Lost rows, and rows of a point in another shard.
+    // Remove rows, then put rows of a point into another shard.
     let table = place.path("a/points.parquet/shard-1-of-3.parquet");
     let own = fs::read(&table).unwrap();
     assert_eq!(file_ids(&table), [0, 3]);

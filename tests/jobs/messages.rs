@@ -16,7 +16,7 @@ fn changed(name: &str, changes: &[&str]) -> Result<Job, ManifestErrors> {
     manifest::load_changed(&manifests().join(name), &changes)
 }
 
-/// The only error.
+/// The only error of a manifest with changes.
 fn fault(name: &str, changes: &[&str]) -> Diagnostic {
     let errors = changed(name, changes).unwrap_err();
     let found: Vec<&Diagnostic> = errors.errors().collect();
@@ -73,7 +73,7 @@ fn remedies_help_and_numbers_are_short() {
     assert!(message.contains(" is 5.00e292 N/(mm um)"), "{message}");
 }
 
-/// A bare number is in metres.
+/// A bare number counts as metres, and the message shows it with its unit.
 #[test]
 fn a_length_without_its_unit_is_shown_one() {
     let words = manifest::advice(&changed("quickstart.toml", &["gear.module=3"]).unwrap());
@@ -188,7 +188,7 @@ fn pictures_say_what_they_need() {
         &["plain", "--what", "deflection_rsm"],
         &["did you mean deflection_rms"],
     );
-    // The same for a trace, which has no columns.
+    // The message about a trace, which has no columns, says what to request too.
     let trace = place.atlas(&[
         "trace",
         "m.toml",

@@ -68,7 +68,7 @@ fn probe(model: &Model, seed: u64, initial_conditions: u32, decades: f64) -> Mul
     ask(model, seed, question(initial_conditions, decades))
 }
 
-/// One attractor, of this class, for every seed.
+/// Asserts that probes find one attractor, of this class, for every seed.
 fn is_called(model: &Model, class: Class) {
     for seed in 0..SEEDS {
         let found = probe(model, seed, 3, 1.0);
@@ -125,7 +125,7 @@ fn apart(model: &Model, states: &[Vec<f64>], back: usize) -> f64 {
     norm.distance(&states[last], &states[last - back]) / norm.unit()
 }
 
-/// The reference integrator's motion repeats after `period` cycles and not earlier.
+/// Asserts that the reference integrator's motion repeats after `period` cycles and not earlier.
 fn repeats(model: &Model, period: usize) {
     let states = brute(model, 400, period as u64 + 1);
     for back in 1..period {
@@ -204,7 +204,7 @@ fn two_degrees_on_a_torus_are_quasi_periodic() {
     let model = drive(&[20_000.0], 0.5, 700.0, 2e-6);
     let (growth, nearest) = growth_and_return(&model, 100);
     assert!(growth < 10.0 && nearest > 1e-4, "{growth} {nearest}");
-    // Long: the torus attracts slowly, and the average of its exponent converges slowly.
+    // A long record is needed: the torus attracts slowly, and the average of its exponent converges slowly.
     let long = |question| MultistabilityConfig {
         transient: 1000,
         cycles: 3000,
@@ -241,7 +241,7 @@ fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
         let position = (energy as f64 + 0.5) / ENERGIES as f64;
         let amplitude = 10f64.powf(0.5 * decades * (position - 0.5)) * norm.unit();
         for direction in 0..DIRECTIONS {
-            // Shifted from ring to ring, so that rays are not aligned.
+            // Directions are shifted from ring to ring, so that rays are not aligned.
             let shift = 0.618 * energy as f64;
             let angle = TAU * (direction as f64 + shift) / DIRECTIONS as f64;
             let mut state = start.state.clone();
@@ -265,7 +265,7 @@ fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
     shares.collect()
 }
 
-/// The shares found by the probes of twenty seeds are those of the dense set.
+/// Asserts that the shares found by the probes of twenty seeds equal those of the dense set.
 fn has_shares(model: &Model, attractors: usize) {
     const PROBES: u32 = 24;
     let shares = brute_shares(model, 4.0);
@@ -320,8 +320,7 @@ fn three_attractors_have_their_shares() {
 }
 
 /// Between symmetric stops without load, `x → −x` maps the drive to the one with opposite excitation, an orbit to its
-/// mirror image, and a cell of a slice to the opposite one. Of the cells of both drives exactly half end on either
-/// orbit.
+/// mirror image, and a cell of a slice to the opposite cell. Exactly half the cells of both drives end on either orbit.
 #[test]
 fn mirror_images_share_the_cells() {
     const COUNT: u32 = 16;
@@ -360,7 +359,7 @@ fn mirror_images_share_the_cells() {
         );
         assert_eq!(mirrored.attractor, cell.attractor.map(opposite), "{cell:?}");
     }
-    // Above in one drive corresponds to below in the other.
+    // The upper orbit in one drive corresponds to the lower orbit in the other.
     let upper = |outcome: &MultistabilityOutcome| -> u32 {
         let above = |id: u32| place(outcome, id)[0] > place(outcome, 1 - id)[0];
         let ids = (0..2).filter(|id| above(*id));

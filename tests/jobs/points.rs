@@ -77,7 +77,7 @@ fn tied_axes_advance_in_step_and_others_are_combined_with_them() {
         speed = { from = 600, to = 1000, count = 3 }\n\
         \"mesh.half_gap\" = { from = \"5 um\", to = \"20 um\", count = 3, spacing = \"log\" }");
     let mut wanted = Vec::new();
-    // With equal ratios; both ends are exact.
+    // The half gaps have equal ratios, and both ends are exact.
     for half_gap in [5e-6, 10e-6, 20e-6] {
         for (load, speed) in [(0.1, 600.0), (0.3, 800.0), (0.1, 1000.0)] {
             wanted.push([load, speed, half_gap]);
@@ -224,7 +224,7 @@ fn tied_axes_need_not_all_be_named() {
     let third = serde_json::json!({ "mesh.half_gap": 3e-5, "load": -0.2, "speed": 800.0 });
     assert_eq!(told("speed=800"), third);
     assert_eq!(told("mesh.half_gap=30 um"), third);
-    // Load and speed may have any value; then only its own value determines the half gap.
+    // Load and speed may have values off the list. These do not determine the half gap, which must be given.
     let free = serde_json::json!({ "mesh.half_gap": 1e-5, "load": 0.0, "speed": 650.0 });
     assert_eq!(told("load=0,speed=650,mesh.half_gap=1e-5"), free);
     let output = trace("load=-0.2");

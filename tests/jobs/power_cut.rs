@@ -125,7 +125,7 @@ fn a_run_leaves_nothing_to_a_power_cut() {
     let points = points.position(|call| *call == Call::Write(".journal".into()));
     let until = synced + points.unwrap();
     assert!(journal < synced && calls[synced..until].contains(&Call::Sync("results".into())));
-    // It is removed when all its data are on the disk.
+    // The run removes the journal when all data are on the disk.
     let gone = first(&Call::Remove(".journal".into()));
     let last = (calls.iter()).rposition(|call| matches!(call, Call::Rename(..)));
     assert!(last.unwrap() < gone);

@@ -126,7 +126,7 @@ fn a_boundary_in_closed_form_is_found_within_the_resolution() {
 
 #[test]
 fn threads_and_interruptions_change_nothing() {
-    // Long enough to be interrupted.
+    // The points take long enough to be interrupted.
     let place = place(&[("cycles = 1000", "cycles = 1000\nsettle = false")]);
     let one = place.whole("one", &["--threads", "1"]);
     for threads in ["2", "5"] {
@@ -256,7 +256,7 @@ fn motions(count: &str, refine: &str) -> BTreeMap<[usize; 2], (String, Option<u6
         .collect()
 }
 
-/// One mode, 65 x 65 places: a third of them shows each region of the whole grid, of four places or more.
+/// One mode, 65 x 65 places: computing a third of them finds every region of at least four places in the whole grid.
 #[test]
 fn a_refined_map_misses_no_region_of_the_whole_grid() {
     let whole = motions("65", "");

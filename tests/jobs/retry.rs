@@ -160,7 +160,7 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     let place = Place::new(
         &OSCILLATOR
             .replace("[run]", "[run]\nevent_limit = 1")
-            // More than the capacity of the channel to the writer, so that the limit acts in time.
+            // There are more points than the channel to the writer can hold, so that the limit acts in time.
             .replace("count = 3", "count = 200"),
     );
     let whole = place.whole("whole", &["--threads", "1"]);

@@ -36,7 +36,7 @@ fn stops_are_read() {
         assert_eq!(parts, [Release::Impact, Release::Rest]);
         assert!((model.contacts[stop.impact].half_gap - 20e-6).abs() < 1e-18);
         assert!((stop.push - 0.14).abs() < 1e-15, "{}", stop.push);
-        // Tables do not support it, and `auto` takes a kernel that does.
+        // Table kernels do not support rigid stops, and `auto` takes a kernel that does.
         assert!(matches!(Why::of(&model, false), Why::Refused(_)));
     }
 }

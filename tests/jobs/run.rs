@@ -50,7 +50,7 @@ fn start(place: &Place, out: &str, arguments: &[&str]) -> Child {
         .unwrap();
     let journal = place.path(out).join(".journal");
     let length = || fs::metadata(&journal).map_or(0, |found| found.len());
-    // Beyond its head, and two points: the last may be damaged.
+    // Wait until the journal is longer than its head, and contains two points: the last may be damaged.
     let (mut last, mut points) = (length().max(400), 0);
     let patience = Instant::now();
     while points < 2 {
@@ -93,7 +93,7 @@ fn threads_and_shards_change_nothing() {
         assert_same(&one, &place.path(&out));
     }
 
-    // Parts of another split, or the whole, cannot join them.
+    // Parts of another split, or the whole job, cannot join these shards.
     for arguments in [
         &["--shard", "1/3"][..],
         &[],
@@ -225,7 +225,7 @@ fn points_that_go_wrong_are_rows() {
     }
 }
 
-/// A wrong unit needs millions of windows per mesh cycle: reported at once, not integrated.
+/// A wrong unit would need millions of windows per mesh cycle. It is reported at once, without integration.
 #[test]
 fn a_mesh_too_stiff_for_its_cycle_is_a_row() {
     let quickstart = include_str!("../../manifests/quickstart.toml");
@@ -397,7 +397,7 @@ fn a_killed_run_goes_on_even_from_a_damaged_journal() {
         }),
     ];
     for (out, damage) in damages {
-        // Killed twice: a resumed run can be resumed.
+        // The run is killed twice: a resumed run can be resumed.
         for threads in ["2", "1"] {
             let mut child = start(&place, out, &["--threads", threads]);
             signal(&child, "KILL");
@@ -427,7 +427,7 @@ fn record_ends(journal: &[u8]) -> Vec<usize> {
         end += 16 + u64::from_le_bytes(*length) as usize;
         ends.push(end);
     }
-    // The last may be truncated.
+    // The last record may be truncated.
     ends.retain(|end| *end <= journal.len());
     ends
 }

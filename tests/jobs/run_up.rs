@@ -59,7 +59,7 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert_eq!((times.len(), times[0], times[1600]), (1601, 0.0, 0.2));
     let rpm = std::f64::consts::TAU / 60.0;
     assert!((speeds[0] / rpm - 600.0).abs() < 1e-9 && (speeds[1600] / rpm - 1500.0).abs() < 1e-9);
-    // Order 0 is the mean, under another window.
+    // Order 0 is the mean, computed with another window.
     let (orders, amplitudes) = (
         column(TableKind::OrderTracks, "order"),
         column(TableKind::OrderTracks, "amplitude"),
@@ -93,8 +93,8 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert!(occupied.contains("--overwrite"), "{occupied}");
 }
 
-/// A measured course: up, at rest, down, with torques. Speed and load are those of the file at its times; between two
-/// points, the course is linear.
+/// A measured speed over time goes up, rests and goes down, with torques. Speed and load equal those of the file at its
+/// times, and are linear in between.
 #[test]
 fn a_bench_gives_the_course() {
     const REST: &str = "settle = 0\nsample_rate = 1000\nrevolutions = 1\nfrequency_step = 50\nsignals = [\"force\"]";

@@ -79,7 +79,7 @@ fn samples_have_the_moments_of_their_distributions() {
         .map(|(gap, log)| (gap - 80e-6) / 10e-6 * log / 0.3)
         .collect();
     assert!(moments(&products)[0].abs() < 0.01);
-    // Each point has its row of both.
+    // Each point has the values of its row on both axes.
     for id in [0, 1, 4095] {
         let point = job.points.at(id);
         assert_eq!(point.mesh.half_gap, gaps[id]);
@@ -166,7 +166,7 @@ fn rows_are_computed_as_points_of_a_list() {
     assert_same(&tables, &whole, &place.path("parts"));
     let points = ResultTable::read(&whole, TableKind::Points).unwrap();
     let samples: Vec<Option<u64>> = points.u64("sample").unwrap();
-    // 3 samples, 4 rows of each, 2 loads of each row.
+    // There are 3 samples with 4 rows each, and 2 loads per row.
     let wanted: Vec<Option<u64>> = (0..12).flat_map(|row| [Some(row), Some(row)]).collect();
     assert_eq!(samples, wanted);
     let told = points.metadata("samples").unwrap();

@@ -82,7 +82,7 @@ fn a_run_is_told_from_start_to_finish() {
         (1, 1)
     );
 
-    // Nothing to do: nothing starts, but the end is reported.
+    // There is nothing to do: nothing starts, but the end is reported.
     for arguments in [&["--json"][..], &["--json", "--retry", "failed"]] {
         let again = self::events(&stdout(&place.run("r", arguments)));
         assert_eq!(again.len(), 1, "{again:?}");

@@ -215,7 +215,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
             own.collect()
         };
         let locked = |row: &Row| row.class == "steady_contact";
-        // Upwards: in contact while such motion exists, and again as soon as it exists.
+        // Upwards, the motion is in constant contact wherever such motion exists.
         for row in sweep(true) {
             let inside = (lost..regained).contains(&row.speed);
             assert_eq!(locked(row), !inside, "{row:?} {lost} {regained}");
@@ -234,7 +234,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
             }
         }
         assert!(coexisting >= 2, "load {load}: {coexisting}");
-        // Probes from other states find both motions there, and one motion beyond.
+        // Probes from other states find both motions at the coexisting speeds, and one motion at other speeds.
         let lowest = lost - STEP * coexisting as f64;
         for row in sweep(false) {
             let differs = row.speed < lost && row.speed > lowest;
@@ -295,7 +295,7 @@ fn changes_are_refined_along_a_key_of_the_mesh() {
         .replace("order = \"both\"", "order = \"sweep-down\"");
     let place = Place::new(&manifest);
     let out = place.run("r", &[]);
-    // From a stiff mesh, contact is lost where amplitude and static deflection are equal.
+    // If the sweep starts from a stiff mesh, contact is lost at equal amplitude and static deflection.
     let excess = |k: f64| {
         let (square, forcing) = (1.69, 22_000.0_f64);
         let (stiff, loss) = (k * square - forcing * forcing, 1483.0 * square * forcing);
@@ -425,8 +425,8 @@ lyapunov = {{ twin = false }}
     assert_eq!(table.text("what").unwrap(), [Some("class".to_owned())]);
 }
 
-/// An equilibrium keeps its position when its damping falls below 0. The state that the next point takes over is on it
-/// to round-off, and would stay there.
+/// An equilibrium keeps its position when its damping falls below 0. The state that the next point takes over is on the
+/// equilibrium to round-off, and would stay there.
 #[test]
 fn a_chain_leaves_an_equilibrium_that_has_become_unstable() {
     let manifest = r#"
@@ -636,7 +636,7 @@ impl TraceSink for Kept {
     }
 }
 
-/// The same cycles, traced.
+/// A trace of the cycles of [`samples`].
 fn traced(model: &Model, samples_per_cycle: u32) -> Kept {
     let config = TraceConfig {
         skip: TRANSIENT,
@@ -696,7 +696,7 @@ fn a_strobe_at_any_phase_is_the_state_there() {
     assert_eq!((zero[0].cycle, least[0].cycle), (TRANSIENT + 1, TRANSIENT));
     for (read, own) in least[1..].iter().zip(&zero) {
         assert!((read.deflection - own.deflection).abs() < 1e-12 * scale);
-        // An event soon after leaves a short window, whose slope magnifies round-off.
+        // An event soon after the sample leaves a short window, whose slope magnifies round-off.
         assert!((read.velocity - own.velocity).abs() < 1e-9 * fast);
     }
 }
@@ -718,7 +718,7 @@ fn entry_samples_lie_on_the_drive_flank() {
         );
         assert!((sample.phase - event.time / model.period()).abs() < 1e-15);
     }
-    // Permanent contact has none.
+    // Permanent contact has no entries.
     let quiet = common::model_at(&common::one_degree(), 50.0, 300.0);
     assert!(samples(&quiet, Section::Entry).is_empty());
 }
@@ -835,7 +835,7 @@ fn maxima_of_the_force_are_those_of_a_dense_course() {
             "{sample:?}"
         );
     }
-    // Other maxima of a course do not count: the force jumps down with the stiffness, or at a release.
+    // Other maxima of the force over time do not count: the force jumps down with the stiffness, or at a release.
     for at in maxima {
         let phase = course[at].phase;
         let ended =

@@ -1,5 +1,5 @@
-//! `atlas verify` as a process: every line of the quick ladder passes here, the exit status agrees, the JSON can be
-//! read, and it needs no file.
+//! `atlas verify` as a process: every quick check passes on this machine, the exit status agrees, the JSON can be read,
+//! and the command needs no file.
 
 #![allow(clippy::unwrap_used)]
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::process::{Command, Output};
 
 fn verify(arguments: &[&str]) -> Output {
-    // An empty folder: nothing to read.
+    // The folder is empty: there is nothing to read.
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
         .current_dir(folder.path())
@@ -46,7 +46,7 @@ fn the_whole_ladder_passes() {
     assert!(checks.len() >= 20 && lines >= 50, "{lines} lines");
     assert_eq!(report["passed"], true);
     assert_eq!(report["failures"], 0);
-    // closed_modes on the only drive that it does not support.
+    // The only skip is `closed_modes` on the only drive that it does not support.
     assert_eq!((skips, &report["skips"]), (1, &Value::from(1)));
     assert_eq!(report["extent"], "quick");
     assert_eq!(output.status.code(), Some(0));

@@ -43,7 +43,7 @@ fn a_key_without_effect_changes_nothing() {
         let in_manifest = |warning: &&Diagnostic| {
             assert_eq!(warning.kind, DiagnosticKind::NoEffect);
             assert!(warning.line > 0 && warning.remedy.is_some(), "{warning:?}");
-            // An axis makes other points, and a modal file is not part of the manifest.
+            // Removing an axis changes the points, and a modal file is not part of the manifest.
             warning.span.source == 0 && !warning.key.contains('"')
         };
         let keys = job.warnings.diagnostics.iter().filter(in_manifest);
@@ -85,7 +85,7 @@ fn every_shipped_manifest_takes_a_constant_stiffness() {
     assert!(warned >= 26, "{warned}");
 }
 
-/// It is unknown which of the two numbers is meant.
+/// Two numbers for one quantity are an error, because it is unknown which of them is meant.
 #[test]
 fn one_quantity_given_twice_is_an_error() {
     let quickstart = root().join("manifests/quickstart.toml");

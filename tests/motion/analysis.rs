@@ -215,7 +215,7 @@ fn statistics_are_those_of_fine_samples() {
     }
 }
 
-/// The same from a kernel without windows, to the first order of its step.
+/// Statistics from a kernel without windows agree to the first order of its step.
 #[test]
 fn statistics_agree_with_those_of_small_steps() {
     for (name, case) in drives() {
@@ -379,7 +379,7 @@ fn small_oscillators_are_of_their_known_kind() {
                 assert!(moved > 1e-3, "{class:?}: {moved:e}");
             }
         }
-        // The product of both multipliers: the damping during contact.
+        // The damping during contact determines the product of both multipliers.
         let lyapunov = outcome.lyapunov.unwrap();
         let [drive, _, coast, _] = outcome.nvh.unwrap().fractions;
         let (w, c) = (
@@ -424,7 +424,7 @@ fn ripple_sets_the_period() {
             amplitude: 1.0,
             phase: 0.4,
         }];
-        // Twice the teeth at half the speed: the same mesh frequency.
+        // Twice the teeth at half the speed give the same mesh frequency.
         (point.load, point.speed) = (load, 0.5 * speed);
         let model = Model::new(&structure, &drive, point).unwrap();
         let outcome = ask(&model, &questions(500, 1000));
@@ -470,7 +470,7 @@ fn a_period_may_be_a_multiple_of_the_ripples() {
             "{}",
             outcome.reason
         );
-        // The reference integrator's motion also does, and not earlier.
+        // The reference integrator's motion also repeats after 60 cycles, and not earlier.
         let state = settled(&model, 4000);
         for (cycles, returns) in [(20, false), (30, false), (60, true)] {
             let end = Reference::new(&model).advance(&state, cycles).unwrap().end;
@@ -497,7 +497,7 @@ fn a_torus_that_ripple_drives_has_a_verdict() {
     assert!(outcome.lyapunov.unwrap().exponents[0] < -0.01);
 }
 
-/// A free body at rest gets no class by accident.
+/// A free body at rest has no events, no spread and no class.
 #[test]
 fn free_rest_has_no_events_and_no_spread() {
     let mut case = common::one_degree();
@@ -637,8 +637,8 @@ impl Kernel for Kicking<'_> {
     }
 }
 
-/// The energy detects a kernel that does not follow the drive, and its row is not ok; a kernel that does, settled or
-/// not, has an ok row.
+/// The energy balance detects a kernel that does not follow the drive, and its results are not `ok`. The results of a
+/// kernel that follows the drive are `ok`, settled or not.
 #[test]
 fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
     for (load, speed) in [(1.0, 400.0), (0.2, 1800.0), (0.05, 1200.0)] {

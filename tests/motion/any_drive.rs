@@ -66,7 +66,7 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
     }
 }
 
-/// A contact with a different cycle, three in five of the mesh.
+/// A contact with a different cycle: three of its cycles take five cycles of the mesh.
 fn cycled(contact: StructureContact, error: Vec<MeshHarmonic>) -> StructureContact {
     StructureContact {
         cycles: [3, 5],
@@ -140,7 +140,7 @@ fn cases_of(release: Release) -> Vec<Case> {
     }
     add("flanks that lack something", (structure, drive, point));
 
-    // A second mesh with three cycles in five, and other participations.
+    // A second mesh with three cycles in five cycles of the first, and other participations.
     let (mut structure, drive, mut point) = loaded();
     point.load = 0.5;
     structure.contacts = vec![
@@ -165,7 +165,7 @@ fn cases_of(release: Release) -> Vec<Case> {
     ];
     add("two meshes, 3/5", (structure, drive, point));
 
-    // Drag on a rotation and on the relative one.
+    // Drag acts on the rotation of the drive and on the relative rotation.
     let (mut structure, drive, point) = loaded();
     structure.coupling = Some(Coupling {
         damping: matrix(6, &[(0, 0, 3.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 30.0)]),
@@ -192,9 +192,9 @@ fn cases_of(release: Release) -> Vec<Case> {
     add("overdamped beside light modes", (structure, drive, point));
 
     let (mut structure, drive, mut point) = two_lines();
-    // Little chaos, whose growth would dominate the errors.
+    // This load gives little chaos, whose growth would dominate the errors.
     point.load = 0.3;
-    // No stop holds the rotation of the whole drive, which would otherwise move away from it.
+    // No stop acts on the rotation of the whole drive, which would otherwise move away from the stop.
     let turning = |scale: f64, rest: [f64; 4]| -> Vec<f64> {
         let relative = structure.mesh[..2].iter().map(|w| scale * w);
         relative.chain(rest).collect()

@@ -57,7 +57,7 @@ fn slices_do_not_depend_on_threads_or_shards() {
         "{}",
         whole.attractors.len()
     );
-    // Fewer branches than attractors: they are matched between points.
+    // There are fewer branches than attractors, because attractors are matched between points.
     let branches = whole.branches.iter().max().unwrap() + 1;
     assert!(
         branches < whole.attractors.len() / 2,
@@ -111,7 +111,7 @@ fn slices_and_shares_are_drawn() {
     for label in ["share of probes", "speed [rad/s]", "95 % interval", "RMS"] {
         assert!(shares.contains(label), "{label}");
     }
-    // One point alone.
+    // Draw one point alone.
     let one = said(
         path,
         &[
@@ -121,7 +121,7 @@ fn slices_and_shares_are_drawn() {
     assert_eq!(one.lines().count(), 1, "{one}");
 }
 
-/// Modes without mesh participation are known only with the structure: every point reports it in its row.
+/// Modes without mesh participation are known only with the structure, so every point reports the error in its results.
 #[test]
 fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
     let folder = folder();

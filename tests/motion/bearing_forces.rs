@@ -10,7 +10,7 @@ use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Qua
 use gearatlas::propagate::{Event, Observer, Window};
 use gearatlas::structure::{ModalStructure, OmittedModeForces};
 
-/// Freedoms of the drive: sixteen nodes of six on either shaft.
+/// Number of degrees of freedom of the drive: sixteen nodes with six each on either shaft.
 const ALL: usize = 192;
 
 /// Bearing forces of whole cycles.
@@ -110,7 +110,7 @@ fn at_rest_bearings_balance_the_mesh_force() {
             "{retained} of {computed} modes: {worst:.1e} of the mesh force off, {before:.1e} without the share of the others"
         );
         assert!(worst < 1e-8, "{worst:e}");
-        // With all modes, no share is necessary.
+        // If all modes are retained, there is no share of omitted modes.
         assert_eq!(before < 1e-8, computed == ALL, "{before:e}");
     }
 }

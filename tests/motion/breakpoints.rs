@@ -44,7 +44,8 @@ fn every_kernel_passes_breakpoints_that_nearly_coincide() {
     }
 }
 
-/// Compared with an integrator without windows, below and above the distance at which two breakpoints become one.
+/// Events agree with those of an integrator without windows, below and above the distance at which two breakpoints
+/// become one.
 #[test]
 fn events_are_those_of_the_reference() {
     for of in ALL {
@@ -87,7 +88,7 @@ fn a_symmetry_of_twelve_digits_is_as_good_as_an_exact_one() {
         run = { transient = 20, cycles = 20 }
     "#;
     fs::write(folder.path().join("m.toml"), manifest).unwrap();
-    // 4e-12, 0, 3.6e-8 and 1.7e-6 of a cycle apart.
+    // The kinks are 4e-12, 0, 3.6e-8 and 1.7e-6 of a cycle apart.
     let mut found = Vec::new();
     for symmetry in ["0.278419151688", "0.27841915169", "0.278419169", "0.27842"] {
         let set = format!("mesh.coast_symmetry={symmetry}");

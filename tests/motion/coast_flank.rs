@@ -138,7 +138,7 @@ proptest! {
         let mesh = vec![pair_at(s)];
         let coast = Division::mirrored(&mesh, symmetry);
         let model = Model::new(&structure, &drive(mesh, Some(coast)), POINT).unwrap();
-        // The uniform rotation, with lateral velocities that do not reverse the sliding.
+        // The motion is the uniform rotation, with lateral velocities that do not reverse the sliding.
         let turn = POINT.speed;
         let wheel = turn * 20.0 / 30.0;
         let slides = s.abs() * (turn + wheel);
@@ -211,7 +211,7 @@ fn gears_that_only_turn_have_one_line_where_stiffness_is_constant() {
     assert_eq!(with(Some(Division::mirrored(&mesh, 0.3))), with(None));
 }
 
-/// The coast flanks' divisions compared with the pairs that touch there, one by one.
+/// The divisions of the coast flanks are compared with the pairs that touch there, one by one.
 #[test]
 fn coast_flanks_have_what_their_own_pairs_bear() {
     let mut pair = gears();

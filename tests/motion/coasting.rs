@@ -82,8 +82,8 @@ fn results(text: &str) -> (Place, ResultTable) {
     (place, table)
 }
 
-/// Results of the mesh under the mean load, with their signs in the mirror image. They agree as exactly as a table of
-/// an unevenly loaded face follows its law (2e-7 at worst).
+/// Results of the mesh under the mean load, with their signs in the mirror image. They agree within the error of a
+/// table of an unevenly loaded face (at most 2e-7).
 const MESH: [(&str, f64); 5] = [
     ("misalignment_loaded", -1.0),
     ("load_centre", 1.0),
@@ -92,8 +92,9 @@ const MESH: [(&str, f64); 5] = [
     ("transmission_error_pp", 1.0),
 ];
 
-/// The motion. Segments of the cycle have other positions on the mirrored flank, so that these agree to the accuracy of
-/// segments. The deflection is that of the drive flanks' line, and has no image.
+/// Results of the motion, with their signs in the mirror image. Segments of the cycle have other positions on the
+/// mirrored flank, so that results agree to the accuracy of segments. The deflection is along the drive flanks' line
+/// of action, and has no image.
 const MOTION: [(&str, f64); 8] = [
     ("force_mean", -1.0),
     ("power_transmitted", -1.0),
@@ -105,7 +106,7 @@ const MOTION: [(&str, f64); 8] = [
     ("fraction_both", 1.0),
 ];
 
-/// Asserts that the rows of one drive are those of its mirror image at the opposite load.
+/// Asserts that the results of one drive are those of its mirror image at the opposite load.
 fn mirrored(one: &ResultTable, other: &ResultTable) {
     let mut seen = 0;
     let mut same = |names: [&str; 2], sign: f64, tolerance: f64| {
@@ -124,7 +125,7 @@ fn mirrored(one: &ResultTable, other: &ResultTable) {
             seen += 1;
         }
     };
-    // The pieces of a course are not images of each other.
+    // The pieces of the stiffness over a cycle are not images of each other, so the tolerance is larger.
     for (name, sign) in MESH {
         same([name; 2], sign, 1e-4);
     }

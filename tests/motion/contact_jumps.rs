@@ -76,8 +76,8 @@ fn contact_that_is_lost_later_is_not_jumped() {
     assert_eq!(found, marched);
 }
 
-/// One oscillator about its equilibrium: the bound of its swing is some 1.9 times the real one. A swing of 0.45 of the
-/// limit of contact is jumped at the first attempt, and one of 0.7 only after it has decayed.
+/// One oscillator about its equilibrium: the bound of its amplitude is about 1.9 times the amplitude. At 0.45 of the
+/// limit of contact the first attempt jumps, and at 0.7 a jump is possible only after the amplitude has decayed.
 #[test]
 fn how_far_an_oscillator_swings_is_bounded_closely() {
     let mut case = common::one_degree();

@@ -51,7 +51,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
             .map(|s| (s[0] - wanted[0]).abs().max((s[1] - wanted[1]).abs()));
         assert!(near.fold(f64::INFINITY, f64::min) < 1e-6, "{wanted:?}");
     }
-    // Its branch over the frequency: a search from every bifurcation finds it again.
+    // Follow the branch over the frequency. A search from every bifurcation finds the bifurcation again.
     let span = Span {
         axis: 0,
         from: 0.6,
@@ -76,7 +76,8 @@ fn a_bilinear_oscillator_is_the_published_one() {
         branch.ends,
         [End::Merged { period: 1 }, End::Merged { period: 1 }]
     );
-    // If it ends by a smooth doubling of the orbits of one period, their branch has a doubling at the same value.
+    // If the branch ends at a smooth doubling of orbits of one period, the branch of those orbits has a doubling at the
+    // same value.
     let mut smooth = 0;
     for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
         let omega = own.orbit.at[0];
@@ -232,7 +233,7 @@ impl ParametricDrive for Pressed {
     }
 }
 
-/// With a force of two periods in five mesh cycles the map repeats after five.
+/// With a force of two periods in five mesh cycles the map repeats after five cycles.
 #[test]
 fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
     for (turns, unit) in [(1.0, 1), (0.4, 5), (1.25, 4)] {
@@ -248,7 +249,7 @@ fn the_unit_of_a_map_is_the_period_of_what_drives_it() {
 fn onset_of_rattle_is_where_the_closed_form_says() {
     let map_at = [0.9, 3.0];
     let mut map = DriveMap::new(&Pressed { turns: 1.0 }, map_at).unwrap();
-    // Enough values that the peak of some is near the border of two windows.
+    // With this number of values, the peak of some is near the border of two windows.
     for omega in (0..150).map(|i| 0.4 + 0.016 * f64::from(i)) {
         let found = onset(&mut map, [omega, 0.0], 1).unwrap().unwrap();
         let (spring, rate) = (0.25 + 2.0, 2.0 * PRESSED * 0.5 + 0.1);

@@ -20,7 +20,7 @@ fn step_at(phase: f64, drive: Drive) -> Drive {
     }
 }
 
-/// The same on equal segments; one that contains the step has the average over its width.
+/// The mesh with a step on equal segments; the segment that contains the step has the average over its width.
 fn on_segments(segments: u32, phase: f64, drive: Drive) -> Drive {
     let place = phase * f64::from(segments);
     let level = |i| {
@@ -118,8 +118,8 @@ fn sixty_segments_are_exact_where_the_step_lies_on_a_border() {
     }
 }
 
-/// The largest difference over a cycle of constant contact between the step and the same on
-/// 60, 600 and 6000 segments.
+/// The largest difference over a cycle of constant contact between the exact step and the step on 60, 600 and 6000
+/// segments.
 fn errors_of_segments(phase: f64) -> [f64; 3] {
     let mut case = common::forty_modes();
     case.1.transmission_error.clear();
@@ -130,7 +130,7 @@ fn errors_of_segments(phase: f64) -> [f64; 3] {
     [60, 600, 6000].map(|segments| {
         let rounded = model(&case, |drive| on_segments(segments, phase, drive));
         let kernel = volterra(&rounded);
-        // Windows fit the three remaining segments, not sixty and more.
+        // The kernel has windows for the three different segments, not for sixty and more.
         assert!(kernel.windows_per_cycle() < 20);
         relative_difference(&advance(&kernel, &start, 1).state, &end.state)
     })

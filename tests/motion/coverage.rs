@@ -27,7 +27,7 @@ const STATISTICS: [&str; 5] = [
     "first harmonic",
 ];
 
-/// End of a point: its stop rules, and its most cycles.
+/// Rules for the end of a point: its stop rules, and its largest number of cycles.
 #[derive(Debug, Clone, Copy)]
 struct Rule {
     exponent: Option<f64>,
@@ -58,7 +58,8 @@ fn ask(model: &Model, seed: u64, rule: Rule) -> PointOutcome {
             stop_at_stderr: rule.statistics,
         }),
     };
-    // A separate start, which chaos forgets within the transient. A distant one may settle on another motion.
+    // Each seed has a separate start near rest, which chaos forgets within the transient. A distant start may settle on
+    // another motion.
     let mut stream = Stream::new(seed, 1, 2);
     let mut start = model.start(&InitialState::Static);
     for x in &mut start.state {
@@ -76,7 +77,7 @@ fn known(outcome: &PointOutcome) -> [Known; STATISTICS.len()] {
     let lyapunov = outcome.lyapunov.as_ref().unwrap();
     let nvh = outcome.nvh.as_ref().unwrap();
     let error = nvh.stderr.as_ref().unwrap();
-    // Both are averages over ten cycles.
+    // Exponent and statistics are averages over blocks of ten cycles.
     let [growth, motion] =
         [outcome.measured_cycles, nvh.cycles].map(|cycles| interval_factor(cycles as usize / 10));
     [
@@ -172,8 +173,8 @@ fn oscillator() -> Model {
     common::parts().model(&job.points.at(0)).unwrap()
 }
 
-/// Ends points at their first looks: the limit is a standard error of the exponent that about half of the starts have
-/// at the first.
+/// Ends points at their first looks: about half of the starts have reached this standard error of the exponent at the
+/// first look.
 const fn rule(exponent: f64) -> Rule {
     Rule {
         exponent: Some(exponent),

@@ -67,7 +67,7 @@ impl Observer for Log {
     }
 }
 
-/// The same by the kernel alone: states, matrices, events.
+/// The image of states by the kernel alone: states, matrices, events.
 fn by_the_kernel(map: &CycleMap, states: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<(usize, Event)>) {
     let model = map.model();
     let kernel = Volterra::new(model, f64::EPSILON, map.point().run.event_limit);

@@ -23,7 +23,7 @@ fn number(table: &ResultTable, name: &str) -> Vec<f64> {
     column.into_iter().map(Option::unwrap).collect()
 }
 
-/// Five slices up: motion and mesh.
+/// Motion and mesh of five slices with increasing misalignment agree with an integration by hand.
 #[test]
 fn a_drift_is_one_motion_over_its_slices() {
     let folder = tempfile::tempdir().unwrap();
@@ -43,7 +43,7 @@ fn a_drift_is_one_motion_over_its_slices() {
     let measured = table.u64("measured_cycles").unwrap();
     assert_eq!(measured, [Some(CYCLES[1]); 5]);
 
-    // By hand: the state continues, and so do the mesh cycles.
+    // Integrate by hand: the state and the mesh cycles continue from slice to slice.
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
     let parts = common::parts();
     let mut state: Option<TrajectoryState> = None;
@@ -86,7 +86,7 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
         inputs.misalignment = vec![angle[slice]];
         inputs.torque = vec![0.3 * gears.rated_torque];
         inputs.contact = Contact::Secant;
-        // The law of the manifest.
+        // This is the face law of the manifest.
         inputs.face = FaceLaw::Independent;
         let cycle = MeshTable::build(&flanks, &inputs, &|_, _| ())
             .unwrap()

@@ -242,7 +242,7 @@ fn moments(events: impl Iterator<Item = (f64, ActiveSet)>) -> Vec<(f64, ActiveSe
     all
 }
 
-/// Cycle by cycle, so that errors do not accumulate: events and states agree with those of the other integrator.
+/// Events and states agree with those of the other integrator, cycle by cycle, so that errors do not accumulate.
 #[test]
 fn random_elements_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(17, 0, 0);
@@ -274,7 +274,7 @@ fn random_elements_are_followed_as_by_another_integrator() {
                 faults.push((model.frictions.len(), fault));
                 break;
             };
-            // One element may free another at once; the order does not matter.
+            // The release of one element may release another at the same time; the order does not matter.
             let of_kernel = seen.0.iter().map(|own| (own.time, own.to));
             let of_other = |own: &Crossing| (own.time, own.to);
             let own = moments(of_kernel);

@@ -40,7 +40,7 @@ impl Oscillator {
         self.with_ripple(&[])
     }
 
-    /// With `amplitude cos(ωt + phase)` as acceleration, ω = order Ω.
+    /// The model with accelerations `amplitude cos(ωt + phase)`, ω = order Ω.
     fn with_ripple(&self, ripple: &[(f64, f64, f64)]) -> Model {
         let mut structure = common::structure(&[self.natural], 0.0, &[1.0], &[1.0]);
         structure.rated_force = 1.0;
@@ -161,14 +161,14 @@ fn grazing_forced_oscillation() {
             let speed = (1.0 - gap * gap).sqrt();
             assert!((list[0].0 - entry).abs() * omega < 64.0 * f64::EPSILON / speed);
         } else {
-            // It never touches, for any number of cycles.
+            // The oscillator never touches, for any number of cycles.
             let (list, counters, _) = events(&model, &from, 2000);
             assert_eq!((list.len(), counters.grazings), (0, 0));
         }
     }
 }
 
-/// Amplitude and gap equal to the last digit: touched or not, it is counted.
+/// If amplitude and gap are equal to the last digit, the tangency is counted, whether it touches or not.
 #[test]
 fn tangency_within_round_off_is_counted() {
     let o = Oscillator {
@@ -224,7 +224,7 @@ fn drive_to_coast_within_a_billionth_of_a_cycle() {
     }
 }
 
-/// From the drive to the coast flank and back within one window.
+/// A mass crosses the gap from the drive to the coast flank and back within one window.
 #[test]
 fn crossing_the_gap_within_a_window() {
     let o = Oscillator {
@@ -261,14 +261,14 @@ fn start_on_a_surface() {
     let (b, speed) = (o.half_gap, 0.05);
     let flight = 2.0 * b / speed;
     let dwell = o.dwell(speed);
-    // Moving in: the first event is the release.
+    // The mass moves into the flank: the first event is the release.
     for side in [1.0, -1.0] {
         let from = start(&model, side * b, side * speed);
         assert!(from.contact.touching());
         let (list, _, _) = events(&model, &from, cover(&model, dwell));
         assert_eq!(list.len(), 1);
         assert!((list[0].0 - dwell).abs() < 1e-14 * dwell.max(model.period()));
-        // Moving out: the first event is the entry on the other side.
+        // The mass moves away from the flank: the first event is the entry on the other side.
         let from = start(&model, side * b, -side * speed);
         assert_eq!(from.contact, ActiveSet::FREE);
         let cycles = cover(&model, flight);
@@ -277,7 +277,7 @@ fn start_on_a_surface() {
         assert_eq!(list[0].1.to.sign(), -side);
         let total = cycles as f64 * model.period();
         assert_eq!(list.len(), 1 + usize::from(total > flight + dwell));
-        // At rest without load: it stays there.
+        // The mass is at rest without load: it stays there.
         let from = start(&model, side * b, 0.0);
         let (list, counters, end) = events(&model, &from, 50);
         assert_eq!((list.len(), end.state), (0, vec![side * b, 0.0]));
@@ -314,8 +314,8 @@ fn start_at_rest_on_a_surface_under_load() {
     }
 }
 
-/// Entry or release within a few units in the last place of a window's edge, a segment's boundary or the cycle's end:
-/// once, at its time.
+/// An entry or release within a few units in the last place of a window's edge, a segment's boundary or the cycle's end
+/// occurs once, at its time.
 #[test]
 fn event_on_an_edge() {
     let o = Oscillator::default();
@@ -343,7 +343,7 @@ fn event_on_an_edge() {
             for shift in -3..=3 {
                 let edge = t * cell as f64 / cells as f64;
                 let edge = edge * (1.0 + f64::from(shift) * f64::EPSILON);
-                // Entry on the edge.
+                // The entry is on the edge.
                 let from = start(&model, o.half_gap - speed * edge, speed);
                 let cycles = cover(&model, edge + o.dwell(speed)).max(2);
                 let (list, _, _) = events(&model, &from, cycles);
@@ -359,7 +359,7 @@ fn event_on_an_edge() {
                 for (found, exact) in list.iter().zip(&exact) {
                     assert!((found.0 - exact).abs() < 1e-14 * t, "{} {exact}", found.0);
                 }
-                // Release on the edge: the state in contact that reaches it just then.
+                // The release is on the edge: start from the state in contact that reaches the surface there.
                 let before = o.closed() * edge;
                 let position = o.half_gap + speed / o.closed() * before.sin();
                 if before < PI {
@@ -388,7 +388,7 @@ fn no_events_where_nothing_touches() {
         ..Oscillator::default()
     };
     let model = o.model();
-    // At rest in the middle, and with a swing over half the gap.
+    // The mass starts at rest in the middle, or swings over half the gap.
     for position in [0.0, 5e-6] {
         let (list, counters, end) = events(&model, &start(&model, position, 0.0), 1000);
         assert_eq!((list.len(), counters.grazings), (0, 0));
@@ -436,7 +436,7 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
 fn wrong_contact_state_is_put_right() {
     let o = Oscillator::default();
     let model = o.model();
-    // Deep in contact and moving out: the release must be at the surface.
+    // The mass is deep in contact and moves outwards: the release must be at the surface.
     for (position, contact) in [(12e-6, ActiveSet::FREE), (3e-6, ActiveSet::DRIVE)] {
         let right = start(&model, position, 0.05);
         let mut wrong = right.clone();

@@ -363,7 +363,7 @@ fn twin_and_tangent_agree_on_chaos() {
             &model,
             &volterra(&model),
             model.start(&InitialState::Static),
-            // The number of cycles of a twin.
+            // A twin needs 320 cycles.
             &questions(1, 200, 320),
             &AtomicBool::new(false),
         )
@@ -405,7 +405,7 @@ fn neutral_pair_is_left_out() {
     let (two, one) = (ask(&pair), ask(&single));
     assert!(worst_difference(&two, &one) < 1e-12, "{two:?} {one:?}");
 
-    // Also through rattle: tangents of unit length never rotate into the neutral pair.
+    // In rattle, too, tangents of unit length never rotate into the neutral pair.
     let model = common::model(&common::two_modes());
     let norm = EnergyNorm::new(&model);
     let kernel = volterra(&model);

@@ -59,7 +59,7 @@ fn one_cycle_of_the_structured_kernel_is_exact_to_round_off() {
     }
 }
 
-/// The error of the reference for the other tests, measured.
+/// Measures the error of the reference integrator that other tests use.
 #[test]
 fn one_cycle_of_the_reference_is_exact_to_round_off() {
     for (name, model, _) in drives() {

@@ -84,7 +84,7 @@ fn speeds_at_the_borders_of_layers_are_those_of_the_law() {
         let flank = seen.0[layers];
         assert_eq!((flank.contact, flank.to), (DRIVE_FLANK, ActiveSet::DRIVE));
         assert!((flank.rate - remaining_speed(&film, 0.1, 1e-6)).abs() < 1e-13);
-        // On the way out no film acts: the mass then meets that of the coast flank.
+        // No film acts while the mass leaves the flank. The mass then meets the film of the coast flank.
         let [opened, next] = [1, 2].map(|later| seen.0[layers + later]);
         assert_eq!((opened.contact, opened.to), (DRIVE_FLANK, ActiveSet::FREE));
         assert_eq!(next.contact, COAST_FLANK + 2);
@@ -124,7 +124,7 @@ fn runge_kutta([x, v]: [f64; 2], h: f64, f: &dyn Fn(f64, f64) -> f64) -> [f64; 2
 /// Speed at which the flank releases a mass that met the smooth film at 50 µm, by Runge-Kutta steps of a thousandth of
 /// the time in which the film closes.
 fn rebound_of_the_law(film: &Film, speed: f64, force: f64) -> f64 {
-    // x: film thickness less 1 µm.
+    // x is the film thickness minus 1 µm.
     let squeezed = |x: f64, v: f64| -(film.damping(x + 1e-6) * v + force) / MASS;
     let (mut state, mut before) = ([49e-6, -speed], [0.0; 2]);
     while state[0] > 0.0 {
@@ -144,7 +144,7 @@ fn rebound_of_the_law(film: &Film, speed: f64, force: f64) -> f64 {
     before[1] + part * (state[1] - before[1])
 }
 
-/// Restitution over the speed of impact, under a force of 60 N: that of the layers approximates that of the law.
+/// Under a force of 60 N, the restitution of the layers approximates that of the smooth law at every impact speed.
 #[test]
 fn restitution_comes_near_that_of_the_smooth_law() {
     let force = 60.0;
@@ -185,7 +185,7 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
             layers: 5,
         });
     }
-    // Flanks of two lines with an error on part of the cycle, which do not pull.
+    // The flanks have two lines of action and an error on a part of the cycle, and do not pull.
     let (mut structure, mut drive, point) = all[2].1.clone();
     structure.coast = Some(common::coast_line(&structure));
     drive.release = Release::Force;
@@ -200,7 +200,7 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
     all
 }
 
-/// Cycle by cycle from the same states.
+/// Kernels agree with the independent integrator, cycle by cycle from the same states.
 #[test]
 fn kernels_follow_the_integrator_that_shares_only_the_model() {
     for (name, (structure, drive, point)) in with_films() {

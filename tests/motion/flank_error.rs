@@ -224,7 +224,7 @@ fn kernels_follow_the_error_to_round_off() {
     }
 }
 
-/// Segments with the full error converge to the course with it.
+/// Segments with the full error converge to the stiffness and error in pieces.
 #[test]
 fn segments_converge_to_the_relieved_course() {
     let parts = common::parts();
@@ -246,7 +246,7 @@ fn segments_converge_to_the_relieved_course() {
     assert!(errors[2] < 1e-4, "{errors:?}");
 }
 
-/// Kernels with tables say what to do; they accept its harmonics, or no error.
+/// Table kernels refuse the error of loaded flanks with a remedy; they accept its harmonics, or no error.
 #[test]
 fn kernels_of_tables_want_a_choice() {
     let parts = common::parts();

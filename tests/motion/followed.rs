@@ -159,7 +159,7 @@ fn orbits_alone_are_shown_and_drawn() {
         "{text}"
     );
 
-    // For the Python readers.
+    // Store the results for the tests of the Python readers.
     let sample = Path::new(env!("CARGO_TARGET_TMPDIR")).join("followed");
     fs::create_dir_all(&sample).unwrap();
     for entry in fs::read_dir(folder.join("r")).unwrap().map(Result::unwrap) {

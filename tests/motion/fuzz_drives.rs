@@ -1,9 +1,10 @@
-//! Random modal drives: is any row with status `ok` wrong?
+//! Random modal drives: are any results with status `ok` wrong?
 //!
 //! A drive has one to eight modes, including repeated ones, nearly repeated ones and rigid rotations. They are undamped
 //! to nearly critically damped, with couplings to the mesh from zero to strong. The mesh has one, two or five levels,
 //! and is undamped, nearly critically damped or overdamped. Gaps, errors, ripple, friction, speeds and loads span
-//! decades. `volterra` and `closed_modes` compute the drive, and every row is tested by these rules:
+//! decades. `volterra` and `closed_modes` compute the drive. The row of each kernel has its results as a point, and is
+//! tested by these rules:
 //!
 //! | rule | requirement |
 //! |---|---|
@@ -19,8 +20,8 @@
 //! | `onward` | if the motion repeats, `volterra` reproduces the row from its end: class, period, λ (to 1e-6 and to the effect of round-off of 1e-14 on a small multiplier), RMS deflection (to 1e-6) |
 //!
 //! Motion that does not repeat may change after its record, and neighbouring trajectories may settle on different
-//! motions. Its rows are tested by all rules but `onward`; those that `volterra` classifies differently from their end
-//! are counted. Rows with another status are valid results, and are counted by status.
+//! motions. Rows of such motion are tested by all rules except `onward`. Rows that `volterra` classifies differently
+//! from their end are counted. Rows with another status are valid results, and are counted by status.
 //!
 //! `scripts/record fuzz-drives 1000` tests any number of drives.
 
@@ -45,7 +46,7 @@ const KERNELS: [(&str, KernelCall); 2] = [
     }),
 ];
 
-/// Tests drives `from` …; calls `told` for every drive with its duration.
+/// Tests drives from number `from` on; calls `told` for every drive with its duration.
 fn fuzz(
     seed: u64,
     numbers: std::ops::Range<u64>,
@@ -88,10 +89,10 @@ fn no_row_of_a_random_drive_is_wrong() {
     }
 }
 
-/// Drives whose orbits disappear in round-off. 75 is on a surface without a force. In 307 a mode takes thousands of
-/// cycles to decay, and the uncertainty of the orbit by round-off is far larger than that of a cycle. The multipliers
-/// of 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. 1012, 1470 and 2863 start at rest
-/// on a surface beside a free rotation.
+/// Drives whose orbits disappear in round-off. Drive 75 is on a surface without a force. In drive 307 a mode takes
+/// thousands of cycles to decay, and the uncertainty of the orbit by round-off is far larger than that of a cycle. The
+/// multipliers of drives 407, 730, 1549, 1807, 2255 and 2485 are nearly double in clusters of several. Drives 1012,
+/// 1470 and 2863 start at rest on a surface and have a free rotation.
 #[test]
 fn orbits_are_told_where_round_off_hides_them() {
     for drive in [75, 307, 407, 730, 1012, 1470, 1549, 1807, 2255, 2485, 2863] {

@@ -66,7 +66,7 @@ impl Oscillator {
         Model::new(&structure, &drive, point).unwrap()
     }
 
-    /// Whether the forced vibration, started on it, reaches a stop within two cycles.
+    /// Whether the forced vibration reaches a stop within two cycles, if the motion starts on it.
     fn touches(&self, amplitude: f64) -> bool {
         let model = self.model(amplitude);
         let [stiff, loss] = self.impedance();
@@ -84,7 +84,7 @@ impl Oscillator {
 #[test]
 fn a_stop_is_first_touched_at_the_amplitude_of_the_closed_form() {
     for speed in [120.0, 190.0, 205.0, 300.0] {
-        // Symmetric stops, then only the nearer one.
+        // Without a push the mass reaches both stops at one amplitude; with a push it reaches the nearer stop first.
         for push in [0.0, 40.0, 90.0] {
             for phase in [-2.0, 0.3, 1.7] {
                 let case = Oscillator { speed, push, phase };

@@ -100,7 +100,7 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
     let line = (0.1 * found.saturation / 1e-8).ln() / lambda;
     assert!(error > 0.0 && error < 0.2 * horizon, "{error}");
     assert!((horizon / line - 1.0).abs() < 0.35, "{horizon} {line}");
-    // Levels off at the distance of unrelated states.
+    // The separation levels off at the distance of unrelated states.
     let end = separation[55..].iter().map(|s| s.ln()).sum::<f64>() / 6.0;
     assert!((end.exp() / found.saturation).ln().abs() < 0.3);
 
@@ -109,14 +109,14 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
         assert!((m.value - lambda).abs() < doubt, "{m:?} {lambda}");
     }
     let spreads: Vec<f64> = of(HorizonQuantity::Exponent).map(|m| m.spread).collect();
-    // The spread of the 16 longest averages is accurate to a fifth.
+    // The spread of 16 averages is accurate to a fifth.
     assert!(
         spreads.windows(2).all(|pair| pair[1] < 1.2 * pair[0]),
         "{spreads:?}"
     );
     let decay = found.averaging_exponent.unwrap();
     assert!((-0.8..-0.3).contains(&decay), "{decay}");
-    // Momentum: over n cycles the mean force differs from the load by the difference of the ends, divided by n.
+    // By momentum, the mean force over n cycles differs from the load by the difference of the ends, divided by n.
     let force: Vec<_> = of(HorizonQuantity::Force).collect();
     let [short, long] = [20, 200].map(|n| force.iter().find(|m| m.cycles == n).unwrap());
     let power = (long.spread / short.spread).log10();

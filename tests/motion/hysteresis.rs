@@ -17,7 +17,7 @@ use pieces::{Oscillator, State};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// A gap larger than all motions here.
+/// A gap of the mesh larger than all motions in these tests.
 const WIDE: f64 = 100.0;
 
 /// A structure whose mesh is never met, in mesh cycles of a period \[s\], with sliders `(participation, k, F)`.
@@ -52,7 +52,7 @@ impl Oscillator {
         structure
     }
 
-    /// In mesh cycles of one period of the load.
+    /// The model of the oscillator; a mesh cycle is one period of the load.
     fn model(&self) -> Model {
         model(
             self.structure(),
@@ -61,7 +61,7 @@ impl Oscillator {
         )
     }
 
-    /// Whether its slider sticks or slips in the trajectory of a model.
+    /// The state of the oscillator, with the state of its slider, from a trajectory of its model.
     fn state(&self, model: &Model, at: &TrajectoryState) -> State {
         let [forwards, backwards] = model.sliders[0].slips().map(|slip| at.contact.holds(slip));
         State {
@@ -240,8 +240,8 @@ fn orbit(model: &Model, cycles: u64) -> orbits::shooting::PeriodicOrbit {
     found.unwrap().unwrap()
 }
 
-/// Largest displacement of a piecewise motion over a period from an orbit's start, and the distance of its end from the
-/// start.
+/// Largest displacement of a piecewise motion over a period from an orbit's start, and the distance of the motion's end
+/// from its start.
 fn amplitude(own: &Oscillator, start: State) -> [f64; 2] {
     let period = TAU / own.frequency;
     let (end, events) = own.follow(start, period);
@@ -473,7 +473,7 @@ fn exponents_of_slips_are_minus_infinity() {
     }
 }
 
-/// A load that exceeds its slider's limit: drag ends its acceleration, and the motion repeats except for the position
+/// A load exceeds the limit of its slider. Drag ends the acceleration, and the motion repeats except for the position
 /// of the slider.
 #[test]
 fn a_slip_without_end_repeats() {

@@ -111,7 +111,7 @@ fn counted(model: &Model, events: impl Iterator<Item = Seen>) -> Vec<Seen> {
     kept
 }
 
-/// Cycle by cycle, so that errors do not accumulate: events and states agree with those of the other integrator.
+/// Events and states agree with those of the other integrator, cycle by cycle, so that errors do not accumulate.
 #[test]
 fn random_stops_are_followed_as_by_another_integrator() {
     let mut stream = Stream::new(11, 0, 0);
@@ -125,7 +125,7 @@ fn random_stops_are_followed_as_by_another_integrator() {
             speed: TAU / 2.3,
         };
         let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point);
-        // A force that is inclined so much that it pulls its stop shut is refused.
+        // The model refuses a force so inclined that it closes its own stop.
         let Ok(model) = model else { continue };
         let kernel = volterra(&model);
         let reference = Reference::new(&model);
@@ -207,7 +207,8 @@ fn random_stops_are_followed_as_by_another_integrator() {
     assert!(late < 1e-5, "{worst:e} {late:e}");
 }
 
-/// Tangents are the limits of differences of trajectories with the same events, also if a stop lets go while another is hit.
+/// Tangents are the limits of differences of trajectories with the same events, also if the impact on one stop ends the
+/// rest on another.
 #[test]
 fn tangents_of_several_stops_are_differences_of_trajectories() {
     let mut stream = Stream::new(29, 0, 0);

@@ -115,7 +115,7 @@ fn portable_results_have_the_same_bits_on_a_plain_processor() {
     }
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "portable", "here", &[]);
-    // No AVX, no FMA: the instructions of every 64-bit processor, and the few of 2009.
+    // The emulated processor has no AVX and no FMA, only the instructions of every 64-bit processor and a few of 2009.
     run(
         folder.path(),
         "portable",

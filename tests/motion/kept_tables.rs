@@ -116,7 +116,7 @@ fn other_numbers_are_another_table() {
     assert_eq!(different.len(), changes.len());
 }
 
-/// One flipped bit anywhere: one line, and a complete new table.
+/// One flipped bit anywhere gives a warning of one line, and a complete new table.
 #[test]
 fn a_damaged_table_is_computed_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +143,7 @@ fn a_damaged_table_is_computed_anew() {
     }
 }
 
-/// Workers that need one table share it, and it stays in memory until others were used.
+/// Workers that need the same table share it. The table stays in memory until enough other tables have been used.
 #[test]
 fn workers_share_one_table() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +171,7 @@ fn workers_share_one_table() {
     );
     get();
     assert!(tables.warnings().is_empty());
-    // An impossible folder is no obstacle, and gives one warning.
+    // A folder that cannot exist stops nothing, and gives one warning.
     let file = folder.path().join("a file");
     fs::write(&file, "").unwrap();
     let nowhere = KernelTables::new(TableStore::open(file.join("tables")));
@@ -233,7 +233,7 @@ fn a_run_keeps_its_table_and_finds_it_again() {
         let entries = fs::read_dir(place.path("tables")).unwrap();
         entries.map(|entry| entry.unwrap().path()).collect()
     };
-    // Two loads, three speeds.
+    // Two loads and three speeds use one file.
     let [kept] = &files()[..] else {
         panic!("{:?}", files());
     };

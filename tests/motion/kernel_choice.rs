@@ -69,7 +69,7 @@ fn kernel_record(kernel: &str, points: u64, first: u64, why: &str) -> Value {
     json!({ "kernel": kernel, "points": points, "first_point": first, "why": why })
 }
 
-/// The row of a point.
+/// The results of a point as text.
 fn row(folder: &Path, id: usize) -> String {
     let text = physics(folder, "points.parquet");
     text.split("point_id=")
@@ -79,8 +79,8 @@ fn row(folder: &Path, id: usize) -> String {
         .to_owned()
 }
 
-/// A small drive gets closed modes: the rows are those of that kernel, on any number of threads, in shards, and with an
-/// existing table; record and check give the reason.
+/// A small drive gets closed modes: the results are those of this kernel, on any number of threads, in shards, and with
+/// an existing table. Record and `atlas check` give the reason.
 #[test]
 fn a_small_drive_gets_closed_modes() {
     let place = oscillator("auto");
@@ -183,7 +183,7 @@ fn other_drives_get_the_structured_kernel() {
     let named = [&set[..], &["--set", "run.kernel=volterra"]].concat();
     assert_same(&POINTS, &auto, &place.whole("named", &named));
 
-    // Fifteen levels and eighty modes: tables larger than the limit for keeping them.
+    // Tables for fifteen levels and eighty modes are larger than the limit for keeping them.
     let levels: Vec<String> = (0..15).map(|k| format!("\"{}e7 N/m\"", 30 + k)).collect();
     let levels = format!("mesh.values=[{}]", levels.join(", "));
     let large = [
@@ -224,8 +224,8 @@ fn other_drives_get_the_structured_kernel() {
     assert!(rows.contains(&format!("{said}{remedy}")), "{rows}");
 }
 
-/// Of four points the first two are those of `volterra` and the others those of `closed_modes`, which refuses the
-/// first; returns its row.
+/// Asserts that the first two of four points equal those of `volterra` and the others those of `closed_modes`.
+/// `closed_modes` refuses the first point; returns its results.
 fn row_of_refused_point(place: &Place, auto: &Path) -> String {
     let volterra = place.whole("volterra", &["--set", "run.kernel=volterra"]);
     let output = place.run("closed", &["--set", "run.kernel=closed_modes"]);
@@ -299,7 +299,7 @@ fn a_point_that_meets_a_set_without_a_table_is_computed_anew() {
     assert!(refused.contains(why), "{refused}");
 }
 
-/// A resumed run counts the points of both parts, and its rows are those of an uninterrupted one.
+/// A resumed run counts the points of both parts, and its results are those of an uninterrupted run.
 #[test]
 fn an_interrupted_run_takes_the_same_kernels() {
     // Many points, so that the interrupt comes before the last one.
@@ -336,8 +336,8 @@ fn an_interrupted_run_takes_the_same_kernels() {
     );
 }
 
-/// Tables of another structure, truncated, with flipped bits or of another format: one line each, and the same rows
-/// from new ones.
+/// Tables of another structure, truncated tables, and tables with flipped bits or another format give one line each.
+/// New tables give the same results.
 #[test]
 fn tables_that_cannot_be_used_are_made_anew() {
     let place = oscillator("auto");
@@ -396,7 +396,8 @@ fn tables_that_cannot_be_used_are_made_anew() {
     }
 }
 
-/// A file named `tables` is in the way: one warning, tables in memory, the same rows.
+/// A file named `tables` prevents the folder. There is one warning, tables stay in memory, and the results are the
+/// same.
 #[test]
 fn tables_that_cannot_be_kept_stay_in_memory() {
     let place = oscillator("auto");

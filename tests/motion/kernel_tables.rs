@@ -64,7 +64,7 @@ fn advice_is_checked_before_it_is_given() {
         told.contains("or set run.kernel = \"volterra\", which"),
         "{told}"
     );
-    // Too slow for either kernel: ten hours per tooth.
+    // A cycle of ten hours per tooth is too slow for either kernel.
     case.0 = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     case.2.speed = 1e-5;
     let slow = common::model(&case);

@@ -57,7 +57,7 @@ fn questions(cycles: u64, lyapunov: LyapunovConfig) -> PointConfig {
     }
 }
 
-/// An exponent to 0.01.
+/// Requests an exponent to 0.01.
 fn usual() -> LyapunovConfig {
     LyapunovConfig {
         stop_at_stderr: Some(0.01),
@@ -164,7 +164,7 @@ fn the_life_of_transient_chaos_is_within_its_interval() {
             assert_eq!(found.status, Status::Ok, "{}", found.reason);
             let lyapunov = found.lyapunov.unwrap();
             match chaos.averages_before_exit {
-                // The properties of the chaos are kept if the row of the point is that of the orbit.
+                // The properties of the chaos are kept if the results of the point are those of the orbit.
                 Some(left) => {
                     let [lambda, error] = left.lambda;
                     assert!(

@@ -210,7 +210,7 @@ fn a_slow_run_has_the_loss_factor_of_its_table() {
     let even = ohlendorf(&flanks);
     println!("loss factor of the run {run}, of the table {factor}, evenly shared {even}");
     assert!((run / factor - 1.0).abs() < 1e-3, "{run} {factor}");
-    // The values of Wimmer and Ohlendorf.
+    // The published values of Wimmer and Ohlendorf are the limits.
     assert!((0.1946..0.1986).contains(&factor), "{factor} {even}");
     // Friction carries a part of the torque, so that the mesh force is not exactly the load.
     let through = found.power_transmitted.unwrap();

@@ -120,7 +120,8 @@ fn loaded(load: f64, speed: f64) -> Model {
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// RMS deflection and exponent of its motion in contact: `δ'' + c w² δ' + k w² (δ − b) = −e''` and a constant.
+/// RMS deflection and exponent of the loaded oscillator's motion in contact: `δ'' + c w² δ' + k w² (δ − b) = −e''` and
+/// a constant.
 fn locked(speed: f64) -> (f64, f64) {
     let (forcing, square) = (20.0 * speed, 1.3f64 * 1.3);
     let (stiff, loss) = (4e8 * square - forcing * forcing, 1483.0 * square * forcing);
@@ -224,7 +225,7 @@ fn mirror_images_are_two_attractors() {
 
 #[test]
 fn one_attractor_is_not_split() {
-    // Chaos: probes have different numbers within their errors.
+    // In chaos, the statistics of probes differ within their errors.
     let chaos = common::model(&common::one_degree());
     for seed in 0..SEEDS {
         let found = probe(&chaos, seed, question());
@@ -352,14 +353,14 @@ fn a_continuum_is_one() {
             .collect();
         assert!(free.len() >= 5, "{}", free.len());
         assert!(free.iter().all(|p| p.attractor == Some(0)), "{free:?}");
-        // At rest, and on two of the circles.
+        // One probe is at rest, the others are on two of the circles.
         let rms = |p: &ProbeOutcome| p.deflection_rms.unwrap();
         assert!(rms(free[0]) < 1e-15 && rms(free[2]) > 1.2 * rms(free[1]));
         assert!(free.iter().all(|p| p.lambda.unwrap().abs() < 1e-3));
     }
 }
 
-/// Every probe may diverge: no attractor, and every share is that of the status.
+/// If every probe diverges, there is no attractor, and the status has the whole share.
 #[test]
 fn all_may_storm() {
     let model = ONE_DEGREE.model(0.3e-6, 160.0);

@@ -28,7 +28,7 @@ struct Signal(f64, Vec<(f64, f64, f64)>);
 
 /// Passes a signal as deflection over some mesh cycles, with a force of a thousand N/m times it.
 fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u64>) {
-    // Uneven on purpose: cut windows and regular ones.
+    // The windows are uneven on purpose: some are cut, some are regular.
     let places = [0.0, 0.1, 0.2, 0.3, 0.37, 0.5, 0.6, 0.7, 0.81, 0.9, 1.0];
     let period = model.period();
     for cycle in cycles {
@@ -256,7 +256,7 @@ fn impacts_and_stays_are_those_of_the_events() {
     }
 }
 
-/// Two flights of different length per cycle: the one that the record's ends cut in two counts.
+/// Two flights of different length per cycle: a flight that the ends of the record cut in two counts once.
 #[test]
 fn stays_of_a_motion_that_repeats_are_whole() {
     let model = model(&one_degree());
@@ -412,7 +412,7 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     let order = 2.0 / 23.0;
     close(line(&found.spectra[0], order), deflection, 1e-11);
     close(line(&found.spectra[1], order), force, 1e-11);
-    // Its neighbours are zero, and mesh order 1 is that of the error.
+    // The neighbours of the line are zero, and mesh order 1 is that of the error.
     for (spectrum, largest) in found.spectra.iter().zip([deflection, force]) {
         assert_eq!(spectrum.lines.len(), 32 * 23);
         for other in [1.0, 3.0, 4.0, 22.0, 24.0] {
@@ -493,7 +493,7 @@ fn a_thousand_harmonics_take_no_quadrature() {
             assert!((a - b).abs() < 1e-13 * largest, "{a} {b}");
         }
     }
-    // Corners of δ'' at events: amplitudes fall no faster than with the third power.
+    // Because δ'' jumps at events, amplitudes fall no faster than with the third power of the order.
     assert!(thousand.harmonics[999] > 1e-12 * largest);
 }
 
@@ -512,7 +512,7 @@ const ALL_ORDERS: OrderConfig = OrderConfig {
     shafts: 3,
 };
 
-/// A model's answers with orders.
+/// Results of a model, including orders.
 fn ask_orders(model: &Model, cycles: u64) -> PointOutcome {
     let mut questions = questions(5);
     questions.cycles = cycles;

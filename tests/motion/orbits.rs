@@ -56,7 +56,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     assert_eq!(parent.character.bifurcation, Some(Bifurcation::Flip));
     assert!(parent.multipliers[0].re < -1.0 && parent.lambda > 0.0);
     assert!(doubled.lambda < 0.0);
-    // The stable one is that of the settled motion.
+    // The stable orbit is that of the settled motion.
     let norm = EnergyNorm::new(&model);
     let kernel = volterra(&model);
     let mut next = settled.clone();
@@ -149,7 +149,7 @@ fn a_kick_is_followed_over_returns() {
         assert_eq!(kick.distance[1] / 1e-5, orbit.character.kick_growth);
         assert!(orbit.character.grazing_margin.unwrap() > 1e-3);
         for (full, linear) in kick.distance.iter().zip(&kick.linear) {
-            // Curvature of the map, of the order of the distance.
+            // The deviation is due to the curvature of the map, which is of the order of the distance.
             assert!(
                 (full / linear - 1.0).abs() < 1e-3 + 100.0 * full,
                 "{orbit:?}"
@@ -341,7 +341,7 @@ fn orbits_are_shown_and_drawn() {
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let orbits = &json["orbits"];
     assert_eq!(orbits["points"], 2);
-    // One given state, two periods, two points.
+    // There are searches from one given state for two periods at two points.
     assert_eq!(orbits["missed"].as_array().unwrap().len(), 4);
     assert_eq!(orbits["missed"][0]["state"], 1);
     let listed = orbits["orbits"].as_array().unwrap();

@@ -194,7 +194,7 @@ fn pair(release: Release) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// The same pair with modes coupled by dampers, gyroscopic terms and skew springs.
+/// The pair with modes coupled by dampers, gyroscopic terms and cross-coupled springs.
 fn coupled() -> Model {
     let (mut structure, drive, point) = common::six_modes();
     let matrix = |entries: &[(usize, usize, f64)]| {
@@ -396,7 +396,7 @@ impl<'m> Sampled<'m> {
             for (number, (&before, &after)) in pairs {
                 let gained = energy(after) - energy(before);
                 match (before, after) {
-                    // First the stiffness, then the length; the reverse; the mean of both.
+                    // Take the mean of two orders: first the stiffness changes, then the length, and the reverse.
                     (Some([k, s]), Some([stepped, stretched])) => {
                         let one = 0.5 * (stepped - k) * s * s;
                         let other = 0.5 * (stepped - k) * stretched * stretched;

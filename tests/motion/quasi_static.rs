@@ -282,7 +282,7 @@ fn courses_have_the_loaded_transmission_error() {
                 if tangent { table.value(&error, phase.rem_euclid(1.0)) } else { 0.0 }
             },
         );
-        // Courses are as close to their table as their joined pieces: 1e-5 times their length.
+        // The stiffness in joined pieces deviates from its table by 1e-5 times the length of a piece.
         assert!(worst < 1e-5, "{name}: {worst:e}");
     }
 }
@@ -339,7 +339,7 @@ fn segments_and_harmonics_of_a_table() {
     println!("staircase of 24 segments: {staircase:.1e} of the loaded transmission error");
     assert!(staircase < 0.05, "{staircase}");
 
-    // δ along the line; the dynamic transmission error is δ + e.
+    // δ is along the line of action; the dynamic transmission error is δ + e.
     let excitation = "table_harmonics = 6";
     let imposed = |phase: f64| -> f64 {
         let waves = table.harmonics(&error, 6);

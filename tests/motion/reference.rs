@@ -54,7 +54,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
             (mean + turned.re, -omega * turned.im)
         };
 
-        // Additional free vibration of 1e-7 and 0.002.
+        // Add a free vibration of 1e-7 m √kg and 0.002 m √kg/s.
         let (p, v) = (1e-7, 2e-3);
         let (q0, v0) = forced(0.0);
         let start = TrajectoryState::new(&model, vec![q0 + p, v0 + v], 0);
@@ -115,7 +115,7 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
     let model = Model::new(&structure, &plain(k, 0.0, b), POINT).unwrap();
     let a = w * w * structure.rated_force * POINT.load;
     let natural = (k * w * w).sqrt();
-    // Dropped from 15 µm before the stop, in the other half of the gap.
+    // The mass starts 15 µm before the stop, in the other half of the gap.
     let drop = 15e-6;
     let fall = (2.0 * drop / a).sqrt();
     let impact = a * fall;
@@ -150,7 +150,7 @@ fn grazing_by_a_hair_is_seen() {
     let amplitude = 10e-6;
     for (gap, crossings) in [(1.0 + 1e-9, 0), (1.0 - 1e-9, 2)] {
         let model = Model::new(&structure, &plain(4e8, 0.0, amplitude * gap), POINT).unwrap();
-        // Starts a quarter period before the top; a cycle contains a fifth of a period.
+        // The motion starts a quarter period before the top; a cycle contains a fifth of a period.
         let start = TrajectoryState::new(&model, vec![0.0, natural * amplitude], 0);
         let cycles = (0.4 * TAU / natural / model.period()).ceil() as u64;
         let found = advance(&model, &start, cycles).crossings;
@@ -176,7 +176,7 @@ fn undamped_rattle_conserves_energy() {
         let squeeze = (deflection.abs() - model.half_gap).max(0.0);
         sum + 0.5 * k * squeeze * squeeze
     };
-    // In motion: the kinetic energy of 0.1 m/s in every mode with a mesh participation.
+    // Start in motion, with a modal velocity of 0.1 m √kg/s in every mode with a mesh participation.
     let mut start = model.start(&InitialState::Static);
     for i in 1..n {
         start.state[n + i] = 0.1;

@@ -95,7 +95,7 @@ fn without_a_damper_both_laws_are_one() {
     let [by_deflection, by_force] =
         [Release::Deflection, Release::Force].map(|release| bouncing(0.0, release));
     assert_eq!(by_deflection, by_force);
-    // A weak damper is near it, and releases with hardly any indentation left.
+    // The motion with a weak damper is near the limit without one, and releases with hardly any indentation left.
     let ends = [0.0, 1e-9, 1e-15].map(|ratio| {
         let model = bouncing(ratio, Release::Force);
         let start = TrajectoryState::new(&model, vec![0.0, 1.5], 0);
@@ -135,7 +135,7 @@ impl Observer for Pushes<'_> {
     }
 }
 
-/// Also with a strong damper, between opening and becoming free.
+/// A contact never pulls, not even with a strong damper, between opening and becoming free.
 #[test]
 fn a_contact_never_pulls() {
     let mut retaken = 0;

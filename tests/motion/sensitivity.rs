@@ -32,7 +32,7 @@ fn rattling() -> String {
         .replace("torque_ripple = []", "torque_ripple = [{ shaft = \"pinion\", order = 20, amplitude = \"3 N*m\", phase = 0.4 }]")
 }
 
-/// The same with teeth from the drawing, relieved tips and misaligned axes.
+/// The rattling tier with teeth from the drawing, relieved tips and misaligned axes.
 fn toothed() -> String {
     rattling()
         .replace(

@@ -197,7 +197,7 @@ fn an_orbit_is_closed_by_the_reference_too() {
         let open = relative_difference(&end.state, &orbit.start.state);
         assert!(open < 1e-12, "{name}: {open:e}");
 
-        // Searched with four times its period, it gets its own period.
+        // A search with four times the period finds the orbit with its shortest period.
         let long = shoot(&model, &kernel, &norm, &guess, 4 * period, &mut workspace)
             .unwrap()
             .unwrap();
@@ -213,7 +213,7 @@ fn motion_in_constant_contact_is_solved_in_one_step() {
     let norm = EnergyNorm::new(&model);
     let mut workspace = kernel.workspace();
     let mut guess = model.start(&InitialState::Static);
-    // Far from settled, but in contact.
+    // The start is far from settled, but in contact.
     advance(&model, &mut guess, 3);
     let orbit = shoot(&model, &kernel, &norm, &guess, 1, &mut workspace)
         .unwrap()
@@ -258,8 +258,9 @@ fn a_trajectory_elsewhere_is_not_taken_for_one_that_approaches() {
     }
 }
 
-/// Two orbits attract. The trajectory goes to that of three cycles. After 200 cycles it passes that of two at half a
-/// gap and leaves its neighbourhood by chance nearly as the monodromy matrix predicts, but not with its events.
+/// Two orbits attract. The trajectory settles on the orbit of three cycles. After 200 cycles it passes the orbit of two
+/// cycles at half a gap. It leaves this neighbourhood by chance nearly as the monodromy matrix predicts, but with other
+/// events.
 #[test]
 fn the_orbit_does_not_depend_on_when_it_is_sought() {
     let (mut structure, mut drive, mut point) = common::one_degree();

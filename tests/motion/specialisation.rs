@@ -42,7 +42,7 @@ fn tangents_cost_windows_of_their_own_and_nothing_else() {
         assert_eq!(alone.tangent_windows, 0, "{name}");
         for count in [1, 8] {
             let with = work(&model, &start, 6, count);
-            // Fewer than the windows solved, because an event at their start ended some.
+            // Fewer windows move tangents than are solved, because an event at their start ended some.
             let moved = with.tangent_windows / count as u64;
             assert_eq!(with.tangent_windows, moved * count as u64);
             assert!(alone.partial_windows < moved && moved <= alone.windows);
@@ -100,7 +100,7 @@ fn free_flight_does_not_see_the_mesh() {
             ..quiet.clone()
         };
         let model = Model::new(&structure, &drive, point).unwrap();
-        // In the middle of the gap, at rest.
+        // The start is in the middle of the gap, at rest.
         let mut start = model.start(&InitialState::Rest);
         start.state[0] = -0.5 * model.half_gap / structure.mesh[0];
         start.contact = ActiveSet::FREE;

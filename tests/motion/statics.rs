@@ -12,7 +12,7 @@ use gearatlas::structure::{ContactLaw, ModalStructure, StructureContact};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Numbers from −1 to 1 (splitmix64).
+/// Random numbers from −1 to 1 (splitmix64).
 struct Draw(u64);
 
 impl Draw {
@@ -24,7 +24,7 @@ impl Draw {
         (z ^ (z >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0
     }
 
-    /// Between two positive numbers, uniformly in the logarithm.
+    /// A random number between two positive numbers, uniform in the logarithm.
     fn from(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(0.5 * (self.any() + 1.0))
     }
@@ -436,7 +436,7 @@ fn a_power_split_is_even_at_every_load() {
         let mut forces = forces_at_rest(&model);
         forces.sort_by(f64::total_cmp);
         let pushing = &forces[forces.len() - 6..];
-        // Twice the force on the pinions of half the radius.
+        // The force on the pinions of half the radius is twice as large.
         for (found, exact) in pushing.iter().zip([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]) {
             assert!((found / first - exact).abs() < 1e-9, "{load}: {forces:?}");
         }

@@ -20,7 +20,7 @@ const PERIOD: u64 = 20;
 struct Counted {
     kernel: Volterra<'static>,
     cycles: Cell<u64>,
-    /// Cycles times tangents.
+    /// Number of integrated cycles times tangents.
     tangents: Cell<u64>,
 }
 
@@ -142,7 +142,7 @@ fn one_map_of_a_period_answers_a_point() {
     );
     let dimension = EnergyNorm::new(&model).dimension() as u64;
     assert_eq!(kernel.tangents.get(), PERIOD * dimension);
-    // Its end is on the orbit that integration reaches.
+    // The end of the trajectory is on the orbit that integration reaches.
     let (slow, end) = ask(&model, &kernel, &InitialState::Static, false);
     assert_eq!(slow.class, quick.class, "{}", slow.reason);
     let norm = EnergyNorm::new(&model);

@@ -208,7 +208,7 @@ fn tangents_are_the_differences_in_constant_contact() {
     }
 }
 
-/// Through impacts, compared with central differences of the reference: without the saltation the tangents would
+/// Tangents through impacts are compared with central differences of the reference. Without the saltation they would
 /// converge to another limit.
 #[test]
 fn tangents_converge_to_those_of_the_flow_through_impacts() {

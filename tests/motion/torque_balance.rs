@@ -130,7 +130,7 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         "{force} {} of {modulus}",
         nvh.force_mean
     );
-    // Further meshes that the first gear drives: all paths together carry its torque.
+    // If the first gear drives further meshes, all paths together carry its torque.
     let shared: Vec<usize> = match &point.model.source {
         StructureSource::Train(train) => {
             let meshes = (1..).zip(&train.meshes);
@@ -180,7 +180,7 @@ fn shipped() -> Vec<PathBuf> {
     found
 }
 
-/// The first point of each, and the middle one.
+/// The balance holds at the first and at the middle point of each shipped manifest.
 #[test]
 fn every_shipped_mesh_bears_its_load() {
     for path in shipped() {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// Both flanks on one line, which the trace uses; the structured kernel.
+/// The quickstart drive with both flanks on one line, as the tests assume, and with the structured kernel.
 static QUICKSTART: LazyLock<String> = LazyLock::new(|| {
     let text = include_str!("../../manifests/quickstart.toml");
     text.replacen("[mesh]", "[mesh]\ncoast_flank = \"same_line\"\n#", 1)
@@ -373,7 +373,7 @@ fn modal_rows_are_the_trajectory() {
         }
     }
     assert_eq!(structure.bearings.len(), 8 + 2);
-    // At mesh phase 0 it is the state of an independent integrator.
+    // At mesh phase 0 the sample equals the state of an independent integrator.
     let start = model.start(&gearatlas::model::InitialState::Static);
     let reference = Reference::new(&model);
     for cycle in 1..4 {
@@ -440,7 +440,7 @@ fn values_take_units_and_other_axes_the_grids_values() {
         .filter(|(c, _)| *c == "free");
     let widest = free.fold(0.0, |m, (_, d)| f64::max(m, d.abs()));
     assert!((3e-6..=6e-6).contains(&widest), "{widest}");
-    // An omitted axis has its only value.
+    // An omitted axis takes its only value.
     let one_point = QUICKSTART
         .replacen("{ from = \"10 %\", to = \"30 %\", count = 3 }", "0.05", 1)
         .replacen(

@@ -88,7 +88,7 @@ fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
     let varying = VaryingSpeed::new(&drive.0, &model, 1000, InstructionSet::best()).unwrap();
     let norm = EnergyNorm::new(&model);
     let off = |cycles: f64| -> f64 {
-        // A whole number of cycles between the two speeds.
+        // There is a whole number of cycles between the two speeds.
         let duration = cycles / (0.5 * (from + to) * teeth);
         let mut stretch = SpeedInterval::steady(duration, from, load);
         stretch.turned[2] = 0.5 * (to - from) / duration;

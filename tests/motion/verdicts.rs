@@ -174,7 +174,7 @@ fn regular_motion_is_never_called_chaotic() {
     hold(&found);
 }
 
-/// The same for `ATLAS_FUZZ_SEEDS` seeds, from `ATLAS_FUZZ_FIRST` on: `scripts/record verdicts`.
+/// Tests `ATLAS_FUZZ_SEEDS` seeds, from `ATLAS_FUZZ_FIRST` on: `scripts/record verdicts`.
 #[test]
 #[ignore = "takes minutes; scripts/record verdicts runs it"]
 fn much_regular_motion_is_never_called_chaotic() {

@@ -17,9 +17,9 @@ use gearatlas::reference::{Passage, Reference};
 /// Differences of two integrations over the same time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Difference {
-    /// Of the final states, relative.
+    /// Relative difference of the final states.
     state: f64,
-    /// Of event times, in mesh cycles.
+    /// Difference of event times, in mesh cycles.
     time: f64,
     /// Number of events.
     events: usize,
@@ -118,7 +118,7 @@ fn constant_contact_is_exact_over_many_cycles() {
     }
 }
 
-/// Any mesh: different stiffness in every division, or one for all.
+/// The mesh may have a different stiffness in every division, or one for all.
 #[test]
 fn mesh_may_have_sixty_levels_or_one() {
     let (structure, mut drive, point) = common::six_modes();
@@ -251,7 +251,7 @@ fn neutral_pair_does_not_drift() {
             place + time * (speed + 0.5 * time * pull),
             speed + time * pull,
         ];
-        // One rounding per window, which accumulates randomly or in one direction.
+        // Each window adds one rounding error. These accumulate randomly or in one direction.
         let growth = 1e5 * f64::EPSILON;
         let found = [end.state[neutral], end.state[n + neutral]];
         for (found, exact) in found.into_iter().zip(exact) {
@@ -291,7 +291,7 @@ fn observed_order(ladder: &[(u32, f64)]) -> f64 {
     top / bottom
 }
 
-/// The small-step kernel converges to this one: order 1 through rattle, 2 in contact.
+/// The small-step kernel converges to the structured kernel, with order 1 through rattle and 2 in contact.
 #[test]
 fn small_steps_converge_to_it() {
     for (name, case) in [

@@ -90,7 +90,7 @@ fn columns_and_tables_are_chosen() {
     let to = ["--out", out.path().to_str().unwrap()];
     let output = export(&[&["--columns", "time,deflection,displacement"], &to[..]].concat());
     assert_eq!(output.status.code(), Some(0), "{output:?}");
-    // Events have the time only.
+    // The table of events has only the column `time` of these.
     assert_eq!(files(out.path()), ["events.csv", "trace.csv"]);
     let text = fs::read_to_string(out.path().join("trace.csv")).unwrap();
     let head = text.lines().next().unwrap();

@@ -236,7 +236,7 @@ fn an_incomplete_run_is_drawn_and_called_so() {
         plotted(path, source, &["--format", "svg", "--what", "classes"]);
         labels(path, "classes.svg")
     };
-    // Every second point of the grid: three cells stay empty.
+    // Compute every second point of the grid: three cells stay empty.
     let shard = [
         "run", "m.toml", "--quiet", "--out", "part", "--shard", "1/2",
     ];
@@ -247,7 +247,7 @@ fn an_incomplete_run_is_drawn_and_called_so() {
         &said,
         &["3 points", "incomplete: 1 of 2 shards", "not computed (3)"],
     );
-    // The record after an interruption.
+    // Change the record as an interruption would.
     let record = path.join("results/case/run.json");
     seal::reseal(&record, |run| {
         run["state"] = "interrupted".into();
@@ -396,7 +396,7 @@ fn columns_of_one_unit_are_curves_of_one_picture() {
             "deflection_pp",
         ],
     );
-    // Four points of two curves, and a sample of each: discs and squares, filled with an edge.
+    // Two curves with four points and a legend entry each: discs and squares, each drawn as fill and edge.
     let [discs, squares, _] = marks(path, &files[0]);
     assert_eq!((discs, squares), (10, 10));
     let (files, _) = draw(&["--what", "harmonics[2],lambda_max"]);
@@ -1199,7 +1199,7 @@ fn points_of_a_list_are_joined_only_where_nothing_else_differs() {
     );
 }
 
-/// If the state is carried along a list, its points form a course, for any other changes along it.
+/// If the state is carried along a list, the points of the list form one line, for any other changes along it.
 #[test]
 fn a_chain_over_a_list_is_one_line() {
     let grid = format!("{LIST}\norder = \"sweep-up\"\nalong = \"load\"")

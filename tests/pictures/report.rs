@@ -487,7 +487,7 @@ fn texts_are_no_markup_and_nothing_is_loaded() {
         );
         let json = page.html.split("id=\"head\">").nth(1).unwrap();
         assert!(!json.split("</script>").next().unwrap().contains('<'));
-        // As many ends of scripts as starts.
+        // The page has as many ends of scripts as starts.
         let ends = page.html.matches("</script>").count();
         assert_eq!(ends, page.html.matches("<script").count());
         let (before, after) = page.html.split_once("id=\"head\">").unwrap();
@@ -510,7 +510,7 @@ fn texts_are_no_markup_and_nothing_is_loaded() {
 fn the_same_folder_gives_the_same_bytes() {
     let (first, second) = (Page::written("grid", &[]), Page::written("grid", &[]));
     assert!(first.html == second.html);
-    // For any path of the folder. The program states its commit.
+    // The page is the same for any path of the folder. The program states its commit.
     gearatlas::store::ProgramRecord::set_commit(gearatlas::COMMIT);
     let whole = FOLDERS.join("grid");
     let third = results_page(&whole, PageRequest::default()).unwrap();

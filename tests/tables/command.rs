@@ -108,7 +108,7 @@ fn the_gears_of_a_manifest_have_a_table() {
     let file = text.split_whitespace().nth(1).unwrap();
     let shown = json_of(folder, &["show", file, "--json"]);
     assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
-    // A key of the manifest without an effect on it.
+    // The manifest requests no table, so the table has the default contact law.
     assert_eq!(shown["inputs"]["table"]["contact"], "Secant");
     assert_eq!(shown["quantities"][0]["name"], "stiffness");
     // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).

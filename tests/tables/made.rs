@@ -18,7 +18,7 @@ pub const NODES: [f64; 8] = [
     0.796666477413627,
     0.960289856497536,
 ];
-/// Two pairs of teeth up to 0.6.
+/// Breaks of the mesh phase; two pairs of teeth are in contact up to 0.6.
 const BREAKS: [f64; 9] = [0.0, 0.15, 0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 1.0];
 const MISALIGNMENT: [f64; 4] = [0.0, 1e-4, 3e-4, 1e-3];
 const TORQUE: [f64; 3] = [20.0, 50.0, 200.0];

@@ -153,7 +153,7 @@ fn files_that_are_no_mesh_tables_are_named() {
         text.contains("contains a systems table, but a mesh table is expected"),
         "{text}"
     );
-    // As from another program.
+    // Change the table as another program might.
     let mut table = mesh(false);
     table.misalignment.clear();
     let file = keep(folder.path(), table);

@@ -167,7 +167,7 @@ impl Drop for Cvode {
     }
 }
 
-/// Panics on a setting that the library refuses: a mistake of this program.
+/// Panics if the library refuses a setting, which is a mistake of this program.
 fn check(what: &str, flag: c_int) {
     assert!(flag >= 0, "CVODE refuses its {what}: {flag}");
 }

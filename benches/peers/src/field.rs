@@ -84,7 +84,7 @@ impl Field {
         self.evaluations.get()
     }
 
-    /// `(δ, δ')`.
+    /// Deflection and its rate, `(δ, δ')`.
     pub fn deflection(&self, time: f64, state: &[f64]) -> (f64, f64) {
         let (q, v) = state.split_at(self.modes);
         let (mut deflection, mut rate) = (dot(&self.deflection, q), dot(&self.deflection, v));

@@ -63,7 +63,7 @@ impl HandWritten {
         }
     }
 
-    /// Number of its modes.
+    /// Number of modes of the C program.
     pub fn modes(&self) -> usize {
         self.felt.len()
     }
@@ -98,7 +98,8 @@ impl HandWritten {
         clock::now() - begin
     }
 
-    /// Its motion (0) or tangent (1) minus another one, over all components; zero in modes that it leaves out.
+    /// The motion (column 0) or tangent (column 1) of the C program minus another one, over all components. Components
+    /// of omitted modes are zero.
     pub fn difference(&self, column: usize, other: &[f64]) -> Vec<f64> {
         let mut own = vec![0.0; 2 * self.modes()];
         // SAFETY: there is room for two numbers for each of the drive's modes.

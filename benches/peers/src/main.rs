@@ -32,7 +32,7 @@ use packaged::Packaged;
 use runge_kutta::RungeKutta;
 use serde_json::{Value, json};
 
-/// Sweeps over all solvers. Processors change their speed, which affects alternating codes equally.
+/// Number of sweeps over all solvers. Processors change their speed, which affects alternating codes equally.
 const ROUNDS: usize = 3;
 
 /// Tolerances of the adaptive solvers: 10⁻⁴ … 10⁻¹⁴.

@@ -16,13 +16,13 @@ pub const CYCLES: u64 = 5;
 /// Consecutive stretches of one trajectory.
 const STRETCHES: usize = 4;
 
-/// Cycles integrated before the first one.
+/// Cycles integrated before the first stretch.
 const TRANSIENT: u64 = 200;
 
-/// In one sweep a solver is repeated until this time \[s\] has passed,
+/// Time \[s\] for which one sweep repeats a solver.
 const PATIENCE: f64 = 0.07;
 
-/// at least once and at most this often.
+/// Largest number of repetitions of a solver in one sweep.
 const MOST: usize = 100;
 
 /// A rattling drive, with the starts and the exact ends of its stretches.
@@ -119,7 +119,7 @@ impl Problem {
         self.norm.weights().iter().map(scale).collect()
     }
 
-    /// A stretch by a general-purpose solver.
+    /// Integrates a stretch by a general-purpose solver.
     pub fn adaptive(
         &self,
         solver: &mut impl SmoothSolver,
@@ -131,7 +131,7 @@ impl Problem {
         Ok(state)
     }
 
-    /// Stretches by a kernel.
+    /// Integrates stretches by a kernel.
     pub fn kernel<'a, K: Kernel>(
         &'a self,
         kernel: &'a K,
@@ -183,7 +183,7 @@ impl Problem {
             if !error.is_finite() {
                 return Err(Failure("the state is not finite".into()));
             }
-            // A state can be exact in doubles.
+            // An error can be zero in doubles, which has no logarithm.
             errors.push(error.max(f64::EPSILON));
         }
         let logarithms: f64 = errors.iter().map(|e| e.ln()).sum();
@@ -243,7 +243,7 @@ impl Sample {
         }
     }
 
-    /// Its record; times in seconds per cycle.
+    /// The record of the sample; times in seconds per cycle.
     pub fn json(&self, problem: &Problem) -> Value {
         let mut record = json!({
             "problem": problem.name,

@@ -1,7 +1,7 @@
 //! DOP853 from the `differential-equations` crate, with its steps and step control.
 //!
-//! Its interpolant is right only up to the cubic part (version 0.7.0 exchanges s and 1 − s in the terms of higher
-//! degree). Therefore Newton's method locates events with steps of the crate, as in `runge_kutta`.
+//! The crate's interpolant is right only up to the cubic part (version 0.7.0 exchanges s and 1 − s in the terms of
+//! higher degree). Therefore Newton's method locates events with steps of the crate, as in `runge_kutta`.
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
@@ -18,7 +18,7 @@ pub struct Packaged {
 }
 
 impl Packaged {
-    /// Relative tolerance `tolerance`, absolute tolerances `tolerance · scale`.
+    /// The solver with relative tolerance `tolerance` and absolute tolerances `tolerance · scale`.
     pub fn new(tolerance: f64, scale: &[f64]) -> Self {
         Self {
             tolerance,
@@ -42,7 +42,7 @@ impl Packaged {
         let mut tau = h * hermite_zero(field.margin(time, previous), after, h);
         let precise = field.half_gap * (1e-3 * self.tolerance).max(4e-16);
         for _ in 0..10 {
-            // One step with any error, because the longer step was accepted.
+            // Take one step and accept any error, because the longer step was accepted.
             let mut single = ExplicitRungeKutta::dop853().rtol(1e30).atol(1e30).h0(tau);
             let there = (single.init(&Equations(field), time, time + 2.0 * tau, previous))
                 .and_then(|_| single.step(&Equations(field)));

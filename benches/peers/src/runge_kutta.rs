@@ -193,7 +193,7 @@ impl SmoothSolver for RungeKutta {
             }
             let growth = if rejected { growth.min(1.0) } else { growth };
             rejected = false;
-            // A step cut by a breakpoint is no reason to shorten the next.
+            // A step that a breakpoint cuts does not shorten the next step.
             self.step = if cut { self.step.max(h * growth) } else { h * growth };
             state.copy_from_slice(&self.next);
             time = reached;

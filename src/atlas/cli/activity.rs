@@ -23,9 +23,9 @@ struct Node {
 pub struct NodeActivity {
     /// Number of the node in the system; absent if unknown.
     pub numa_node: Option<u32>,
-    /// Workers that have finished a point there.
+    /// Workers that have finished at least one point on the node.
     pub workers: usize,
-    /// Points finished there.
+    /// Points finished on the node.
     pub points: u64,
     /// Busy workers, averaged over the run so far. Unfinished points do not count yet.
     pub busy: f64,
@@ -52,7 +52,7 @@ impl Activity {
         self.nodes.iter().map(of).collect()
     }
 
-    /// The same in words, if there are several nodes: `node 0: 3.9 of 4 workers busy, …`.
+    /// Work of each node in words, `node 0: 3.9 of 4 workers busy, …`; empty for a single node.
     pub fn words(&self, elapsed: f64) -> String {
         if self.nodes.len() < 2 {
             return String::new();

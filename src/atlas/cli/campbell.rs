@@ -17,10 +17,10 @@ use crate::units;
 /// Number of speeds at which modes are computed; in between, frequencies are nearly linear.
 const SPEEDS: usize = 9;
 
-/// Lowest of them, relative to the highest.
+/// Lowest speed of the diagram, relative to the highest.
 const LOWEST: f64 = 0.05;
 
-/// Upper end of the diagram, relative to the only speed of a grid.
+/// Highest speed of the diagram, relative to the speed of a grid with a single speed.
 const BEYOND_ONE: f64 = 1.5;
 
 /// The diagram of a job's first structure, with the requested orders of the mesh, or the default ones.

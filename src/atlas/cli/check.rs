@@ -31,10 +31,10 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Most characters of a line of the summary.
+/// Largest number of characters in a line of the summary.
 const MOST_CHARACTERS: usize = 2000;
 
-/// Most values of an axis in the output for programs.
+/// Largest number of values of an axis in the output for programs.
 const MOST_VALUES: usize = 10_000;
 
 /// Checks a manifest: status 0 if it is valid, 2 if it is not.
@@ -216,7 +216,7 @@ fn mesh(job: &Job) -> String {
     )
 }
 
-/// `mirrored, a tooth on the line of centres at mesh phase 0.05`, or `on the line of the drive flank`.
+/// The coast flank in words: `mirrored, on a separate line of action …`, or `on the line of action of the drive flank`.
 fn coast(job: &Job) -> String {
     let symmetries = || {
         (job.points.variants().iter()).filter_map(|variant| match variant.mesh.coast {
@@ -238,7 +238,7 @@ fn coast(job: &Job) -> String {
     )
 }
 
-/// `60 segments, 3.333e8 ... 4.444e8 N/m`, or the source of a table.
+/// The mesh stiffness in words: `60 segments, 3.333e8 ... 4.444e8 N/m`, or the source of a table.
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut counts = (f64::INFINITY, f64::NEG_INFINITY);
@@ -256,7 +256,7 @@ fn stiffness(job: &Job) -> String {
                 series = true;
                 harmonics.len()
             }
-            // The law cannot be an axis of a grid: all points have the same.
+            // The stiffness law cannot be an axis of a grid, so all points have the same law.
             StiffnessSpec::Table(table) => return tabled(job, table),
         };
         let (low, high) = range(law.extremes().into_iter().flatten());
@@ -303,7 +303,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 /// `5e-6 … 5e-5`, or one number.
 fn span(low: f64, high: f64) -> String {
     let number = |value: f64| {
-        // Four digits distinguish the values; the manifest has the others.
+        // Four digits distinguish the values; the manifest has the remaining digits.
         let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
         if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
             format!("{rounded}")

@@ -69,7 +69,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
 
 /// The error of flanks from the drawing under load.
 fn flank_error(point: &PointSpec, mesh: &GearMesh) -> Option<Cause> {
-    // Missing tables of gears are reported on request; the error is unknown here.
+    // If the loaded mesh could not be computed, the flank error is unknown.
     let range = (mesh.loaded.as_ref()?.as_ref()).map_or(f64::NAN, |loaded| loaded.flank_error);
     let size = format!("{:.3} µm peak to peak at load {}", 1e6 * range, point.load);
     let harmonics = point.excitation.table_harmonics;

@@ -56,7 +56,7 @@ impl GearMesh {
         }
     }
 
-    /// Label and text of its lines.
+    /// Label and text of each line about the mesh.
     pub fn lines(&self) -> Vec<(String, String)> {
         let mut lines = Vec::new();
         let mut gears = Vec::new();
@@ -125,7 +125,7 @@ impl GearMesh {
             .map(|backlash| 0.5 * backlash)
     }
 
-    /// The same for programs.
+    /// The mesh as JSON, for programs.
     pub fn json(&self) -> Value {
         let loaded = self.loaded.as_ref();
         let course = loaded.and_then(|mesh| mesh.as_ref().ok()?.course);

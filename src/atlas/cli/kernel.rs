@@ -11,7 +11,7 @@ pub struct FirstKernel {
     /// The reason, if it depends on the drive.
     pub why: Option<String>,
     setting: KernelSetting,
-    /// Whether other points may get another kernel.
+    /// Whether all points share one model, so that no point may get another kernel.
     alone: bool,
 }
 
@@ -48,7 +48,7 @@ impl FirstKernel {
         }
     }
 
-    /// `closed_modes (auto: 12 modes, …)`; `None` if it does not depend on the drive.
+    /// `closed_modes (auto: 12 modes, …)`; `None` if the kernel does not depend on the drive.
     pub fn line(&self) -> Option<String> {
         let why = self.why.as_ref()?;
         let auto = match self.setting {

@@ -14,7 +14,7 @@ const BAR: [usize; 2] = [30, 8];
 /// A part of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// Its text.
+    /// Text of the part.
     pub words: String,
     /// Priority: parts with small rank stay if there is no room for all.
     pub rank: u8,

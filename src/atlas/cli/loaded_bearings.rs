@@ -5,7 +5,7 @@ use crate::report::to_digits;
 use crate::shaft::LoadedBearing;
 use serde_json::{Value, json};
 
-/// Round-off limit, relative to the largest value.
+/// Values below this fraction of the largest value are round-off and shown as 0.
 const ROUND_OFF: f64 = 1e-12;
 
 /// The rolling bearings of a point's drive, and the load of the drive; `None` if it has none.
@@ -26,7 +26,7 @@ impl LoadedBearings {
         })
     }
 
-    /// Label and text of its lines.
+    /// Label and text of each line about the bearings.
     pub fn lines(&self) -> Vec<(String, String)> {
         let head = "bearings".to_owned();
         let bearings = match &self.bearings {
@@ -77,7 +77,7 @@ impl LoadedBearings {
         lines
     }
 
-    /// The same for programs.
+    /// The bearings as JSON, for programs.
     pub fn json(&self) -> Value {
         match &self.bearings {
             Ok(bearings) => {

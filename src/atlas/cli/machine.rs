@@ -208,7 +208,7 @@ fn compared(args: &CompareArgs) -> Status {
 }
 
 fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Comparison) -> String {
-    /// Most disagreements shown.
+    /// Largest number of disagreements shown.
     const MOST: usize = 10;
     let run = |name: &str, run: &Characteristics| {
         let noise = if run.noise.quiet { "quiet" } else { "not quiet" };

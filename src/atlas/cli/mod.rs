@@ -200,7 +200,7 @@ fn refused(refusal: &clap::Error) -> ExitCode {
             ExitCode::from(BAD_INPUT)
         }
         (Cow::Borrowed(_), status) => {
-            // In colours, if the terminal has them.
+            // Prints in colour if the terminal supports it.
             _ = refusal.print();
             ExitCode::from(u8::try_from(status).unwrap_or(BAD_INPUT))
         }
@@ -242,7 +242,7 @@ fn fail(status: u8, message: &str) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Exit status of a command. The error of one that ended early has been printed.
+/// Exit status of a command. If the command ended early, its error has been printed.
 type Status = Result<ExitCode, ExitCode>;
 
 /// Errors that end a command with a status, after one error line.

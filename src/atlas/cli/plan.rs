@@ -114,7 +114,7 @@ struct Measured {
 }
 
 impl Machines {
-    /// Reads the requested results; those of this machine if they are in the default folder.
+    /// Reads the requested results. Without --machine, reads those of this machine from the default folder, if present.
     fn read(args: &PlanArgs) -> Result<Self, String> {
         let read =
             |folder: &PathBuf| Characteristics::read(folder).map_err(|error| with_causes(&error));
@@ -138,7 +138,7 @@ impl Machines {
         Ok(Self { here, there })
     }
 
-    /// The measured rates for a job with a forecast here; `threads` as requested.
+    /// The measured rates for a job, and its time on the other machine; `found` is the forecast for this machine.
     fn measured(&self, job: &Job, found: &Forecast, threads: Option<u32>) -> Measured {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();
@@ -148,7 +148,7 @@ impl Machines {
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
             let threads = threads.map_or(cores, u64::from).min(found.pieces);
-            // Both at one number of modes for which both have measurements.
+            // Compare the machines at a number of modes that both have measured.
             let there = machine_rate(machine, here.as_ref()?.modes as usize, threads)?;
             let own = own(there.modes as usize).filter(|own| own.modes == there.modes)?;
             let slower = own.rate / there.rate;

@@ -133,7 +133,7 @@ pub enum PointError {
     },
 }
 
-/// Most values of an axis that a message lists.
+/// Largest number of values of an axis that a message lists.
 const LISTED: usize = 24;
 
 /// Largest relative distance of a typed value from a value of the grid: half a unit in the last digit that messages
@@ -168,7 +168,7 @@ fn joined(errors: &[PointError]) -> String {
     lines.join("\nerror: ")
 }
 
-/// The point with a `point_id`, in its sweep.
+/// The point with the `point_id` `id`, with its sweep direction.
 fn numbered(job: &Job, id: usize) -> Result<ChosenPoint, PointError> {
     let points = job.points.len();
     if id >= points {
@@ -265,8 +265,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     }
 }
 
-/// Fills in tied axes without a name: they get their values at the position of the named ones, if that is unique or if
-/// all candidates agree.
+/// Fills in the tied axes that the argument does not name. They get their values at the position of the named axes, if
+/// this position is unique or if all candidates agree.
 fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
@@ -400,7 +400,7 @@ fn is_near(on_grid: f64, value: f64) -> bool {
 fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let dimension = match axis.unit.as_str() {
         "1" => Some(Dimension::Ratio),
-        // None if the axis takes only bare numbers.
+        // The dimension is `None` if the axis takes only bare numbers.
         unit => units::parse_any(&format!("1 {unit}")).ok().map(|(_, d)| d),
     };
     let parsed = match (text.parse::<f64>(), dimension) {
@@ -471,7 +471,7 @@ fn shown(axis: &Axis, units: &Units) -> Unit {
     Unit::of_axis(units, axis.name(), &axis.unit)
 }
 
-/// All values of an axis, or as many as are readable.
+/// All values of an axis, or the first [`LISTED`] and the number of the others.
 fn listed(axis: &Axis, units: &Units) -> String {
     let unit = shown(axis, units);
     let values = axis.values.iter().take(LISTED);

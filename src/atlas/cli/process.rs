@@ -35,10 +35,10 @@ const WRITING: u8 = 1;
 /// The process ends without waiting for the work.
 const ENDING: u8 = 2;
 
-/// The stage of the process; it leaves [`WORKING`] once.
+/// The stage of the process; it leaves [`WORKING`] at most once.
 static STAGE: AtomicU8 = AtomicU8::new(WORKING);
 
-/// Raised by Ctrl-C and SIGTERM from [`Process::prepare`] on.
+/// Set by Ctrl-C and SIGTERM from [`Process::prepare`] on.
 static CALLED_OFF: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// Message if the process ends without waiting.
@@ -78,7 +78,7 @@ pub fn run_interruptibly(work: fn() -> ExitCode) -> ExitCode {
     }
 }
 
-/// Leaves [`WORKING`] for another stage; false if the process has already left it for a third one.
+/// Changes the stage from [`WORKING`] to `stage`. Returns false if the process is already in a different stage.
 fn enter(stage: u8) -> bool {
     let entered = STAGE.compare_exchange(WORKING, stage, Ordering::AcqRel, Ordering::Acquire);
     entered.is_ok() || entered == Err(stage)
@@ -107,10 +107,10 @@ pub fn end_when_interrupted() -> io::Result<()> {
     Ok(())
 }
 
-/// A process ready for a sweep.
+/// A process that watches signals and knows its machine.
 #[derive(Debug)]
 pub struct Process {
-    /// Raised by Ctrl-C and SIGTERM.
+    /// Set by Ctrl-C and SIGTERM.
     pub called_off: Arc<AtomicBool>,
     /// The machine, if it can be described.
     pub topology: Option<Topology>,

@@ -1,4 +1,4 @@
-//! Where does a recording of one operating point go? Into a separate folder without a recording of the same kind.
+//! Where does a recording of one operating point go? Into a folder that has no recording of the same kind.
 
 use crate::manifest::Job;
 use crate::store::{TableKind, table_path};

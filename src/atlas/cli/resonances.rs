@@ -3,10 +3,10 @@
 use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
 use crate::units::short;
 
-/// Most resonances of an order that are listed.
+/// Largest number of resonances listed per order.
 const MOST: usize = 6;
 
-/// Label and text of their lines, one per order.
+/// Label and text of each line about resonances, one line per order.
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
     let span = if low == high {

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 /// Statuses that are recomputed.
 const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
 
-/// Warning in results while a retry exchanges points.
+/// Warning in the results while a retry replaces points.
 const AMID: &str = "a retry of these points was interrupted; repeat it with --retry failed";
 
 /// Recomputes the failed points of the results in `folder`, which `record` describes.
@@ -82,7 +82,7 @@ fn retry(
             }
         }
     };
-    // A killed retry may have left only this warning to remove.
+    // A retry that was killed during its last steps leaves this warning in the record.
     record.warnings.retain(|warning| warning != AMID);
     latest(&mut record.tables);
     recount(&mut record, folder, args)?;
@@ -106,7 +106,7 @@ struct Retry<'a> {
 /// How the computation ended, with the text to print.
 enum RetryEnd {
     Exchanged(String),
-    /// Interrupted, with an exit status.
+    /// Interrupted: exit status and text.
     Cut(u8, String),
 }
 
@@ -208,7 +208,7 @@ impl Retry<'_> {
     }
 }
 
-/// Adds the instruction set of this process to those of a record.
+/// Adds the instruction set of this process to those listed in a record.
 fn note_instructions(record: &mut RunRecord) {
     let (used, here) = (&mut record.machine.instructions, instructions());
     if used.iter().all(|name| name != here) {
@@ -218,7 +218,7 @@ fn note_instructions(record: &mut RunRecord) {
     record.warnings.extend(mixed);
 }
 
-/// Keeps one table of each name, the replacement of the others.
+/// Keeps the last table of each name, which replaces the earlier ones.
 fn latest(tables: &mut Vec<TableRecord>) {
     let mut names = BTreeSet::new();
     tables.reverse();

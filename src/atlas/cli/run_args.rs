@@ -66,7 +66,7 @@ pub enum Retry {
     Failed,
 }
 
-/// Most shards a job may be split into.
+/// Largest number of shards of a job.
 const MOST_SHARDS: u32 = 100_000;
 
 pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {

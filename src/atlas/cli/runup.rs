@@ -47,7 +47,7 @@ pub fn run(args: &RunupArgs) -> Status {
         let message = "the manifest has no table [runup]; add `[runup]` with `speed = { from = \"600 rpm\", to = \"6000 rpm\", in = \"10 s\" }`";
         return Err(fail(BAD_INPUT, message));
     };
-    // The speed of a point has no effect: the default is the first point.
+    // A run-up ignores the speed of its point, so the first point can be the default.
     let has_point = !args.point.text.is_empty();
     let point = point::read_point(&job, if has_point { &args.point.text } else { "0" })?;
     let label = if has_point { &point.label } else { "" };
@@ -114,7 +114,7 @@ fn metadata(
     ]
 }
 
-/// The files of a run-up; the first entry has a separate label.
+/// Label and path of each file of a run-up; only the first label has text.
 fn files(folder: &Path) -> [(&'static str, String); 5] {
     let own = |kind| table_path(folder, kind, None).display().to_string();
     [

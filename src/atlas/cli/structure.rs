@@ -15,13 +15,13 @@ use std::f64::consts::TAU;
 /// Harmonics of the mesh frequency whose resonances are listed.
 const HARMONICS: u32 = 3;
 
-/// Rows of the table of modes.
+/// Largest number of rows in the table of modes.
 const MOST_ROWS: usize = 100;
 
-/// Most freedoms for which modes are computed, in a second or two. The default drive has 192.
+/// Largest number of degrees of freedom for which modes are computed, in a second or two. The default drive has 192.
 const MOST_FREEDOMS: usize = 1500;
 
-/// Damping ratio below which growth is round-off.
+/// A mode that grows with less than this magnitude of negative damping ratio grows by round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The structure of a grid's first point.
@@ -29,7 +29,7 @@ pub struct Structure {
     frequencies: Frequencies,
     /// Mesh cycles per revolution of the driver.
     cycles: f64,
-    /// Resonances, and their speeds in the grid.
+    /// Campbell diagram with the resonances.
     diagram: Campbell,
     /// Speed of the driver for these results \[rad/s\].
     speed: f64,
@@ -49,7 +49,7 @@ impl Structure {
         let structure = structure.map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first, parts.meshes());
         let model = model.map_err(|error| error.to_string())?;
-        // The mean model of a mesh from the drawing is constant.
+        // The mean model has constant mesh stiffness. The base period of the meshes comes from the train.
         let of_meshes = match &first.model.source {
             StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
             _ => 1,
@@ -93,7 +93,7 @@ impl Structure {
         Unit::or_si(self.diagram.unit.as_deref(), "rad/s")
     }
 
-    /// Label and text of its lines.
+    /// Label and text of each line about the structure.
     pub fn lines(&self) -> Vec<(String, String)> {
         let unit = self.unit();
         let base = match self.base_period {
@@ -177,7 +177,7 @@ impl Structure {
         text.trim_end().to_owned() + note
     }
 
-    /// The same for programs.
+    /// The structure as JSON, for programs.
     pub fn json(&self) -> Value {
         let mode = |mode: &NaturalMode| {
             json!({

@@ -60,14 +60,14 @@ impl TablesFolder {
     }
 }
 
-/// Exit status if a table cannot be kept.
+/// Exit status if a table cannot be stored.
 const NO_ACCESS: u8 = 1;
 
 fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     units::parse(text.trim(), dimension).map_err(|error| error.to_string())
 }
 
-/// Builds the tables: status 0 if all are kept, 1 if one cannot be, 2 for bad input.
+/// Computes the tables: status 0 if all are stored, 1 if one cannot be stored, 2 for bad input.
 pub fn run(args: &TableArgs) -> Status {
     let job = args.manifest.read_job()?;
     start_threads(&args.threads)?;
@@ -138,7 +138,7 @@ fn drawings(job: &Job) -> Vec<Drawing> {
     drawings
 }
 
-/// The built tables, in words.
+/// The computed or found tables, in words or as JSON.
 fn report(args: &TableArgs, files: &[(PathBuf, Origin)]) -> String {
     match (args.json, args.quiet) {
         (true, _) => {

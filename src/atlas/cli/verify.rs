@@ -1,4 +1,4 @@
-//! `atlas verify`: the validation ladder on this machine.
+//! `atlas verify`: the validation checks on this machine.
 
 use super::threads::Threads;
 use super::{OrFail, Status, answer, line, start_threads};
@@ -27,7 +27,7 @@ pub struct VerifyArgs {
     json: bool,
 }
 
-/// Runs the checks: status 0 if every line passes, 1 if one fails.
+/// Runs the checks: status 0 if all pass, 1 if one fails.
 pub fn run(args: &VerifyArgs) -> Status {
     start_threads(&args.threads)?;
     let extent = if args.full { Extent::Full } else { Extent::Quick };

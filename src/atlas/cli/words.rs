@@ -3,7 +3,7 @@
 use crate::manifest::{Advice, AdviceKind, Place};
 use serde_json::{Value, json};
 
-/// Label and text of its lines; advice on several keys appears once.
+/// Label and text of each line of advice; advice on several keys appears once.
 pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
     let mut groups: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
     for word in advice {
@@ -36,7 +36,7 @@ fn head(kind: AdviceKind) -> &'static str {
     }
 }
 
-/// The same for programs.
+/// The advice as JSON, for programs.
 pub fn json(advice: &[Advice]) -> Value {
     let each = advice.iter().map(|word| {
         let kind = match word.kind {

@@ -16,7 +16,7 @@ use std::path::Path;
 /// Rows that one thread writes at a time.
 const ROWS_TOGETHER: usize = 256;
 
-/// Writes a table; its lists are widened or left out.
+/// Writes a table. Its lists become one column per element, or are left out.
 pub fn table(
     folder: &Path,
     table: &Surveyed,
@@ -65,7 +65,7 @@ impl<W: Write> Lines<'_, W> {
     }
 }
 
-/// Head and rows of a table; its lists are widened or left out.
+/// Writes head and rows of a table. Its lists become one column per element, or are left out.
 fn write_table<W: Write>(
     folder: &Path,
     table: &Surveyed,
@@ -105,7 +105,7 @@ fn write_lists<W: Write>(
         "row", "point_id", "column", "unit", "element", "name", "value",
     ]
     .map(Cell::Text);
-    // Without `point_id` if the table has none.
+    // Omit `point_id` if the table has none.
     let shown = move |place: usize| point.is_some() || place != 1;
     sheet.row(&kept(&head, shown))?;
     let mut before = 0;
@@ -158,7 +158,7 @@ fn push(line: &mut String, cell: Cell<'_>) {
     _ = match cell {
         Cell::Absent => Ok(()),
         Cell::Whole(value) => write!(line, "{value}"),
-        // With an exponent if the number is very large or very small.
+        // The text has an exponent if the number is very large or very small.
         Cell::Number(value) => line.write_str(zmij::Buffer::new().format(value)),
         Cell::Truth(value) => write!(line, "{value}"),
         Cell::Text(text) if is_plain(text) => write!(line, "{text}"),

@@ -27,7 +27,7 @@ pub struct ExportRequest {
 pub struct Exported {
     /// The files, in the order of their tables.
     pub files: Vec<PathBuf>,
-    /// Their contents.
+    /// The tables in the files.
     pub tables: Vec<Surveyed>,
 }
 

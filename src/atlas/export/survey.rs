@@ -27,7 +27,7 @@ pub struct SurveyedColumn {
     pub absent: u64,
     /// Elements of the longest list.
     pub width: usize,
-    /// Whether every list has the length of the names of elements.
+    /// Whether every list has as many elements as there are element names.
     named: bool,
 }
 
@@ -64,7 +64,7 @@ impl SurveyedColumn {
         if self.is_list() { self.width } else { 1 }
     }
 
-    /// Names of the elements of its lists; empty if they only have numbers, or if lists have different elements.
+    /// Names of the list elements; empty if elements have only numbers, or if lists have different elements.
     pub fn elements(&self) -> &[String] {
         if self.named { &self.head.elements } else { &[] }
     }
@@ -94,8 +94,8 @@ impl Surveyed {
         self.kind.name()
     }
 
-    /// Its columns with lists widened to one column per element, or left out. Equal names (elements `b x` and `b_x`)
-    /// are numbered from the second on.
+    /// The columns of the table, with lists widened to one column per element, or left out. Equal names (elements `b x`
+    /// and `b_x`) are numbered from the second on.
     pub(super) fn flat(&self, lists: Lists) -> Vec<FlatColumn> {
         let mut taken = HashSet::new();
         let mut flat = Vec::new();
@@ -126,7 +126,7 @@ impl Surveyed {
         lists == Lists::Long && self.columns.iter().any(SurveyedColumn::is_list)
     }
 
-    /// Passes on the rows, some thousand at a time, as one [`Cells`] per column.
+    /// Calls `each` with some thousand rows at a time, as one [`Cells`] per column.
     pub(super) fn scan(
         &self,
         folder: &Path,
@@ -151,7 +151,7 @@ pub(super) struct FlatColumn {
     pub column: usize,
     /// Index of the element of its lists, from 0.
     pub place: usize,
-    /// Its title.
+    /// Title of the column.
     pub title: String,
 }
 
@@ -189,7 +189,7 @@ pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surve
 mod tests {
     use super::*;
 
-    /// A column with lists of two, named.
+    /// A column whose lists have two named elements.
     fn column(name: &str, elements: [&str; 2]) -> SurveyedColumn {
         let mut column = SurveyedColumn::new(ColumnHead {
             name: name.to_owned(),

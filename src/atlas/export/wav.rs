@@ -17,7 +17,7 @@ pub struct WavRequest<'a> {
     pub folder: &'a Path,
     /// Column of `signals.parquet`; `None` for the first signal.
     pub signal: Option<&'a str>,
-    /// Value about the mean at full scale, in the signal's unit; `None` for the largest one in the signal.
+    /// Deviation from the mean at full scale, in the signal's unit; `None` for the largest deviation in the signal.
     pub full_scale: Option<f64>,
     /// The file; `None` for one beside the table.
     pub out: Option<&'a Path>,
@@ -30,7 +30,7 @@ pub struct WavRequest<'a> {
 pub struct WavFile {
     /// The column.
     pub signal: String,
-    /// Its unit.
+    /// Unit of the signal.
     pub unit: String,
     /// Value at full scale.
     pub full_scale: f64,
@@ -40,7 +40,7 @@ pub struct WavFile {
     pub samples: usize,
     /// Samples beyond full scale.
     pub clipped: usize,
-    /// Its path.
+    /// Path of the sound file.
     pub path: PathBuf,
 }
 
@@ -69,7 +69,7 @@ pub enum SoundError {
     /// The signal is too short, does not vary, or has no rate.
     #[error("the signal `{name}` does not vary, so that there is nothing to hear")]
     Silent {
-        /// Its name.
+        /// Name of the signal.
         name: String,
     },
     /// The file exists.

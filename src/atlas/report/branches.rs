@@ -8,8 +8,8 @@
 //! ```
 //!
 //! with the events per cycle e and a penalty for another kind of motion. A period doubling continues its branch. An
-//! attractor without a match begins a branch, and so does every attractor behind a missing point. Branches follow from
-//! the whole table and are not part of it, because a shard of a job has no neighbours.
+//! attractor without a match begins a branch, and so does every attractor after a missing point. Branches follow from
+//! the whole table and are not part of it, because the neighbours of a point can be in another shard of the job.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,15 +31,15 @@ const CLASS_CHANGE_PENALTY: f64 = 0.5;
 pub struct Attractor {
     /// The point.
     pub point_id: u64,
-    /// Its number at that point.
+    /// Number of the attractor at that point.
     pub attractor_id: u64,
     /// Kind of motion.
     pub class: String,
-    /// Its period, if it has one.
+    /// Period of the motion, if it has one.
     pub period: Option<u64>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent.
     pub lambda_stderr: Option<f64>,
     /// RMS of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,
@@ -49,7 +49,7 @@ pub struct Attractor {
     pub events_per_cycle: Option<f64>,
     /// Probes that settled on it.
     pub probes: u64,
-    /// Their share.
+    /// Share of the point's probes that settled on it.
     pub share: f64,
     /// The 95 % interval of the share.
     pub interval: [f64; 2],
@@ -114,8 +114,8 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
 }
 
 /// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. The axes with
-/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors` and
-/// `points` are in `point_id` order.
+/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors`
+/// and `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
@@ -136,7 +136,7 @@ pub fn branches(
     let mut lines: Vec<Vec<&PointSummary>> = lines.into_values().collect();
     lines.sort_by_key(|line| line[0].point_id);
     for mut line in lines {
-        // A sweep may go down.
+        // The points of a downward sweep are in descending order.
         line.sort_by(|a, b| a.axis_values[along].total_cmp(&b.axis_values[along]));
         let mut previous: Option<(usize, std::ops::Range<usize>)> = None;
         for point in line {
@@ -183,7 +183,7 @@ fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
 fn distance(a: &Attractor, b: &Attractor) -> f64 {
     let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) if a > 0.0 && b > 0.0 => (a / b).ln().abs(),
-        // Only one of the two motions stands still, or never touches.
+        // Only one of the two motions has no vibration, or no contact force.
         (Some(a), Some(b)) if a != b => f64::INFINITY,
         _ => 0.0,
     };
@@ -246,7 +246,7 @@ mod tests {
     fn a_branch_keeps_its_number_whatever_its_attractor_is_called() {
         let quiet = |id| attractor(id, 1, 1e-6 * (1.0 + 0.1 * id as f64), 1e3, 0.0);
         let loud = |id| attractor(id, 1, 30e-6, 2e4, 4.0);
-        // The second point numbers them in reverse, the third lost one.
+        // The second point numbers its attractors in reverse; the third point has only one of them.
         let all = [
             quiet(0),
             loud(0),
@@ -275,9 +275,9 @@ mod tests {
     fn lines_are_separate_and_holes_end_branches() {
         let same = |id| attractor(id, 1, 1e-6, 1e3, 2.0);
         let all: Vec<Attractor> = (0..8).filter(|id| *id != 6).map(same).collect();
-        // Two lines of four; in the second, the third point is missing.
+        // Along the second axis: two lines of four points; the third point of the second line is missing.
         assert_eq!(followed([2, 4], 1, &all), [0, 0, 0, 0, 1, 1, 2]);
-        // Four lines of two; one of them lost its end.
+        // Along the first axis: four lines of two points; the end of the third line is missing.
         assert_eq!(followed([2, 4], 0, &all), [0, 1, 2, 3, 0, 1, 3]);
     }
 

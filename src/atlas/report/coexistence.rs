@@ -26,13 +26,13 @@ pub struct Ending {
     pub status: String,
     /// Kind of motion.
     pub class: Option<String>,
-    /// Its period, if it has one.
+    /// Period of the motion, if it has one.
     pub period: Option<u64>,
     /// RMS of the deflection about its mean \[m\], of the first probe with this ending.
     pub deflection_rms: Option<f64>,
     /// Probes with this ending.
     pub probes: usize,
-    /// Their share of the point's probes.
+    /// Share of the point's probes with this ending.
     pub share: f64,
     /// The 95 % interval of the share.
     pub interval: [f64; 2],

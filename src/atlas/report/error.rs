@@ -7,7 +7,7 @@ use thiserror::Error;
 /// A results folder cannot be summarised.
 #[derive(Debug, Error)]
 pub enum ReportError {
-    /// Its files cannot be read.
+    /// The files of the folder cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A required value is missing.

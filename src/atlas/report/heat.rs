@@ -1,7 +1,7 @@
 //! What does the first slice of the grid show, over the first two axes with several values?
 //!
-//! A wide grid is binned: a cell then shows the liveliest of its points. Further axes have their first value. For a
-//! refined grid, the map shows the refined plane, with the representative point of each place.
+//! A wide grid is binned: a cell then shows the greatest [`Cell`] of its points. Further axes have their first value.
+//! For a refined grid, the map shows the refined plane, with the representative point of each place.
 
 use super::point::{Axis, CHAOTIC, PointSummary, TRANSIENT_CHAOS, varied};
 use super::refined::Plane;
@@ -9,7 +9,7 @@ use super::tied::Tied;
 use crate::store::RefinedColumns;
 use std::collections::BTreeSet;
 
-/// Most cells across and down.
+/// Largest number of rows and of columns.
 const MOST: [usize; 2] = [24, 64];
 
 /// Content of a cell. The order matters: a cell with several points shows the greatest.
@@ -94,7 +94,7 @@ impl Map {
         })
     }
 
-    /// Enters a point if it lies in the first slice.
+    /// Adds a point to the map if it lies in the first slice.
     pub(super) fn add(&mut self, axes: &[Axis], point: &PointSummary) {
         let elsewhere = |&axis: &usize| axes[axis].values.first() != point.axis_values.get(axis);
         if self.further.iter().any(elsewhere) {
@@ -110,7 +110,7 @@ impl Map {
         self.show(row, column, Cell::of(point));
     }
 
-    /// Enters the plane of a refined grid.
+    /// Fills the map with the plane of a refined grid.
     pub(super) fn fill(&mut self, plane: &Plane, points: &[PointSummary]) {
         let cells: Vec<Cell> = points.iter().map(Cell::of).collect();
         let [rows, columns] = plane.sides;

@@ -11,7 +11,7 @@ use words::{caches, memory_words, processor, rate_text, seconds, system, time_te
 /// Number of modes for which solver scaling is shown, if it was measured.
 const SHOWN_MODES: u64 = 40;
 
-/// The page.
+/// The page as text.
 pub fn machine_page(machine: &Characteristics) -> String {
     let mut page = String::new();
     head(&mut page, machine);
@@ -78,7 +78,7 @@ pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
     places
 }
 
-/// Reading and loading at every level.
+/// Appends the bandwidth of reads and the latency of loads at every level of memory.
 fn memory(page: &mut String, machine: &Characteristics) {
     let places = levels(machine);
     if places.is_empty() {
@@ -143,7 +143,7 @@ fn memory(page: &mut String, machine: &Characteristics) {
     }
 }
 
-/// Rows are the nodes of the threads, columns those of the memory.
+/// Appends the bandwidth between nodes. Rows are the nodes of the threads, columns are the nodes of the memory.
 fn nodes(page: &mut String, machine: &Characteristics) {
     let between = (machine.bandwidth.iter()).filter(|row| row.key.placement == "nodes");
     let rows: Vec<_> = between.collect();

@@ -36,7 +36,7 @@ pub struct OrbitCount {
     pub points: usize,
     /// Smallest and largest modulus of their leading multipliers.
     pub modulus: [f64; 2],
-    /// Their smallest grazing margin \[half gaps\]; `None` if no deflection has an extreme.
+    /// Smallest grazing margin of the orbits \[half gaps\]; `None` if no deflection has an extreme.
     pub grazing_margin: Option<f64>,
     /// Largest ratio of the growth of a kick to the prediction of the monodromy matrix.
     pub kick_over_linear: Option<f64>,
@@ -47,7 +47,7 @@ pub struct OrbitCount {
 pub struct Orbit {
     /// The point.
     pub point_id: u64,
-    /// Its period \[mesh cycles\].
+    /// Period of the orbit \[mesh cycles\].
     pub period: u64,
     /// The given state that led to it, counted from 1; `None` if a near return did.
     pub state: Option<u64>,
@@ -57,13 +57,13 @@ pub struct Orbit {
     pub modulus: f64,
     /// The leading multiplier, real and imaginary part; `None` if the table has no multipliers.
     pub leading: Option<[f64; 2]>,
-    /// Kind of the bifurcation at its crossing of the unit circle; `None` if it is well inside.
+    /// Kind of bifurcation where the leading multiplier crosses the unit circle; `None` if it lies well inside.
     pub bifurcation: Option<String>,
     /// Smallest distance of an extreme of δ from a contact surface \[half gaps\].
     pub grazing_margin: Option<f64>,
     /// Growth of a kick over one period, integrated in full.
     pub kick_growth: Option<f64>,
-    /// The prediction of the monodromy matrix for it.
+    /// Growth of the kick as the monodromy matrix predicts it.
     pub kick_growth_linear: Option<f64>,
     /// All multipliers, real and imaginary parts.
     #[serde(skip)]
@@ -141,7 +141,7 @@ pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
             period,
             state: states[row],
             stable: stable[row]?,
-            // The exponent of an orbit with multipliers 0 is not finite.
+            // If all multipliers are 0, the exponent is not finite.
             modulus: lambda[row].map_or(0.0, |lambda| (lambda * period as f64).exp()),
             leading: multipliers.first().copied(),
             bifurcation: bifurcations[row].clone(),

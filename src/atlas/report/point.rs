@@ -47,9 +47,9 @@ pub struct PointSummary {
     pub verdict: Arc<Verdict>,
     /// Largest exponent \[1/cycle\].
     pub lambda: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the exponent \[1/cycle\].
     pub stderr: Option<f64>,
-    /// The twin's exponent.
+    /// Exponent from the twin trajectory \[1/cycle\].
     pub twin: Option<f64>,
     /// Life of its chaos; absent if no trajectory was chaotic.
     pub chaos: Option<Box<ChaosLife>>,
@@ -74,7 +74,7 @@ pub struct Verdict {
     pub reason: String,
     /// Kind of motion.
     pub class: Option<String>,
-    /// Its period, if it has one.
+    /// Period of the motion, if it has one.
     pub period: Option<u64>,
     /// Whether the exponents of the point and of its twin agree.
     pub twin_agrees: Option<bool>,

@@ -17,9 +17,9 @@ pub struct Rattle {
     pub name: String,
     /// Mean over the points of the sum of its contacts' rattle indices \[m/s², of stages rad/s²\].
     pub mean: f64,
-    /// The largest.
+    /// Largest sum among the points.
     pub largest: f64,
-    /// The point with the largest.
+    /// The point with the largest sum.
     pub point_id: u64,
 }
 

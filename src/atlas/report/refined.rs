@@ -1,6 +1,7 @@
 //! Which computed point stands for each place of a refined plane?
 //!
-//! In an undivided cell, the nearest corner does. Thus a place always shows a computed result, never an interpolation.
+//! In an undivided cell, the nearest corner stands for a place. Thus a place always shows a computed result, never an
+//! interpolation.
 
 use std::collections::HashMap;
 

@@ -58,7 +58,7 @@ pub struct Summary {
     pub cycles: u64,
     /// Wall time of the runs, summed over shards \[s\]; absent without a run record.
     pub wall_time: Option<f64>,
-    /// The same per integrated cycle \[s\].
+    /// Wall time per integrated cycle \[s\].
     pub wall_time_per_cycle: Option<f64>,
     /// Time one worker spent on an integrated cycle \[s\].
     pub worker_time_per_cycle: Option<f64>,
@@ -70,14 +70,14 @@ pub struct Summary {
     /// Axes that advance in step.
     #[serde(skip)]
     pub tied: Tied,
-    /// Whether some of them are distributions: their values are no grid, so that maps over them are meaningless.
+    /// Whether some axes are distributions. Their values form no grid, so that maps over them are meaningless.
     #[serde(skip)]
     pub sampled: bool,
     /// The axis along which the state is carried; absent if points are independent.
     pub carried_along: Option<String>,
     /// How the grid is refined; absent if all its points are computed.
     pub refined: Option<RefinedColumns>,
-    /// Changes of motion along it, in `point_id` order.
+    /// Changes of motion along the carried axis, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
     /// Numbers of changes of `class`, of `period`, and of jumps of the `deflection`.
     pub transition_counts: BTreeMap<String, usize>,
@@ -89,7 +89,7 @@ pub struct Summary {
     pub chaotic_points: usize,
     /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
-    /// LifetimeRange of chaos.
+    /// Lifetimes of chaos.
     pub lifetimes: Lifetimes,
     /// Meshes of a train, the one that rattles most first; empty if there is only one.
     pub rattle: Vec<Rattle>,
@@ -105,7 +105,7 @@ pub struct Summary {
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
-    /// The same points with their summaries.
+    /// Summaries of the points in `coexisting`.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
     /// Every attractor that probes found, by point and number.

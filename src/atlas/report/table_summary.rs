@@ -13,7 +13,7 @@ use crate::store::{CacheFault, CacheKind, KernelArrays, TableFile, mesh_quantiti
 /// A table file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableSummary {
-    /// Its path.
+    /// Path of the file.
     pub file: PathBuf,
     /// Kind of its contents.
     pub kind: CacheKind,
@@ -25,16 +25,16 @@ pub struct TableSummary {
     pub bytes: u64,
     /// Inputs of its computation.
     pub inputs: Value,
-    /// Its quantities.
+    /// Quantities of the file.
     pub quantities: Vec<QuantitySummary>,
 }
 
 /// A quantity of a table file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QuantitySummary {
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
-    /// Its unit, SI.
+    /// SI unit of the quantity.
     pub unit: String,
     /// Number of its values.
     pub count: usize,

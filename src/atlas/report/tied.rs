@@ -11,7 +11,7 @@ const FILLED: usize = 2;
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Group {
     axes: Vec<usize>,
-    /// Two of them with mostly all combinations of values: they count as untied.
+    /// Two of the axes whose combinations of values mostly have points. They count as untied.
     plane: Option<[usize; 2]>,
 }
 
@@ -39,7 +39,7 @@ impl Tied {
             (0..axes.len()).filter(|axis| !groups.iter().any(|group| group.contains(axis)));
         let others: usize = untied.map(length).product();
         let group = |mut own: Vec<usize>| {
-            // Most values first, the fastest of equals.
+            // The axis with most values comes first; if several have equally many, the fastest.
             own.sort_by_key(|&axis| Reverse((length(axis), axis)));
             let plane = match own[..] {
                 [first, second, ..] => Some([second, first]),
@@ -69,8 +69,8 @@ impl Tied {
         (0..axes).filter(|axis| !goes(axis)).collect()
     }
 
-    /// The axes for maps, slowest first. For tied axes, this is the one with most values, the fastest of equals, or two
-    /// axes whose plane is at least half full.
+    /// The axes for maps, slowest first. A group of tied axes contributes two axes whose plane is at least half full,
+    /// or else the axis with most values.
     pub(super) fn free(&self, axes: usize) -> Vec<usize> {
         let chosen = |axis: &usize| {
             let own = self.0.iter().find(|group| group.axes.contains(axis));
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn a_list_goes_along_one_axis_unless_it_fills_a_plane() {
         let list = || vec![vec![0, 2, 3]];
-        // Three gaps in addition to a list of twelve points over a course of loads and speeds.
+        // Three half gaps, each with a list of twelve points along a course of loads and speeds.
         let course = Tied::new(list(), &axes(&[2, 3, 12, 12]), 36);
         assert_eq!(course.free(4), [1, 3]);
         assert!(course.fixed_axes(4, &[1, 3]).is_empty());

@@ -9,23 +9,23 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// A change of class or period, or a jump of the deflection, between two points of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TransitionSummary {
-    /// The first point after it, in sweep order.
+    /// The first point after the change, in sweep order.
     pub point_id: u64,
     /// The swept axis.
     pub axis: String,
     /// `up` or `down`.
     pub direction: String,
-    /// Kind of motion before and after it.
+    /// Kind of motion before and after the change.
     pub classes: [String; 2],
-    /// Their periods, if they have one.
+    /// Period of the motion before and after the change, if it has one.
     pub periods: [Option<u64>; 2],
     /// The changing quantity: `class`, `period` or `deflection`.
     pub what: String,
     /// RMS of the deflection before and after a jump \[m\].
     pub deflection_rms: [Option<f64>; 2],
-    /// Mean deflection before and after it \[m\].
+    /// Mean deflection before and after a jump \[m\].
     pub deflection_mean: [Option<f64>; 2],
-    /// Values of the swept axis that bracket it, ascending.
+    /// Values of the swept axis that bracket the change, ascending.
     pub bracket: [f64; 2],
 }
 

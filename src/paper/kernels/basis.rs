@@ -8,7 +8,7 @@
 //! eigenvectors may be parallel, and are never diagonalised. Their invariant subspace is the orthogonal complement of
 //! the fast left eigenvectors. Its generator is small and (nearly) nilpotent, so that its exponential is a polynomial.
 //! Sylvester equations decouple waves from the slow group; they are scalar or 2 × 2 in these coordinates. Slow blocks
-//! without an effect on the mesh stay exactly separate, so that even a large drift of theirs does not change the
+//! without an effect on the mesh stay exactly separate, so that even a large drift of these blocks does not change the
 //! deflection.
 //!
 //! The structure and its mesh determine the slow group, independent of the speed and the excitation.
@@ -26,7 +26,7 @@ use crate::propagate::{KeptReader, KeptWriter, TableError};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Longest step of a table of this basis, in units of the fastest rate.
+/// Largest product of a table's step and the fastest rate.
 pub const REACH: f64 = 8.0;
 
 /// Highest power of the slow group's polynomial: 0.5¹⁵/15! is 10⁻¹⁷.
@@ -42,7 +42,7 @@ pub struct Basis<'t> {
     pub inverse: Operator<'t>,
     /// x from y: W.
     pub matrix: Operator<'t>,
-    /// Both in single precision, if states pass through 32 bits.
+    /// `inverse` and `matrix` in single precision, if products with states use 32 bits.
     single: Option<[SingleOperator; 2]>,
     /// Number of waves; the remaining lanes are for the harmonics that a speed adds.
     pub waves: usize,
@@ -203,12 +203,12 @@ impl<'t> Basis<'t> {
         }
     }
 
-    /// Slow coordinates.
+    /// Number of slow coordinates.
     pub fn slow(&self) -> usize {
         self.slow_gains.len()
     }
 
-    /// Spectral coordinates.
+    /// Number of spectral coordinates.
     pub fn length(&self) -> usize {
         2 * self.alpha.len() + self.slow()
     }
@@ -300,7 +300,7 @@ impl Form {
         let m = slow.len();
         let length = 2 * lanes + m;
 
-        // Scaled blocks from waves and slow coordinates, and back.
+        // Maps from waves and slow coordinates to scaled blocks, and back.
         let mut forward = Mat::<f64>::zeros(2 * n, length);
         for (j, pair) in parts.columns.iter().enumerate() {
             for i in 0..2 * n {
@@ -451,7 +451,7 @@ fn is_isolated(a: &Mat<f64>, n: usize, i: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// Three blocks, the second without an effect on the others.
+    /// Three blocks; the second has no effect on the others.
     #[test]
     fn blocks_are_unfelt_where_no_other_has_them() {
         let n = 3;
@@ -463,7 +463,7 @@ mod tests {
             let bound = block_rate_bound(&a, n, block);
             assert!(bound >= frequency && bound < 1.3 * frequency, "{bound}");
         }
-        // The others affect it and one another.
+        // The other blocks affect the second block and one another.
         for (row, column) in [(1, 0), (4, 2), (1, 5), (3, 2), (5, 0), (0, 2), (2, 3)] {
             a[(row, column)] = 0.3;
         }

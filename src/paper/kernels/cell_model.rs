@@ -28,7 +28,7 @@ pub struct CellModel<'m> {
     pub event_grid: Option<u32>,
 }
 
-/// Start of a stretch.
+/// Position on the mesh cycle where a stretch starts.
 #[derive(Debug, Clone, Copy)]
 pub struct Position {
     /// Mesh cycle.

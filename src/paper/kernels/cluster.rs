@@ -12,17 +12,17 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use num_complex::{Complex64, c64};
 
-/// Largest distance between neighbours in a cluster, relative to the matrix.
+/// Largest distance between neighbours in a cluster, relative to the size of the matrix.
 const TOGETHER: f64 = 1e-9;
 
-/// Round-off of the deviations of B from its mean, relative to the matrix.
+/// Round-off of the deviations of B from its mean, relative to the size of the matrix.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// Distance of the shift from a cluster, relative to the distance to the next eigenvalue. One step of inverse iteration
 /// reduces all other components by this factor.
 const SHIFT: f64 = 1e-4;
 
-/// Steps of inverse iteration: two more than 1e-4 needs to reach round-off.
+/// Steps of inverse iteration: two more than a factor of 1e-4 per step needs to reach round-off.
 const STEPS: usize = 6;
 
 /// An eigenvalue with its vector.
@@ -80,7 +80,7 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
         c64(a[(i, j)], 0.0) - diagonal
     });
     let factors = PartialPivLu::new(shifted.as_ref());
-    // A start that is unlikely to be orthogonal to a structure of the matrix.
+    // Start from vectors that are unlikely to be orthogonal to the subspace.
     let mut v = Mat::from_fn(n, m, |i, j| {
         let place = (1 + i + n * j) as f64;
         c64((1.3 * place * place).sin(), (0.7 * place * place).cos())

@@ -7,7 +7,7 @@ use crate::propagate::TableError;
 pub struct Conditioning {
     /// A mesh segment that uses it.
     pub segment: usize,
-    /// Whether it belongs to contact.
+    /// Whether the basis is for contact, not for free flight.
     pub touching: bool,
     /// Condition number of the eigenvector basis of the diagonalised blocks, with each velocity in units of its
     /// frequency.

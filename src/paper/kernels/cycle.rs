@@ -18,7 +18,7 @@ use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, salt
 pub trait Method: Sync {
     /// Scratch memory.
     type Scratch;
-    /// Longest cell, in units of the fastest rate.
+    /// Largest product of a cell's length and the fastest rate.
     const REACH: f64;
     /// Whether stretches in free flight may span cells.
     const FLIES: bool;
@@ -119,7 +119,7 @@ impl CellModel<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        // A delayed event that has disappeared belongs to no window.
+        // An event that disappears before its delayed time belongs to no window.
         let put_off = self.event_grid.unwrap_or(0) as usize;
         let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
         while position.cell < self.grid.cells.len() {
@@ -296,7 +296,7 @@ impl CellModel<'_> {
         Ok(())
     }
 
-    /// The cell boundary that a stretch may reach.
+    /// The last cell boundary that a stretch may reach.
     fn stop_cell<M: Method>(&self, position: &Position, contact: ActiveSet) -> usize {
         let mut stop = position.cell + 1;
         if contact.touching() || !M::FLIES {
@@ -336,7 +336,7 @@ impl CellModel<'_> {
             let own = &self.model.contacts[*index];
             contact.holds(*index) != own.is_reached(deflection, rate, [own.half_gap, 0.0])
         };
-        // One must open before the other closes.
+        // A closed contact must open before the other closes.
         let mut changing = (0..self.model.contacts.len()).filter(changes);
         let closed = changing.clone().find(|index| contact.holds(*index));
         closed.or_else(|| changing.next())

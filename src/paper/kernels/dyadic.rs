@@ -19,7 +19,7 @@ use super::{DenseError, TableSize};
 use crate::model::Model;
 use crate::propagate::Counters;
 
-/// Halvings of a cell.
+/// Largest number of halvings of a cell.
 pub const LEVELS: usize = 20;
 
 /// Terms of the polynomial on the last stretch: (2·2⁻²⁰)⁵/5! is 10⁻³⁰.
@@ -28,7 +28,7 @@ const LAST_TERMS: usize = 4;
 /// The kernel of dyadic descent for one model.
 pub type Dyadic<'m> = Dense<'m, DyadicTables>;
 
-/// Its tables.
+/// Tables of this kernel.
 #[derive(Debug)]
 pub struct DyadicTables(ClassTables<DyadicTable>);
 
@@ -72,8 +72,8 @@ impl DyadicTable {
 impl<'m> Dyadic<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `cells`: smallest number of unit steps per mesh cycle; there are more if a cell would be too long.
+    /// * `event_limit`: largest number of events in a mesh cycle; integration stops at more.
     ///
     /// # Errors
     /// The stiffness varies within a segment, or the speed is too slow for tables.
@@ -125,7 +125,7 @@ impl DyadicScratch {
 #[derive(Debug, Clone, Copy)]
 struct PendingStep {
     level: usize,
-    /// It or the step before it contains exactly one root.
+    /// Whether exactly one root lies in this step or in the step before it.
     holds_root: bool,
 }
 
@@ -170,7 +170,7 @@ impl Method for DyadicTables {
         let mut depth = 0;
         loop {
             let rest = stretch.duration - time;
-            // A pending step, else the longest that fits.
+            // Take a pending step, else the longest step that fits.
             let (level, certain) = match depth {
                 0 if stretch.whole && time == 0.0 => (0, false),
                 0 if stretch.whole => return None,

@@ -284,7 +284,7 @@ mod tests {
                 (1, 0, wave.im),
                 (0, 1, -wave.im),
             ] {
-                // A decay has no second column.
+                // A real eigenvalue has no second column.
                 if wave.im > 0.0 || p + q == 0 {
                     rest[(2 * j + p, 2 * j + q)] -= value;
                 }
@@ -320,7 +320,7 @@ mod tests {
             let off = coupling(&a, &found);
             assert!(off < 1e-12, "{off:e}");
         }
-        // All slow, and none slow.
+        // All eigenvalues are slow, then none is slow.
         let a = matrix(9);
         let still = eigen(&a, 1e4).unwrap();
         assert_eq!((still.waves.len(), still.slow.len()), (0, SIZE));
@@ -377,7 +377,7 @@ mod tests {
         }
     }
 
-    /// The contributions of waves to a block without an effect complete them to eigenvectors of the whole.
+    /// With their contributions to a block that affects no other, waves are eigenvectors of the whole matrix.
     #[test]
     fn blocks_apart_follow_the_waves() {
         let mut stream = Stream::new(7, 0, 0);

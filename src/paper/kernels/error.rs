@@ -23,7 +23,7 @@ pub enum DenseError {
     /// A cycle would need too many cells.
     #[error("one mesh cycle would take {cells:.0} cells; raise the speed or omit high modes")]
     TooManyCells {
-        /// Their number.
+        /// Number of cells that a cycle would need.
         cells: f64,
     },
 }

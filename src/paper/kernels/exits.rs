@@ -8,7 +8,7 @@
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 
-/// Deepest halving of an interval.
+/// Largest number of successive halvings of an interval.
 const DEEPEST: usize = 52;
 
 /// The deflection at one time.
@@ -23,9 +23,9 @@ pub struct DeflectionAt {
 /// Bounds over a stretch.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds {
-    /// Of |δ''| \[m/s²\].
+    /// Bound of |δ''| \[m/s²\].
     pub second: f64,
-    /// Of |δ'''| \[m/s³\].
+    /// Bound of |δ'''| \[m/s³\].
     pub third: f64,
     /// Round-off of δ \[m\].
     pub noise: f64,
@@ -38,9 +38,9 @@ pub struct MarginAt {
     pub time: f64,
     /// Margin \[m\].
     pub value: f64,
-    /// Its rate \[m/s\].
+    /// Rate of the margin \[m/s\].
     pub slope: f64,
-    /// Its second derivative \[m/s²\].
+    /// Second derivative of the margin \[m/s²\].
     pub curvature: f64,
 }
 
@@ -62,13 +62,13 @@ impl MarginAt {
 pub enum Verdict {
     /// The margin stays positive.
     Clear,
-    /// It becomes negative at the interval's start.
+    /// The margin becomes negative at the interval's start.
     AtStart,
-    /// It becomes negative at exactly one time inside.
+    /// The margin becomes negative at exactly one time inside the interval.
     Single,
-    /// All within round-off: a tangency.
+    /// The margin is within round-off of zero on the whole interval: a tangency.
     Tangency,
-    /// Undecided.
+    /// Undecided: the interval must be halved.
     Split,
 }
 
@@ -157,7 +157,7 @@ pub fn earliest_exit(
     None
 }
 
-/// Most steps of the iteration, enough for bisection alone.
+/// Largest number of steps of the iteration, enough for bisection alone.
 const MOST_STEPS: usize = 60;
 
 /// A step this small, relative to the interval and to slope over curvature, leaves an error of its cube.
@@ -304,7 +304,7 @@ mod tests {
         assert!(found.is_none() && counters.grazings > 0);
     }
 
-    /// The root at the start is not found again; the next one is, however close.
+    /// The root at the start is not found again. The next root is found at any distance.
     #[test]
     fn the_root_at_the_start_is_left_behind() {
         for gap in [1e-6, 1e-3, 0.3] {
@@ -346,7 +346,7 @@ mod tests {
             let root = turn % 3 == 0;
             let mut margin = [0; 4].map(|_| stream.normal());
             margin[0] = if root { 0.0 } else { margin[0] + 1.0 };
-            // Some nearly straight, some nearly parabolas.
+            // Some margins are nearly straight, some nearly parabolas.
             margin[2] *= [4.0, 1.0, 0.1][turn / 3 % 3];
             margin[3] *= [4.0, 0.1][turn / 9 % 2];
             let (at, bounds) = cubic(margin);
@@ -376,11 +376,11 @@ mod tests {
             }
             verdicts[verdict as usize] += 1;
         }
-        // Most are decided at once.
+        // Most margins are decided without halving.
         assert!(verdicts[Verdict::Split as usize] < 3000, "{verdicts:?}");
     }
 
-    /// Simple straight lines and parabolas need no halving.
+    /// Straight lines and simple parabolas need no halving.
     #[test]
     fn plain_courses_are_decided_at_once() {
         for (margin, root, expected) in [
@@ -392,14 +392,14 @@ mod tests {
             ([0.0, -1.0, 0.0, 0.0], true, Verdict::AtStart),
             // A value within round-off of zero counts as a root.
             ([1e-13, 1.0, 0.0, 0.0], false, Verdict::Clear),
-            // Arches: high enough, back through zero, from a root and past it, from a root down.
+            // Arches: above zero, back through zero; from a root: above zero, back through zero, downwards.
             ([1.0, 2.0, -4.0, 0.0], false, Verdict::Clear),
             ([1.0, 2.0, -8.0, 0.0], false, Verdict::Single),
             ([0.0, 2.0, -3.0, 0.0], true, Verdict::Clear),
             ([0.0, 2.0, -8.0, 0.0], true, Verdict::Single),
             ([0.0, 0.1, -0.3, 0.0], true, Verdict::Single),
             ([0.0, -1.0, -2.0, 0.0], true, Verdict::AtStart),
-            // A valley with its floor above zero, one that falls throughout, one that must be split.
+            // Valleys: with a minimum above zero, falling throughout, undecided.
             ([2.0, -2.0, 4.0, 0.0], false, Verdict::Clear),
             ([1.0, -6.0, 4.0, 0.0], false, Verdict::Single),
             ([0.2, -2.0, 4.0, 0.0], false, Verdict::Split),

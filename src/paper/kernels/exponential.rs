@@ -1,7 +1,7 @@
 //! Propagators `e^{LΔ}` by Taylor series and squaring, and bounds of a row along them.
 //!
 //! Squaring works on `P = e^{Lh} − I`, `e^{2Lh} − I = 2P + P²`, so that a short step keeps its relative accuracy.
-//! Squaring the exponential itself would bring the round-off of the 1 into every level.
+//! Squaring the exponential itself would add the round-off of the 1 at every level.
 
 use super::generator::Generator;
 use faer::{Mat, MatRef};
@@ -49,7 +49,7 @@ pub fn increment(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
     levels(generator, rate, duration, 0).swap_remove(0)
 }
 
-/// `A B − I` from A − I and B − I: consecutive short steps keep their relative accuracy.
+/// `A B − I` from `a` = A − I and `b` = B − I: consecutive short steps keep their relative accuracy.
 pub fn after(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     a + b + a * b
 }

@@ -1,7 +1,7 @@
 //! Certified runs of cells, and whole cycles of constant contact, in one product.
 //!
 //! Rows give δ at the ends of the cells of a run from the state at its start, and a bound of δ'' over it. If the
-//! smallest of these margins exceeds the largest sag of a curve between two cell ends, there is no event, and one
+//! smallest margin exceeds the largest sag of a curve between two cell ends, there is no event, and one
 //! product crosses the run. A whole cycle in contact is certified by its distance from the steady reference cycle with
 //! a known smallest margin: one sum of absolute values. The spectral form treats everything else.
 
@@ -23,7 +23,7 @@ use crate::propagate::events::Margin;
 use crate::propagate::{KeptReader, KeptTables, KeptWriter, TableArray, TableError};
 use faer::Mat;
 
-/// Longest run, in cells.
+/// Largest number of cells in a run.
 const LONGEST: usize = 8;
 
 /// The kernel of fused runs for one model.
@@ -63,7 +63,7 @@ pub struct FusedScratch {
     spectral: SpectralScratch,
     ends: Vec<f64>,
     next: Vec<f64>,
-    /// The operator of the last run; `None` if it was a whole cycle.
+    /// Index of the last run; `None` if the last run was a whole cycle.
     run: Option<usize>,
 }
 

@@ -83,7 +83,7 @@ pub struct Generator {
     mesh_input: Vec<f64>,
     /// Deflection δ \[m\] as a row.
     pub deflection: Vec<f64>,
-    /// Its rate δ' \[m/s\] as a row.
+    /// Rate δ' of the deflection \[m/s\] as a row.
     pub rate: Vec<f64>,
     /// Absolute values of the entries of `deflection`.
     pub magnitude: Vec<f64>,

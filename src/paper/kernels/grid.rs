@@ -5,10 +5,10 @@ use crate::model::{Contact, Model, Release};
 use crate::propagate::TableError;
 use crate::propagate::{SAME_LENGTH, Volterra};
 
-/// Tolerance for a boundary that coincides with one of equal parts, in parts.
+/// Distance below which a boundary coincides with an end of one of the equal parts, in lengths of a part.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// Most cells per cycle: their tables are dense.
+/// Largest number of cells per cycle: their tables are dense.
 const MOST_CELLS: f64 = 20_000.0;
 
 /// One cell.
@@ -235,7 +235,7 @@ mod tests {
                 .map(|i| grid.duration(i))
                 .fold(0.0, f64::max);
             assert!(grid.rate * longest <= reach * (1.0 + 1e-9), "{longest}");
-            // At most one additional cell per segment.
+            // Rounding adds at most one cell per segment.
             assert!(grid.cells.len() as f64 <= grid.rate * grid.period / reach + 2.0);
         }
         let most = Grid::new(&model, 20_000, f64::INFINITY);

@@ -55,7 +55,7 @@ pub struct HermiteScratch {
 
 impl HermiteTable {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
-        // From e^{LΔj/8} − I: see `exponential`.
+        // Compute e^{LΔj/8} − I first, for its relative accuracy: see `exponential`.
         let part = exponential::increment(generator, rate, duration / NODES as f64);
         let d = part.nrows();
         let curvature = generator.curvature();
@@ -95,8 +95,8 @@ impl HermiteTable {
 impl<'m> Hermite<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `cells`: smallest number of unit steps per mesh cycle; there are more if a cell would be too long.
+    /// * `event_limit`: largest number of events in a mesh cycle; integration stops at more.
     ///
     /// # Errors
     /// The stiffness varies within a segment, or the speed is too slow for tables.

@@ -35,7 +35,7 @@ pub struct Operator<'t> {
 enum Numbers<'t> {
     /// Valid from this index on, where a cache line starts.
     Own(Vec<f64>, usize),
-    /// Part of tables that another owner stores.
+    /// Numbers in tables that another object owns.
     Lent(&'t [f64]),
 }
 

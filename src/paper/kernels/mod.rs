@@ -66,7 +66,7 @@ use gearatlas_core::structure::ModalStructure;
 pub struct TableSize {
     /// Dense operators.
     pub operators: usize,
-    /// Their bytes.
+    /// Bytes of the operators.
     pub bytes: usize,
     /// Unit steps per mesh cycle.
     pub cells: usize,

@@ -7,11 +7,11 @@ use crate::propagate::Volterra;
 /// (λT)⁻² of accuracy.
 pub const SLOW: f64 = 0.5;
 
-/// Limit of slow eigenvalues in units of the fastest rate, if none is near it: [`SLOW`] for mesh periods of 2048 such
-/// units, longer than in practical drives ...
+/// Limit of slow eigenvalues, relative to the fastest rate, if no eigenvalue is near it: [`SLOW`] for a mesh period of
+/// 2048 divided by the fastest rate. Practical drives have shorter periods.
 const SLOWEST: f64 = SLOW / 2048.0;
 
-/// ... and reduced by this factor if a period is even longer.
+/// The limit is reduced by this factor if a period is longer.
 const SLOWER: f64 = 64.0;
 
 /// Waves may be slower than [`SLOW`] per mesh period by this factor: excitation is not split off them.
@@ -20,7 +20,7 @@ const BORNE: f64 = 8.0;
 /// Rates that define a basis of a structure and its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
-    /// Upper bound of all \[rad/s\].
+    /// Upper bound of all rates \[rad/s\].
     pub fastest: f64,
     /// Limit below which an eigenvalue is slow \[rad/s\].
     pub slow: f64,
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn what_is_slow_does_not_depend_on_usual_speeds() {
         let (usual, _) = rates(3000.0, 1200.0);
-        // Only the spring of the mesh on the mass of the pair: 2.1e4 rad/s.
+        // The spring of the mesh with the mass of the pair alone has 2.1e4 rad/s.
         assert!(
             usual.fastest > 4.444e8f64.sqrt() && usual.fastest < 1e5,
             "{usual:?}"
@@ -92,7 +92,8 @@ mod tests {
         }
     }
 
-    /// A mode that takes eight times as long as half a radian a period is slow, though it is not by itself.
+    /// A mode more than eight times slower than half a radian per mesh period is slow. A mode 7.9 times slower is a
+    /// wave.
     #[test]
     fn modes_slow_against_the_period_are_slow() {
         let (found, mesh) = rates(100.0, 1200.0);

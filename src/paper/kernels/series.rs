@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Of two open contacts the one reached first counts, in any order of the list.
+    /// If there are two open contacts, the first one reached counts, in any order of the list.
     #[test]
     fn the_first_of_two_surfaces_is_met() {
         let contacts = [1.0, -1.0].map(|side| Contact {
@@ -211,7 +211,7 @@ mod tests {
             );
         }
         assert_eq!(found(0.9, 0.0, &stretch), None);
-        // Beyond a surface from the start.
+        // The deflection is beyond a surface from the start.
         assert_eq!(found(0.1, 1.5, &stretch), Some((0.0, 0)));
         assert_eq!(found(0.1, -1.5, &stretch), Some((0.0, 1)));
         // After leaving a surface, the next one is met.

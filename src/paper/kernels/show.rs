@@ -1,6 +1,6 @@
 //! A stretch in the form for observers: Legendre series of deflection and force.
 //!
-//! They follow from Taylor series of the structured generator, so that they do not depend on the kernel's tables.
+//! The series follow from Taylor series of the structured generator, so that they do not depend on the kernel's tables.
 
 use super::cell_model::CellModel;
 use super::generator::Generator;
@@ -9,7 +9,7 @@ use super::state_part::StatePart;
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{ClosedContact, Observer, Window};
 
-/// Longest step of the series, in units of the fastest rate, and its terms: 2²⁸/28! is 10⁻²¹.
+/// Largest product of a step and the fastest rate for the series, and its number of terms: 2²⁸/28! is 10⁻²¹.
 const REACH: f64 = 2.0;
 const TERMS: usize = 28;
 
@@ -157,7 +157,7 @@ pub(super) fn show<O: Observer>(
         } else {
             ahead.partition_point(|x| place(x) <= from + step)
         };
-        // All nodes at once: for a single one, every sum would wait for the one before.
+        // Evaluate all nodes at once: for a single node, every sum would wait for the one before.
         let mut times = [0.0; 24];
         for (time, x) in times.iter_mut().zip(&ahead[..within]) {
             *time = place(x) - from;

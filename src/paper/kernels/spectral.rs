@@ -49,8 +49,8 @@ pub struct SpectralScratch {
 impl<'m> Spectral<'m> {
     /// Builds the kernel's tables for a model.
     ///
-    /// * `cells`: fewest unit steps per mesh cycle; more if a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before integration stops.
+    /// * `cells`: smallest number of unit steps per mesh cycle; there are more if a cell would be too long.
+    /// * `event_limit`: largest number of events in a mesh cycle; integration stops at more.
     /// * `event_grid`: number of equal parts of the cycle. Every event is delayed to the end of its part,
     ///   where the contact state changes, as in the last step of the published algorithm.
     ///   The error is of first order. `None`: events stay at their times.

@@ -55,9 +55,9 @@ pub struct SpectralTable<'t> {
     pub gains: [Vec<f64>; 2],
     /// Deflection of the slow group, row k times the k-th power of time; each row has `slow` entries.
     pub polynomial: Vec<f64>,
-    /// Number of coordinates of the slow group: its own, (u, v) of the late waves, f and s b.
+    /// Number of coordinates advanced with the slow group: its own, (u, v) of the late waves, f and s b.
     pub slow: usize,
-    /// Gᵏ/k!, row by row.
+    /// Gᵏ/k! for the generator G of the slow group, row by row.
     powers: Vec<Vec<f64>>,
     /// δ'' as a row over z.
     pub curvature: Vec<f64>,
@@ -388,7 +388,7 @@ fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
     let mut all = vec![flat(&power)];
     for k in 1..=POWERS {
         power = g * &power * faer::Scale(1.0 / k as f64);
-        // A nilpotent group's series ends early.
+        // The series of a nilpotent generator ends early.
         if power.norm_max() == 0.0 {
             break;
         }

@@ -11,7 +11,7 @@ pub struct StatePart {
     pub contact: ActiveSet,
     /// Length \[s\].
     pub duration: f64,
-    /// Whether it is the whole cell.
+    /// Whether the part is a whole cell.
     pub whole: bool,
     /// The contact that opened or closed at its start.
     pub crossed: Option<usize>,

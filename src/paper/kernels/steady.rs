@@ -36,7 +36,7 @@ impl<'t> CycleMap<'t> {
             bound_row(generator, grid.rate, duration, row, through, &mut reach);
             before = exponential::after(&increments[cell.class], &before);
         }
-        // The difference of two states in one contact has neither load nor side.
+        // The difference of two states in one contact state has neither load nor side.
         reach[layout.constant()] = 0.0;
         reach[layout.side()] = 0.0;
         Self {
@@ -75,9 +75,9 @@ pub(super) struct Steady<'t> {
 /// The steady cycle on one flank, without ripple.
 #[derive(Debug)]
 struct Flank {
-    /// Its augmented state at the cycle's start.
+    /// Augmented state at the start of the steady cycle.
     start: Vec<f64>,
-    /// Its smallest margin \[m\]; negative if it leaves contact.
+    /// Smallest margin of the steady cycle \[m\]; negative if it leaves contact.
     margin: f64,
 }
 
@@ -154,7 +154,7 @@ impl Flank {
     }
 }
 
-/// The map of a cycle in contact minus the identity, from the same of the cells, by class.
+/// The map of a cycle in contact minus the identity; `increments` are the maps of cells minus the identity, by class.
 pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
     let d = cell_model.layout.dimension();
     let mut map = Mat::<f64>::zeros(d, d);

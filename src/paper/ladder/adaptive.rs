@@ -20,7 +20,7 @@ pub trait Adaptive {
             let mut from = 0;
             while from < cycle.segments.len() {
                 let segment = &cycle.segments[from];
-                // Equal neighbours form one stretch.
+                // Neighbouring segments with equal stiffness form one stretch.
                 let mut to = from + 1;
                 while cycle
                     .segments
@@ -71,7 +71,7 @@ impl Control {
         let growth = (0.9 * error.powf(-1.0 / self.order)).clamp(0.2, 5.0);
         let good = error <= 1.0;
         let next = h * if good { growth } else { growth.min(0.9) };
-        // A step cut by a breakpoint is no reason to shorten the next.
+        // A step that a breakpoint cuts does not shorten the next step.
         self.step = if good && cut { self.step.max(next) } else { next };
         good
     }

@@ -1,4 +1,4 @@
-//! Constant contact: the small-step ladder of Table 1, segments and fused cycles, jumps over a million cycles, and a
+//! Constant contact: small steps for Table 1, segments and fused cycles, jumps over a million cycles, and a
 //! work-precision comparison with adaptive solvers (Figure 6).
 
 use super::adaptive::{Adaptive, Extrapolation, RungeKutta};
@@ -50,8 +50,8 @@ fn without_free_rotation(model: &Model, state: &[f64]) -> Vec<f64> {
     kept.map(|i| state[i]).collect()
 }
 
-/// A cycle of constant contact by segments, fused, by small steps and by the structured kernel; a million cycles at
-/// once.
+/// A cycle of constant contact by segments, by fused cells, by small steps and by the structured kernel, and a million
+/// cycles at once.
 pub fn cycles() -> Value {
     let mut found = Map::new();
     for modes in [2, 6, 40] {
@@ -102,7 +102,7 @@ fn jump(model: &Model, start: &TrajectoryState) -> Value {
 /// Figure 6: time of a solution over some cycles of constant contact against its error.
 pub fn work_precision() -> Value {
     let model = model_of(&quiet(40));
-    // Not settled, so that the solvers must follow the decay of the transient.
+    // Start from a state that is not settled, so that the solvers must follow the decay of the transient.
     let mut start = settled(&model);
     for x in &mut start.state {
         *x *= 1.0 + 1e-2;

@@ -25,7 +25,7 @@ const DRIFTING: [&str; 3] = [
 /// Five nearly equal slices.
 const STILL: &str = r#"grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}"#;
 
-/// Repetitions; the median counts.
+/// Number of repetitions, whose median is the result.
 const REPEATS: usize = 3;
 
 /// A manifest of the repository with some keys changed.
@@ -40,7 +40,7 @@ fn job(text: &str, changes: &[&str]) -> Job {
         .expect("a manifest of the repository")
 }
 
-/// Slices of drift by `spectral`, compared with as many equal ones \[× real time\].
+/// Speed of `spectral` over slices of drift, compared with as many nearly equal slices \[× real time\].
 pub fn drift() -> Value {
     let drifting = || speed(&DRIFTING);
     let still = || speed(&[&DRIFTING[..], &[STILL]].concat());

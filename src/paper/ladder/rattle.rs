@@ -15,7 +15,7 @@ use std::hint::black_box;
 /// Unit steps per mesh cycle, as published.
 pub const CELLS: u32 = 60;
 
-/// Most events in a mesh cycle.
+/// Largest number of events in a mesh cycle.
 pub const LIMIT: u32 = 1000;
 
 /// Cycles over which work is counted and the deflection is averaged.
@@ -29,7 +29,7 @@ pub fn sixty_levels(mut case: Case) -> Case {
     let levels: Vec<f64> = (0..60)
         .map(|i| {
             let phase = (f64::from(i) + 0.5) / 60.0;
-            // The slope keeps the falling half from repeating the rising one.
+            // The slope makes the levels of the falling half differ from those of the rising half.
             4e8 * (1.0 + 0.14 * (TAU * phase).sin() + 0.01 * phase)
         })
         .collect();
@@ -54,7 +54,7 @@ fn twenty(residual: bool) -> Case {
 pub trait AnyKernel {
     /// A function that advances a separate trajectory by one mesh cycle per call.
     fn cycle<'a>(&'a self, start: &TrajectoryState) -> Box<dyn FnMut() + 'a>;
-    /// Advances some cycles, observed or not.
+    /// Advances some cycles; returns the final state and the counted work.
     fn go(&self, start: &TrajectoryState, cycles: u64) -> (TrajectoryState, Counters);
     /// RMS of the deflection over some cycles \[m\].
     fn deflection_rms(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> f64;
@@ -198,8 +198,8 @@ pub fn events() -> Value {
     Value::Object(found)
 }
 
-/// Table 3 and Figure 3: forty modes, twenty, twenty with the rest as residual flexibility or as attachment modes,
-/// and fused runs.
+/// Table 3 and Figure 3: forty modes; twenty modes; twenty modes with the others as residual flexibility or as
+/// attachment modes; and fused runs.
 pub fn reduction() -> Value {
     let variants: [(&str, Case, &[&str]); 6] = [
         (
@@ -266,7 +266,7 @@ pub fn conditioning() -> Value {
     };
     let volterra = scenes::volterra(&model);
     let dyadic = Dyadic::size(&model, CELLS).expect("tables");
-    // Compares with small steps and the independent integrator, cycle by cycle from one start.
+    // Compare with small steps and the independent integrator, cycle by cycle from one start.
     let norm = EnergyNorm::new(&model);
     let steps = (model.period() / 1e-7).round() as u32;
     let brute = Stepping::new(&model, steps, LIMIT);

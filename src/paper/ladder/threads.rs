@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
-/// Time for which every thread advances.
+/// Duration for which every thread advances its trajectory.
 const SPELL: Duration = Duration::from_millis(400);
 
 /// Repetitions; the fastest counts, because disturbances only slow down.

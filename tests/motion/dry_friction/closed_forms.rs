@@ -11,7 +11,8 @@ use std::f64::consts::{PI, TAU};
 /// A gap of the mesh that no motion in these tests crosses.
 const WIDE: f64 = 100.0;
 
-/// A mass of 1 kg on a spring of 1 N/m with dry friction under a load `cos(2π t/period + phase)`, in mesh cycles of that period.
+/// A mass of 1 kg on a spring of 1 N/m with dry friction under a load `cos(2π t/period + phase)`. The mesh cycle has
+/// this period.
 fn model(law: FrictionLaw, period: f64, phase: Option<f64>) -> Model {
     let mut structure = ModalStructure::of_modes(&[1.0], 0.0, &[1.0], &[1.0]);
     structure.contacts = StructureContact::dry_friction("rub", &[1.0], law).into();
@@ -79,7 +80,7 @@ fn a_mass_on_a_belt_sticks_and_slips() {
             let a = static_force - force;
             let [slips, sticks] = [TAU - 2.0 * (a / u).atan(), 2.0 * a / u];
             let model = model(law, slips + sticks, None);
-            // It sticks at F.
+            // The mass starts to stick at the force F.
             let start = TrajectoryState::new(&model, vec![way * force, way * u], 0);
             let [own] = model.frictions[..] else { panic!() };
             assert!(start.contact.holds(own.stick()));
@@ -160,8 +161,8 @@ fn a_forced_motion_without_stops_has_the_amplitude_of_den_hartog() {
         let off = [end.state[0] - exact, end.state[1]];
         println!("{beta}: off by {:.1e} m, {:.1e} m/s", off[0], off[1]);
         assert!(off.iter().all(|off| off.abs() < 4e-14), "{beta} {off:?}");
-        // Half a period later it turns: one slip ends, the other begins. This end may be within round-off of the end of
-        // the cycle.
+        // Half a period later the mass turns: one slip ends, the other begins. The turn at the end of the cycle may be
+        // within round-off of that end.
         let half = model.period() / 2.0;
         assert!((events[0].time - half).abs() < 1e-6 && events[1].time == events[0].time);
         assert_eq!(
@@ -221,7 +222,7 @@ fn a_free_motion_stops_where_friction_holds_the_spring() {
     }
 }
 
-/// A load that exceeds the static force frees a mass at that moment.
+/// A sticking mass slips from the moment at which the load exceeds the static force.
 #[test]
 fn a_stick_ends_where_the_load_exceeds_the_static_force() {
     for (static_force, force) in [(0.8, 0.8), (0.8, 0.5)] {
@@ -319,8 +320,8 @@ fn an_unstable_motion_ends_as_diverged() {
     assert!(matches!(ended, Err(Stop::Diverged { .. })), "{ended:?}");
 }
 
-/// A spring that gives way: beyond 1 m a stiffness of 1 N/m becomes −3 N/m. From beyond the unstable rest at 4/3 m a
-/// motion leaves as `cosh` and ends as diverged. From a start below it the motion returns.
+/// A softening spring: beyond 1 m a stiffness of 1 N/m becomes −3 N/m. From a start beyond the unstable rest at 4/3 m
+/// the motion grows as `cosh` and ends as diverged. From a start below this rest the motion returns.
 #[test]
 fn a_contact_that_softens_lets_go_as_cosh() {
     let mut structure = ModalStructure::of_modes(&[1.0], 0.0, &[1.0], &[1.0]);
@@ -364,7 +365,7 @@ fn a_contact_that_softens_lets_go_as_cosh() {
         if start > rest {
             assert!(matches!(ended, Err(Stop::Diverged { .. })), "{ended:?}");
         } else {
-            // It swings through 0 to the other side, where the spring alone acts, and returns.
+            // The mass swings through 0 to the other side, where the spring alone acts, and returns.
             let energy = 0.5 * start * start - 2.0 * (start - 1.0) * (start - 1.0);
             let [x, v] = [trajectory.state[0], trajectory.state[1]];
             let soft = 2.0 * (x - 1.0).max(0.0).powi(2);

@@ -7,17 +7,17 @@ use num_complex::{Complex64, c64};
 /// The oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct Rubbing {
-    /// c.
+    /// Damping c.
     pub damping: f64,
-    /// F.
+    /// Force of sliding friction F.
     pub force: f64,
-    /// F_s.
+    /// Largest force of static friction F_s.
     pub static_force: f64,
-    /// u.
+    /// Speed of the belt u.
     pub belt_speed: f64,
-    /// P.
+    /// Amplitude of the load P.
     pub load: f64,
-    /// ω.
+    /// Frequency of the load ω.
     pub frequency: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct State {
     pub way: f64,
 }
 
-/// Checks of signs per unit of time.
+/// Number of checks of signs per unit of time.
 const LOOKS: f64 = 2000.0;
 
 impl Rubbing {

@@ -6,21 +6,21 @@ use num_complex::{Complex64, c64};
 /// The oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct Oscillator {
-    /// κ.
+    /// Stiffness κ to the ground.
     pub stiffness: f64,
-    /// c.
+    /// Damping c.
     pub damping: f64,
-    /// k of the element.
+    /// Stiffness k of the element.
     pub spring: f64,
-    /// F of the element.
+    /// Force F at which the slider slips.
     pub limit: f64,
-    /// P.
+    /// Amplitude of the load P.
     pub load: f64,
-    /// ω.
+    /// Frequency of the load ω.
     pub frequency: f64,
 }
 
-/// Its state.
+/// A state of the oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub time: f64,

@@ -30,13 +30,14 @@ const MODES: [usize; 4] = [2, 6, 20, 40];
 /// Cycles over which the motions are compared.
 const COMPARED: u64 = 5;
 
-/// Largest distance of two motions after them, in half gaps, and of their tangents relative to their length.
+/// Largest distance of two motions after [`COMPARED`] cycles, in half gaps, and of their tangents relative to their
+/// length.
 const ACCEPTED: f64 = 1e-9;
 
 /// Cycles before the first state.
 const TRANSIENT: u64 = 200;
 
-/// Timed cycles from each state, and number of states: each is where `volterra` ends from the one before.
+/// Timed cycles from each state, and number of states. `volterra` ends at each state from the state before.
 const STRETCH: u64 = 200;
 const STRETCHES: usize = 101;
 
@@ -62,8 +63,8 @@ fn main() {
     println!("{record:#}");
 }
 
-/// The default drive of its manifest, at one point and with its lowest modes. Without friction, whose change of
-/// direction at the pitch point would need more systems.
+/// The default drive of its manifest, at one point and with its lowest modes. It has no friction, whose change of
+/// direction at the pitch point would need more linear systems.
 fn model(modes: usize) -> Model {
     let text = include_str!("../../../../manifests/flex80.toml");
     let (head, rest) = text.split_once("[grid]").expect("a grid");
@@ -142,7 +143,7 @@ fn case(modes: usize) -> Value {
     record
 }
 
-/// A stretch by a kernel, with tangents.
+/// Integrates a stretch by a kernel, with `count` tangents.
 fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64, count: usize) -> Run {
     let (mut end, mut workspace) = (start.clone(), kernel.workspace());
     let mut tangents = Tangents::zeros(start.state.len() / 2, count);

@@ -39,7 +39,7 @@ pub(super) struct Followed {
 pub(super) struct Orbit {
     /// Value of every axis.
     pub at: Vec<f64>,
-    /// Mesh cycles.
+    /// Period in mesh cycles.
     pub period: u64,
     pub stable: bool,
     /// Contact changes, in order.
@@ -54,7 +54,7 @@ pub(super) struct Bifurcation {
     /// Value of every axis.
     pub at: Vec<f64>,
     pub branch: u64,
-    /// Index of the orbit before it.
+    /// Index of the orbit before the bifurcation.
     pub after: usize,
     pub kind: String,
     pub detail: String,
@@ -71,7 +71,7 @@ pub(super) struct Curve {
 }
 
 impl Bifurcation {
-    /// Whether it is an end of the branch instead of a bifurcation.
+    /// Whether this row is an end of the branch instead of a bifurcation.
     pub fn is_end(&self) -> bool {
         self.kind == "end"
     }
@@ -85,8 +85,8 @@ impl Bifurcation {
 }
 
 impl Curve {
-    /// Its points of codimension two. Notes at its ends give the reason for the end; those of an onset say whether it
-    /// is one.
+    /// Points of codimension two on the curve, with their notes. Notes at the ends of a curve are excluded, because
+    /// they give the reason for the end. Notes on a curve of the onset of rattle are excluded too.
     pub fn codimension_two(&self) -> impl Iterator<Item = (&[f64], &str)> {
         let inner = self.points.len().saturating_sub(1);
         let points = self.points.iter().take(inner).skip(1);
@@ -110,7 +110,7 @@ impl FixedValues {
         own.clone().all(|(&place, (_, value))| at[place] == *value)
     }
 
-    /// Whether values on axes with these names, possibly in another order, agree with these.
+    /// Whether the values `at` of the axes `names`, possibly in another order, agree with the fixed values.
     pub fn holds_named(&self, names: &[String], at: &[f64]) -> bool {
         self.values.iter().all(|(name, value)| {
             let place = names.iter().position(|own| own == name);
@@ -123,7 +123,7 @@ impl Followed {
     /// Reads the tables; `None` if the folder has no followed orbits.
     ///
     /// # Errors
-    /// A table cannot be read, lacks a value, or does not name the followed axis.
+    /// A table cannot be read, a value is missing, or the followed axis is not named.
     pub fn read(folder: &Path) -> Result<Option<Self>, ReportError> {
         let Some(table) = ResultTable::read_if_there(folder, TableKind::Branches)? else {
             return Ok(None);
@@ -188,7 +188,7 @@ impl Followed {
         )
     }
 
-    /// The planes of the curves: the combinations of values of all axes except these two.
+    /// The planes of the curves: the combinations of values of all axes except the two axes of the curves.
     pub fn planes(&self, second: usize) -> Vec<FixedValues> {
         let points = self.curves.values().flat_map(|curve| &curve.points);
         self.fixed_values(&[self.over, second], points.map(|(at, _)| &at[..]))

@@ -11,7 +11,7 @@ use super::Followed;
 pub struct FollowedSummary {
     /// The axis over which orbits are followed.
     pub over: String,
-    /// Its unit.
+    /// Unit of this axis.
     pub unit: String,
     /// The second axis of the curves, if any.
     pub second: Option<String>,
@@ -21,7 +21,7 @@ pub struct FollowedSummary {
     pub lines: usize,
     /// Branches.
     pub branches: usize,
-    /// Their orbits.
+    /// Orbits on the branches.
     pub orbits: usize,
     /// Stable orbits among them.
     pub stable_orbits: usize,

@@ -231,7 +231,7 @@ impl PartialColumn {
     }
 }
 
-/// Elements of a list.
+/// Number of elements of a list with a stored length.
 fn length_of(length: u32) -> usize {
     if length == NO_LIST { 0 } else { length as usize }
 }

@@ -119,7 +119,7 @@ pub(super) fn of_results(
 /// The description of a folder with only a traced trajectory.
 ///
 /// # Errors
-/// Its table cannot be read.
+/// The table of the trace cannot be read.
 pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
     let head = ResultTable::head(folder, TableKind::Trace)?;
     Ok(json!({ "job": head.metadata("job") }))

@@ -106,7 +106,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         }
         .into());
     };
-    // Axes and motions, with which the map begins.
+    // The first picture, the map, needs the axes and motions.
     blocks.mark_for_first_picture(0);
     head::complete(&mut header, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
@@ -170,7 +170,8 @@ fn name(folder: &Path) -> PathBuf {
     whole.file_name().map(PathBuf::from).unwrap_or(whole)
 }
 
-/// The skeleton with its parts inserted. Text from the folder is inserted last, so that it is not searched for marks.
+/// The skeleton with its parts inserted. Text from the folder is inserted last, so that it is not searched for
+/// placeholders.
 fn written(header: &Value, mut blocks: Blocks) -> String {
     let title = header["job"].as_str().or(header["folder"].as_str());
     // Pages with many points are large: allocate the whole size at once, and copy no block.

@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// In a plane of 100 x 100 points, every row and every column keeps some.
+    /// In a plane of 100 x 100 points, every row and every column keeps some points.
     #[test]
     fn kept_points_follow_no_axis() {
         let kept: Vec<u64> = (0..10_000).filter(|&key| is_kept(key, 3)).collect();

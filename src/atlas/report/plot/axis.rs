@@ -19,7 +19,7 @@ const PREFIXES: [(f64, &str); 7] = [
     (1e9, "G"),
 ];
 
-/// Values further from zero are drawn here, so that sums and quotients of drawn values stay finite.
+/// Values further from zero are drawn at this value, so that sums and quotients of drawn values stay finite.
 const LARGEST: f64 = 1e290;
 
 /// A range whose larger end is smaller than this is drawn as zero.
@@ -48,7 +48,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis over `low..=high`, with room around them if they are one value or none.
+    /// A linear axis over `low..=high`, widened if the range has only one value.
     pub fn linear(name: &str, unit: &str, range: [f64; 2]) -> Self {
         let [low, high] = padded(ordered(range), 0.0);
         let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
@@ -104,7 +104,7 @@ impl Axis {
         Self::linear(name, unit, padded(range(values.iter().copied()), 0.02))
     }
 
-    /// The same in another unit; `factor` of them make one SI unit.
+    /// This axis in another unit; one SI unit is `factor` of these units.
     pub fn in_unit(mut self, name: &str, unit: &str, factor: f64) -> Self {
         self.label = format!("{name} [{unit}]");
         self.unit = unit.to_owned();
@@ -123,14 +123,14 @@ impl Axis {
         fraction.clamp(-BEYOND, 1.0 + BEYOND)
     }
 
-    /// Values with their texts, about `wanted` of them.
+    /// About `wanted` ticks: values with their texts.
     pub fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
         if self.binary {
             return self.binary_ticks(wanted);
         }
         if self.logarithmic {
             let ticks = self.decade_ticks(wanted);
-            // Between neighbours of 1, 2, 5, 10 there is at most one of them.
+            // A range within a decade may contain at most one tick at 1, 2 or 5. It gets even ticks instead.
             if ticks.len() > 1 || self.high > 10.0 * self.low {
                 return ticks;
             }
@@ -202,7 +202,7 @@ impl Axis {
         minus(number(value * self.factor))
     }
 
-    /// The same with three digits and the unit: `12.5 µm`.
+    /// A value in the shown unit, with three digits and the unit: `12.5 µm`.
     pub fn with_unit(&self, value: f64) -> String {
         let shown = minus(to_digits(value * self.factor, 3));
         match self.unit.as_str() {
@@ -306,7 +306,7 @@ fn ordered([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high].map(|end| end.clamp(-LARGEST, LARGEST))
 }
 
-/// The same for a range that is positive and has a width.
+/// The ends of a range for a logarithmic axis: ascending, positive and different.
 fn positive(range: [f64; 2]) -> [f64; 2] {
     let [low, high] = ordered(range);
     let high = if high > SMALLEST { high } else { 1.0 };

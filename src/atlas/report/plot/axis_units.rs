@@ -11,7 +11,7 @@ use crate::report::Axis as GridAxis;
 pub(super) struct AxisUnits(BTreeMap<String, Unit>);
 
 impl AxisUnits {
-    /// The first requested unit that fits an axis, else that of the manifest.
+    /// Each axis gets the first requested unit that fits it, else its unit in the manifest.
     pub fn new(
         axes: &[GridAxis],
         written: &BTreeMap<String, String>,

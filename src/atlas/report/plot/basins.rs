@@ -19,10 +19,10 @@ const TOP: f64 = 72.0;
 /// Side of the slice \[px\].
 const SIDE: f64 = 600.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;
-/// Most entries of the key.
+/// Largest number of entries in the key.
 const MOST_ENTRIES: usize = 10;
 
-/// How a cell ended: on an attractor, or with a status.
+/// How the motion from a cell ended: on the attractor with this number, or with this status.
 type Ending = Result<u64, String>;
 
 /// A cell of a slice.
@@ -34,7 +34,7 @@ struct Cell {
     ending: Ending,
 }
 
-/// A picture per point, or only that of the requested point.
+/// Draws one picture per point, or only the picture of the requested point.
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let table = results.needed(TableKind::Basins, PictureKind::Basins)?;
     let axes = slice_axes(&table);

@@ -26,7 +26,7 @@ const TOP: f64 = 72.0;
 /// Height of the strip that shows the kind of motion \[px\].
 const STRIP: f64 = 9.0;
 
-/// Lines at changes of motion.
+/// Colour of lines at changes of motion.
 const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
 
 /// Samples of all points for the strobe panels.
@@ -36,7 +36,7 @@ struct Samples {
     unit: String,
     /// Name of the vertical axis.
     label: String,
-    /// Its short name.
+    /// Short name of the vertical axis.
     symbol: String,
 }
 

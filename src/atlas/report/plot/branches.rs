@@ -16,14 +16,14 @@ use super::results::{MOST_SLICES, Results, distinct};
 use crate::report::followed::{Bifurcation, FixedValues, Followed, Orbit};
 use crate::report::numbers::plural;
 
-/// Points that settled.
+/// Colour of points whose motion settled.
 const GREY: Colour = Colour(0xc0, 0xc0, 0xc0);
 
 /// Widths of stable and unstable branches \[px\].
 const STABLE: f64 = 2.4;
 const UNSTABLE: f64 = 1.1;
 
-/// Most periods in the key.
+/// Largest number of periods in the key.
 const MOST_PERIODS: usize = 8;
 
 /// Largest RMS of a shown point, divided by that of the orbits.
@@ -32,7 +32,7 @@ const BEYOND: f64 = 1.5;
 /// Ends that need no note, because the picture shows them.
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 
-/// A picture per line.
+/// Draws one picture per line.
 pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Results>) -> Drawn {
     let lines = followed.lines();
     let count = lines.len();
@@ -85,7 +85,7 @@ fn picture(
         .filter(|[x, _]| (across[0]..=across[1]).contains(x))
         .collect();
     let up = range(orbits().map(|orbit| orbit.rms));
-    // A few violent points must not flatten the branches.
+    // A few points with large vibration must not compress the branches.
     let top = BEYOND * up[1];
     let (seen, beyond): (Vec<Place>, Vec<Place>) = settled.into_iter().partition(|p| p[1] <= top);
     let up = range(up.into_iter().chain(seen.iter().map(|[_, y]| *y)));

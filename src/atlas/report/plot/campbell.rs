@@ -14,18 +14,18 @@ use crate::report::numbers::number;
 const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
-/// From the diagram to its key, right end of the canvas, and letters of the key \[px\].
+/// Distance from the diagram to its key, right end of the canvas, and text size of the key \[px\].
 const KEY: f64 = 86.0;
 const EDGE: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
-/// Most resonances listed beside the diagram.
+/// Largest number of resonances listed beside the diagram.
 const MOST_LISTED: usize = 19;
 /// Share of a mode's elastic energy in the mesh above which it is drawn bold.
 const IN_MESH: f64 = 0.05;
-/// Natural frequencies of modes with open contacts.
+/// Colour of the natural frequencies of modes with open contacts.
 const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
 
-/// Distance of listed resonances outside the grid's speeds, relative to them: their flanks reach into the grid.
+/// Resonances outside the grid are listed up to this relative distance from its speeds: their flanks reach into it.
 pub const NEAR_GRID: f64 = 0.1;
 
 /// A natural frequency over the speed.
@@ -33,7 +33,7 @@ pub const NEAR_GRID: f64 = 0.1;
 pub struct ModeLine {
     /// Number of the mode, from 1 in ascending frequency.
     pub mode: usize,
-    /// At each of [`Campbell::speeds`] \[Hz\].
+    /// Frequency at each of [`Campbell::speeds`] \[Hz\].
     pub frequencies: Vec<f64>,
     /// Share of its elastic energy that the closed contacts store.
     pub mesh_share: f64,
@@ -77,7 +77,7 @@ pub struct Campbell {
 pub enum Contacts {
     /// Closed, with their mean stiffness.
     Closed,
-    /// Open, like all others.
+    /// Open, like all other contacts.
     Open,
 }
 
@@ -167,7 +167,7 @@ impl Campbell {
             Axis::linear("speed", SI, [0.0, last]).in_unit("speed", &unit.text, unit.factor),
             Axis::linear("frequency", "Hz", [0.0, 1.02 * steepest * last]),
         );
-        // The speeds of the grid.
+        // Mark the speeds of the grid.
         let [low, high] = self.grid.map(|speed| panel.x(speed));
         canvas.rectangle(
             [low, TOP],
@@ -267,7 +267,7 @@ impl Campbell {
         );
         say(canvas, &near, INK);
         say(canvas, &format!("{closed} with contacts closed"), INK);
-        // The modes with the largest share of the mesh, by speed.
+        // List the modes with the largest share of energy in the mesh, by speed.
         let mut leading: Vec<&Resonance> = of(Contacts::Closed).collect();
         leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
         leading.truncate(MOST_LISTED);
@@ -323,7 +323,7 @@ mod tests {
             grid: [TAU * 80.0, TAU * 180.0],
             speeds: vec![TAU * 10.0, TAU * 100.0, TAU * 200.0],
             open: vec![mode(1, [500.0; 3], 0.0)],
-            // The second rises with the speed.
+            // The second frequency rises with the speed.
             closed: vec![
                 mode(1, [2000.0; 3], 0.9),
                 mode(2, [2910.0, 3000.0, 3100.0], 0.01),
@@ -348,8 +348,8 @@ mod tests {
         let resonance = |ray: &str, contacts, mode| (ray.to_owned(), contacts, mode);
         let mut diagram = diagram();
         let found = diagram.resonances();
-        // 2 × mesh meets the first at 50, the second at 73.7 revolutions a second: only the latter is within a tenth of
-        // 80.
+        // Order 2 × mesh meets the first mode at 50 and the second at 73.7 revolutions per second. Only the second
+        // meeting is within a tenth of 80.
         let near = [
             resonance("2 × mesh", Closed, 2),
             resonance("1 × mesh", Closed, 1),
@@ -357,10 +357,10 @@ mod tests {
         ];
         assert_eq!(crossings(&diagram), near);
         assert!((found[1].speed / TAU - 100.0).abs() < 1e-9);
-        // 20 n = 2900 + n between 100 and 200 revolutions a second.
+        // 20 n = 2900 + n between 100 and 200 revolutions per second.
         assert!((found[2].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
         assert!((found[2].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
-        // The open mode has 500 Hz, which is met at 25 and 12.5, below.
+        // Orders 1 and 2 of the mesh meet the open mode of 500 Hz at 25 and 12.5 revolutions per second.
         diagram.grid = [TAU * 27.0, TAU * 30.0];
         assert_eq!(crossings(&diagram), [resonance("1 × mesh", Open, 1)]);
         diagram.grid = [TAU * 28.0, TAU * 30.0];

@@ -22,15 +22,15 @@ impl fmt::Display for Colour {
     }
 }
 
-/// Text and axes.
+/// Colour of texts and axes.
 pub(super) const INK: Colour = Colour(0x22, 0x22, 0x22);
-/// Secondary text.
+/// Colour of secondary texts.
 pub(super) const SOFT: Colour = Colour(0x5c, 0x5c, 0x5c);
-/// Grid lines.
+/// Colour of grid lines.
 pub(super) const FAINT: Colour = Colour(0xe2, 0xe2, 0xe2);
-/// Curves.
+/// Colour of curves.
 pub(super) const BLUE: Colour = Colour(0x0b, 0x5c, 0x9e);
-/// Highlights on curves.
+/// Colour of highlights on curves.
 pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
 
 /// Width of a picture \[px\] in SVG; PNG has twice as many pixels each way.
@@ -38,10 +38,10 @@ pub(super) const WIDTH: f64 = 960.0;
 /// Height of most pictures \[px\].
 const HEIGHT: f64 = 600.0;
 
-/// Coordinates further out are outside every picture \[px\].
+/// Limit of coordinates \[px\]; it is far outside every picture.
 const FARTHEST: f64 = 1e4;
 
-/// Most characters of a text: longer texts come from wrong numbers or names.
+/// Largest number of characters in a text: longer texts come from wrong numbers or names.
 const MOST_CHARACTERS: usize = 300;
 
 /// A place clamped to [`FARTHEST`]; `None` if a coordinate is NaN.
@@ -50,8 +50,8 @@ fn bounded([x, y]: Place) -> Option<Place> {
     (!x.is_nan() && !y.is_nan()).then(|| [far(x), far(y)])
 }
 
-/// From this number on, shapes of a picture and places of a line within a pixel of others are left out. More take
-/// minutes to draw without a visible difference.
+/// From this number on, shapes of a picture and places of a line within a pixel of others are left out. More shapes
+/// take minutes to draw without a visible difference.
 const MANY: usize = 50_000;
 
 /// A shape moved onto whole pixels, with a hash of its look; `None` for shapes that are never left out.
@@ -170,7 +170,7 @@ pub(super) enum Shape {
         size: f64,
         colour: Colour,
         anchor: Anchor,
-        /// Reads from bottom to top.
+        /// Whether the text reads from bottom to top.
         upwards: bool,
     },
 }
@@ -267,7 +267,7 @@ impl Canvas {
         self.patterned(points, [5.0, 3.5], colour, width);
     }
 
-    /// The same with chosen dashes and gaps \[px\].
+    /// A dashed line with the lengths of dashes and gaps in `pattern` \[px\].
     pub fn patterned(&mut self, points: &[Place], pattern: [f64; 2], colour: Colour, width: f64) {
         let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
         let (mut left, mut gap) = (pattern[0], false);
@@ -463,7 +463,7 @@ mod tests {
         let marks = canvas.shapes.len() - few - texts;
         assert_eq!(canvas.left_out, 400_000 - marks);
         assert!(marks < MANY, "{marks}");
-        // Each remaining pixel has one of either colour and kind.
+        // Each remaining pixel has one mark of each colour and kind.
         assert!(canvas.seen.len() <= 4 * 12, "{}", canvas.seen.len());
         let line: Vec<Place> = (0..200_000)
             .map(|i| [f64::from(i) / 2e3, if i % 777 == 0 { 80.0 } else { 7.0 }])

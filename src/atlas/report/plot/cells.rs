@@ -21,20 +21,20 @@ const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Left edge of keys and colour bars.
 pub(super) const MARGIN: f64 = RIGHT + 24.0;
-/// Most cells of a map.
+/// Largest number of cells in a map.
 const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
-/// Most values of an axis of which each has a tick.
+/// Largest number of values of an axis that each have a tick.
 const FEW: usize = 12;
 /// Smallest em size of a single letter in its cell \[px\], and of longer texts, which need more room around them.
 const SMALLEST: [f64; 2] = [6.5, 8.0];
-/// Largest share of a cell's width for either.
+/// Largest share of a cell's width that a single letter, and a longer text, may take.
 const FILLED: [f64; 2] = [0.86, 0.75];
 
 /// Radius of a dot in the corner of a cell \[px\].
 const DOT: f64 = 1.7;
-/// Distance of its centre from the sides \[px\].
+/// Distance of the dot's centre from the sides of its cell \[px\].
 const ASIDE: f64 = 4.0;
 /// Smallest side of a cell with a dot \[px\].
 const DOTTED: f64 = 14.0;
@@ -416,7 +416,7 @@ mod tests {
                 "200", "400", "600", "800", "1000", "1200", "1400", "1600", "1800", "2000"
             ]
         );
-        // 200 lies 27.1 of 23.13 after the first, and the last cell is 2000.
+        // The value 200 is 27.1 above the first value, a cell is 23.13 wide, and 2000 is the last cell.
         assert!((many[0].0 - 27.1 / 23.127_848).abs() < 1e-3, "{many:?}");
         assert!((many[9].0 - 79.0).abs() < 1e-9, "{many:?}");
     }

@@ -15,7 +15,7 @@ use super::results::Results;
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 
-/// Heights of a row if rows are many or few \[px\].
+/// Height of a row if there are many rows, and if there are few \[px\].
 const ROW: [f64; 2] = [18.0, 40.0];
 /// Height of the panel unless rows are very many or few \[px\].
 const USUAL: f64 = 454.0;

@@ -14,7 +14,7 @@ use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 
-/// Most exponents that are drawn; more would overlap.
+/// Largest number of exponents drawn; more would overlap.
 const MOST: usize = 8;
 /// Standard errors to either side of a band.
 const BAND: f64 = 1.0;

@@ -27,7 +27,7 @@ const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
 const WHITE: Colour = Colour(255, 255, 255);
 
-/// The kind of the curve with a closed form.
+/// The kind of curve that has a closed form: the onset of rattle.
 const ONSET: &str = "onset";
 
 /// Width of curves, of the onset of rattle, and of their edges on a map \[px\].
@@ -35,7 +35,7 @@ const WIDTH: f64 = 1.8;
 const ONSET_WIDTH: f64 = 3.6;
 const EDGE: f64 = 2.4;
 
-/// A picture per plane.
+/// Draws one picture per plane.
 pub(super) fn draw(
     followed: &Followed,
     shown: &AxisUnits,
@@ -102,7 +102,7 @@ fn picture(
         panel.frame(&mut canvas, true);
     }
     let place = |at: Place| panel.at(at[0], at[1]);
-    // Draw the onset last: it is the edge of all rattle.
+    // Draw the onset last, because it bounds the region of rattle.
     let mut order = curves.clone();
     order.sort_by_key(|curve| curve.kind == ONSET);
     let mut kinds: BTreeMap<&str, CurveCounts> = BTreeMap::new();
@@ -282,7 +282,7 @@ impl<'a> Map<'a> {
             found.filter(|place| grid[*place].values.len() > 1)
         };
         let axes = [place(axes[0])?, place(axes[1])?];
-        // Of two sweeps, show the upward one.
+        // If there are two sweeps, show the upward one.
         let direction = results.directions().first().copied();
         let points: Vec<&PointSummary> = (results.summary.all.iter())
             .filter(|point| plane.holds_named(&names, &point.axis_values))

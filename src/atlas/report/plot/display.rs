@@ -169,7 +169,7 @@ pub(super) struct Scale {
 /// Round-off limit, relative to the largest value of a quantity.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Powers are squares of amplitudes.
+/// Unit of powers. Powers are squares of amplitudes, so their levels have 10 dB per factor of 10.
 const POWER: &str = "W";
 
 impl Scale {
@@ -208,7 +208,7 @@ impl Scale {
         })
     }
 
-    /// The same, logarithmic unless it shows decibels.
+    /// This scale, logarithmic unless it shows decibels.
     pub fn in_decades(mut self) -> Self {
         self.logarithmic = self.reference.is_none();
         self
@@ -260,7 +260,7 @@ impl Scale {
         self.axis_over(room)
     }
 
-    /// The same without room around it.
+    /// An axis for shown values from low to high, without room around them.
     pub fn axis_over(&self, shown: [f64; 2]) -> Axis {
         let ends = [0, 1].map(|end| self.range[end].unwrap_or(shown[end]));
         let axis = |unit: &str| {

@@ -25,7 +25,7 @@ const SVG_SCALE: f64 = 10.0;
 pub(super) const PNG_SCALE: usize = 2;
 /// Distance to which shapes may extend beyond the picture \[px\].
 const ASIDE: f64 = 100.0;
-/// Most shapes that an SVG document contains as shapes: these take 2 MB.
+/// Largest number of shapes that an SVG document contains as shapes: these take 2 MB.
 const MOST_SHAPES: usize = 20_000;
 /// Drawn pixels averaged into one of a PNG, each way.
 const OVERSAMPLING: usize = 2;
@@ -54,7 +54,7 @@ pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
         let image = format!(
             "<image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{image}\"/>\n"
         );
-        // Above the background, the first of all shapes, and below the texts.
+        // Insert the image above the background, which is the first shape, and below the texts.
         let place = text.find("<text").unwrap_or(text.len());
         text.insert_str(place, &image);
     }
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(text.unwrap().text().unwrap().trim(), "a<b> & \"c\"");
     }
 
-    /// A mark on every second pixel, and a text: as few shapes, and as very many.
+    /// A mark on every second pixel, and a text: once with few shapes, once with very many.
     #[test]
     fn very_many_shapes_are_an_image_below_the_texts() {
         let of = |side: usize| {

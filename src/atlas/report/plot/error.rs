@@ -79,7 +79,7 @@ pub enum PlotError {
         name: String,
         /// The folder.
         folder: PathBuf,
-        /// Its axes.
+        /// Axes of the folder.
         known: String,
     },
     /// Curves over an axis that is also to distinguish them.
@@ -112,7 +112,7 @@ pub enum PlotError {
         column: String,
         /// The folder.
         folder: PathBuf,
-        /// Its missing file.
+        /// File of the missing table.
         table: &'static str,
     },
     /// An element that a column does not have.
@@ -141,11 +141,11 @@ pub enum PlotError {
     OtherUnit {
         /// The option.
         option: &'static str,
-        /// Its value.
+        /// Value of the option.
         given: String,
         /// The column or level.
         name: String,
-        /// Its unit.
+        /// Unit of the column or level.
         unit: String,
     },
     /// A unit that fits no drawn quantity.
@@ -176,7 +176,7 @@ pub enum PlotError {
     MeasuredAxis {
         /// The file of the measured points.
         file: PathBuf,
-        /// Its first column.
+        /// First column of the file.
         column: String,
         /// The axis of the curves.
         over: String,
@@ -189,7 +189,7 @@ pub enum PlotError {
     MeasuredValue {
         /// The file of the measured points.
         file: PathBuf,
-        /// Its second column.
+        /// Second column of the file.
         column: String,
     },
     /// Measured points in a unit of another quantity.
@@ -203,15 +203,15 @@ pub enum PlotError {
         file: PathBuf,
         /// The column.
         column: String,
-        /// Its unit there.
+        /// Unit of the column in the file.
         unit: String,
-        /// Its SI unit.
+        /// SI unit of the column.
         si: String,
     },
     /// The drawing library fails.
     #[error("a picture could not be drawn: {detail}")]
     Drawing {
-        /// Its message.
+        /// Message of the library.
         detail: String,
     },
 }

@@ -14,7 +14,7 @@ use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
-/// Averages over fewer cycles are correlated; the line is drawn through the others.
+/// Smallest number of cycles of the straight line: averages over fewer cycles are correlated.
 const FROM: f64 = 10.0;
 /// The range between the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
@@ -152,7 +152,7 @@ fn separations(canvas: &mut Canvas, found: &PointData) {
         say(canvas, format!("horizon {horizon:.1}{doubt} cycles"), RED);
     }
     if let (Some(lambda), Some(horizon)) = (found.lambda, found.horizon) {
-        // Through the middle of the growth.
+        // Draw the slope through the middle of the growth.
         if let Some([n, value, _]) = curve.get((0.5 * horizon) as usize) {
             let at = |cycles: f64| value * (lambda * (cycles - n)).exp();
             let start = (n + (low / value).ln() / lambda).max(0.0);

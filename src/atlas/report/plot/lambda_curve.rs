@@ -164,7 +164,7 @@ fn symbols(
         }
         symbol(canvas, [x, panel.y(lambda)], point);
     }
-    // Points without λ are on the lower edge, so that none is lost.
+    // Points without λ are on the lower edge, so that every point is visible.
     for point in sweep.points.iter().filter(|point| point.lambda.is_none()) {
         let x = panel.x(point.axis_values[along]);
         symbol(canvas, [x, panel.bottom], point);

@@ -36,7 +36,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     width * size / LARGE
 }
 
-/// A text in one line no wider than `width` \[px\]: scaled down to at most `least`, and cut if that is not enough.
+/// A text in one line no wider than `width` \[px\]: scaled down, but not below `least`, and cut if that is not enough.
 /// Returns the text and its em size.
 pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, f64) {
     let wide = text_width(text, size);
@@ -81,7 +81,7 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     "…".to_owned()
 }
 
-/// Heights near the `wanted` ones, in the same order, `distance` from each other and between two bounds if there is
+/// Heights near the `wanted` ones, in the same order, at least `distance` apart and between two bounds if there is
 /// room.
 pub(super) fn spread_out(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();

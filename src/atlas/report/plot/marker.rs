@@ -45,17 +45,17 @@ impl Marker {
         }
     }
 
-    /// Draws it; closed symbols are white.
+    /// Draws the symbol; closed symbols are white.
     pub fn draw(self, canvas: &mut Canvas, at: Place) {
         self.filled(canvas, at, WHITE);
     }
 
-    /// Draws it; closed symbols have a colour and an edge of ink.
+    /// Draws the symbol; closed symbols have the colour `fill` and an edge of ink.
     pub fn filled(self, canvas: &mut Canvas, at: Place, fill: Colour) {
         self.sized(canvas, at, fill, 1.0);
     }
 
-    /// The same, larger or smaller by a factor.
+    /// Draws the symbol with a fill, larger or smaller by a factor.
     pub fn sized(self, canvas: &mut Canvas, [x, y]: Place, fill: Colour, factor: f64) {
         let corners: &[Place] = match self {
             Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
@@ -107,7 +107,7 @@ pub(in crate::report) fn colour(kind: &str) -> Colour {
     }
 }
 
-/// The name of a kind, for example `period doubling`; for an onset with its object.
+/// The name of a kind, for example `period doubling` or `onset of rattle`.
 pub(in crate::report) fn name(kind: &str) -> String {
     match kind {
         "onset" => "onset of rattle".to_owned(),

@@ -166,7 +166,7 @@ pub struct Drawable {
 /// Lists the possible pictures of a results folder.
 ///
 /// # Errors
-/// It cannot be read.
+/// The folder cannot be read.
 pub fn drawable(path: &Path) -> Result<Drawable, PlotError> {
     let found = Source::read(path, &[])?;
     Ok(Drawable {
@@ -339,14 +339,14 @@ impl Source {
                 (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some())
             }
             PictureKind::Phase => self.results.is_some() || self.recording.is_some(),
-            // Only if the job requested them: most results have neither.
+            // These tables exist only if the job requested them.
             PictureKind::Shares => self.holds(TableKind::Attractors),
             PictureKind::Basins => self.holds(TableKind::Basins),
             PictureKind::Multipliers | PictureKind::Kicks => self.holds(TableKind::Orbits),
             PictureKind::Convergence => {
                 (self.results.as_ref()).is_some_and(convergence::has_history)
             }
-            // Few jobs request it: leave it out silently if none did.
+            // Few jobs request a horizon: leave the picture out silently if there is no table.
             PictureKind::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
             }),

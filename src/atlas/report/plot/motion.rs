@@ -82,7 +82,7 @@ impl Motion {
         }
     }
 
-    /// Its symbol on a curve: one per family of periods.
+    /// The symbol of the motion on a curve: one per family of periods.
     pub(super) fn marker(self) -> Marker {
         match self {
             Self::Periodic(period) => match family(period).0 {

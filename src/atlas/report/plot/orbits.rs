@@ -9,7 +9,7 @@ use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
 use crate::report::orbits::Orbit;
 
-/// Most entries of a key, and the height of one \[px\].
+/// Largest number of entries in a key, and the height of one entry \[px\].
 const MOST_ENTRIES: usize = 11;
 const ENTRY: f64 = 42.0;
 
@@ -91,8 +91,8 @@ pub(super) fn key(
 /// Distance between the centres of two numbers \[px\].
 const APART: f64 = 20.0;
 
-/// Numbers of orbits at their places. If other numbers are there, they move up or down, with a line to the place. The
-/// first of the list are nearest.
+/// Writes the numbers of orbits at their places. A number whose place is taken moves up or down, and a line leads to
+/// its place. Earlier entries of the list stay nearer to their places.
 pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     let mut taken: Vec<Place> = Vec::new();
     for (_, wanted) in wanted {

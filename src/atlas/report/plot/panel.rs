@@ -60,8 +60,8 @@ impl Panel {
         [self.x(x), self.y(y)]
     }
 
-    /// Grid lines, frame, ticks and labels. `named` panels have the texts of the horizontal axis; of panels above each
-    /// other, this is the lowest.
+    /// Draws grid lines, frame, ticks and labels. `named` panels have the texts of the horizontal axis. If panels are
+    /// above each other, only the lowest is `named`.
     pub fn frame(&self, canvas: &mut Canvas, named: bool) {
         self.ticks_across(canvas, named);
         let ticks = self.up.ticks(((self.bottom - self.top) / 40.0) as usize);

@@ -16,7 +16,7 @@ use crate::report::PointSummary;
 use crate::report::numbers::plural;
 use crate::store::TableKind;
 
-/// Most mesh cycles of an orbit.
+/// Largest number of mesh cycles drawn of an orbit.
 const MOST_CYCLES: u64 = 400;
 /// Colour of the orbit below the strobe samples.
 const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);

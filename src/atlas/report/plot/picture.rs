@@ -63,7 +63,7 @@ impl Drawn {
         Self::sliced(what.name(), drawn, all)
     }
 
-    /// The same for a picture with a name that is not of its kind.
+    /// [`Self::of_slices`] for a picture whose name is not that of a kind.
     pub(super) fn sliced(name: &str, drawn: usize, all: usize) -> Self {
         let mut notes = Vec::new();
         if drawn < all {

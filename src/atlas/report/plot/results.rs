@@ -15,7 +15,7 @@ use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
 use crate::store::{ResultTable, RunState, StoreError, TableKind, read_runs, verify};
 
-/// Most slices drawn of one kind of picture.
+/// Largest number of slices drawn per kind of picture.
 pub(super) const MOST_SLICES: usize = 24;
 
 /// A results folder.
@@ -39,7 +39,7 @@ pub(super) struct Slice<'a> {
     pub points: Vec<&'a PointSummary>,
     /// The fixed axes with their values, and the size: `load 0.1  ·  60 points`.
     pub words: String,
-    /// The same for a file name, `-load=0.1`; empty if there is only one slice.
+    /// The fixed axes for a file name, `-load=0.1`; empty if there is only one slice.
     pub suffix: String,
     /// The fixed axes with their values.
     pub held: Vec<(usize, f64)>,
@@ -128,8 +128,8 @@ impl Results {
         free.filter(|&axis| axes[axis].values.len() > 1).collect()
     }
 
-    /// The axis of pictures over one axis: the named one, else the swept one, else the one with most values, the
-    /// fastest of equals.
+    /// The axis of pictures over one axis: the named one, else the swept one, else the one with most values. If several
+    /// have equally many, the fastest.
     pub fn along(&self, what: PictureKind, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
@@ -191,7 +191,7 @@ impl Results {
         self.cut(free, true)
     }
 
-    /// The same with sweeps up and down together.
+    /// The grid cut along some axes as in [`Self::slices`], with sweeps up and down in one slice.
     pub fn slices_of_both(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
         self.cut(free, false)
     }
@@ -264,7 +264,7 @@ impl Results {
     }
 
     /// Axes on which points of a slice differ in addition to those of the slice: the other axes of a list. The points
-    /// of a chain form one course, even if other axes are tied to its axis.
+    /// of a chain form one line, even if other axes are tied to the axis of the chain.
     pub fn companion_axes(&self, free: &[usize]) -> Vec<usize> {
         let Summary {
             axes,

@@ -98,7 +98,7 @@ impl RunUpFolder {
             .then(|| Self(path.to_path_buf()))
     }
 
-    /// Draws one of its pictures.
+    /// Draws one kind of picture of the run-up.
     pub fn draw(&self, what: PictureKind, request: &PlotRequest) -> Result<Drawn, PlotError> {
         match what {
             PictureKind::Spectrogram => self.spectrogram(request),

@@ -27,7 +27,7 @@ fn group(signal: &str) -> Option<&'static str> {
 /// Largest distance of a line from its order: the spacing of averaged spectra.
 const REACH: f64 = 1.0 / 64.0;
 
-/// A line.
+/// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
     /// Multiple of the mesh frequency.
@@ -176,7 +176,7 @@ impl SpectralLines {
     }
 
     /// The amplitude of a point at an order: its largest line within a 64th of a mesh order. It is 0 if the point has
-    /// lines, but none there.
+    /// lines, but none near this order.
     pub fn at(&self, point: usize, order: f64) -> Option<f64> {
         let lines = &self.lines[point];
         let near = lines

@@ -16,7 +16,7 @@ use crate::store::TableKind;
 const DECADES: f64 = 6.0;
 /// Largest number of shown orders.
 const MOST_ORDERS: f64 = 16.0;
-/// Most orders with their number and amplitude above their line.
+/// Largest number of orders labelled with number and amplitude above their line.
 const MOST_NAMED: usize = 5;
 /// Width of a name, and height of one of its two lines \[px\].
 const NAME: [f64; 2] = [76.0, 15.0];

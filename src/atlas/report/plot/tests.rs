@@ -347,7 +347,7 @@ fn hatching(canvas: &Canvas) -> Vec<[[f64; 2]; 2]> {
 
 #[test]
 fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
-    // Of the twelve points, 2 is chaotic and 5 is transient chaos, in the second row and the second column.
+    // Among the twelve points, point 2 is chaotic. Point 5, in the second row and column, is transient chaos.
     let folder = written([3, 4], SampleKind::Strobe);
     let picture = drawn(folder.path(), &[PictureKind::Lambda], None)
         .pictures

@@ -10,9 +10,9 @@ use crate::report::numbers::number;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 838.0;
-/// Most mesh cycles shown: more would be a black bar.
+/// Largest number of mesh cycles shown: more would be a black bar.
 const MOST_CYCLES: u64 = 40;
-/// Most samples drawn of a curve. A longer curve is reduced to the extremes of intervals.
+/// Largest number of samples drawn of a curve. A longer curve is reduced to the extremes of intervals.
 const MOST_SAMPLES: usize = 6000;
 
 /// Contact states, from bottom to top, with their colours.

@@ -14,7 +14,7 @@ use crate::report::point::{
 };
 use crate::store::{ResultTable, TableKind};
 
-/// Most points listed of each kind; further ones are only counted.
+/// Largest number of points listed per kind; further ones are only counted.
 const MOST_LISTED: usize = 1000;
 
 /// Energy residual above which the summary warns, relative to the exchanged energy. Amplitudes scale with the root of
@@ -23,18 +23,18 @@ const MOST_LISTED: usize = 1000;
 /// time exceed the limit if their steps are too long.
 pub(in crate::report) const LARGEST_RESIDUAL: f64 = 1e-6;
 
-/// Ascending by number.
+/// Order of points by ascending number.
 pub(super) fn by_id(a: &PointSummary, b: &PointSummary) -> Ordering {
     a.point_id.cmp(&b.point_id)
 }
 
-/// The larger exponent first.
+/// Order of points with the larger exponent first.
 pub(super) fn livelier(a: &PointSummary, b: &PointSummary) -> Ordering {
     let lambda = |point: &PointSummary| point.lambda.unwrap_or(0.0);
     lambda(b).total_cmp(&lambda(a)).then(by_id(a, b))
 }
 
-/// The shorter mean life of chaos first.
+/// Order of points with the shorter mean life of chaos first.
 pub(super) fn shorter_lived(a: &PointSummary, b: &PointSummary) -> Ordering {
     let life = |point: &PointSummary| point.chaos.as_ref()?.mean;
     let life = |point: &PointSummary| life(point).unwrap_or(f64::INFINITY);

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::report::numbers::number;
 use crate::report::summary::Summary;
 
-/// Branches, bifurcations and curves.
+/// Appends the counts of branches, bifurcations and curves.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let Some(found) = &summary.followed else {
         return;

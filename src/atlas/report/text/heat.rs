@@ -11,14 +11,14 @@ use crate::report::point::Axis;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Chaotic marks, from small to large λ.
+/// Marks of chaotic points, from small to large λ.
 const RAMP: [char; 5] = ['-', '=', '*', '#', '@'];
 
 /// Five steps of viridis in the 256-colour palette; dark to bright, so that the order is visible to colour-blind
 /// readers.
 const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 
-/// Ink that is legible on each of them: white and black.
+/// Ink that is legible on each of [`COLOURS`]: white and black.
 const INKS: [u8; 5] = [231, 231, 231, 16, 16];
 
 /// The map as text; empty if the grid has no axis or no point.

@@ -6,7 +6,7 @@ use crate::report::point::ChaosLife;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// One sentence each for points whose chaos no, some, or all trajectories left; a table of the second kind.
+/// Appends a sentence each for points whose chaos no, some, or all trajectories left, and a table of points with some.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let found = &summary.lifetimes;
     if found.lasting.points + found.transient_points + found.left.points == 0 {

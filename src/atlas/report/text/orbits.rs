@@ -8,13 +8,13 @@ use crate::report::summary::Summary;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Most orbits that are listed singly; if there are more, only the counts are shown.
+/// Largest number of orbits that are listed singly; if there are more, only the counts are shown.
 const MOST_LISTED: usize = 40;
 
-/// Most listed states without an orbit.
+/// Largest number of listed states without an orbit.
 const MOST_MISSED: usize = 20;
 
-/// Counts by period, the orbits if they are few, and given states that led to none.
+/// Appends counts by period, the orbits if they are few, and the given states that led to no orbit.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let Some(found) = &summary.orbits else {
         return;

@@ -4,7 +4,7 @@ use crate::report::numbers::number;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Most listed meshes; further ones are only counted.
+/// Largest number of listed meshes; further ones are only counted.
 const MOST: usize = 12;
 
 /// One line per mesh, the one that rattles most first.

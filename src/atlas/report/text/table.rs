@@ -5,7 +5,7 @@ use crate::report::point::{Axis, PointSummary, varied};
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Most rows of a table.
+/// Largest number of rows in a table.
 const MOST_ROWS: usize = 20;
 
 /// A table of the first of `count` points: number, values of the axes with several values, and one more cell.

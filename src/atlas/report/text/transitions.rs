@@ -5,10 +5,10 @@ use crate::report::summary::Summary;
 use crate::report::transitions::TransitionSummary;
 use std::fmt::Write;
 
-/// Most rows of the list.
+/// Largest number of rows in the list.
 const MOST_ROWS: usize = 40;
 
-/// A list of them.
+/// Appends a list of the changes of motion.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let Some(axis) = summary.carried_along.as_ref() else {
         return;
@@ -49,7 +49,7 @@ pub(super) fn line(found: &TransitionSummary, unit: &str) -> String {
         Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
         _ => found.classes[side].replace('_', " "),
     });
-    // As many digits as necessary to distinguish the two ends.
+    // Show as many digits as necessary to distinguish the two ends.
     let [lower, upper] = found.bracket;
     let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
     let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));

@@ -9,7 +9,7 @@ use gearatlas_paper::kernels::{DenseError, Dyadic, Fused, Hermite, Spectral};
 const CELLS: u32 = 32;
 const EVENT_LIMIT: u32 = 1000;
 
-/// A kernel that advances a model; an error if it refuses it.
+/// A function that advances a model with a kernel; an error if the kernel refuses the model.
 type Mover = fn(&Model) -> Result<Result<crate::breakpoint_motion::Motion, Stop>, DenseError>;
 
 const KERNELS: [Mover; 4] = [

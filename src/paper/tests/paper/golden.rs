@@ -14,7 +14,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Fewest cells per cycle, as published.
+/// Smallest number of cells per cycle, as published.
 const CELLS: u32 = 60;
 const LIMIT: u32 = 1000;
 

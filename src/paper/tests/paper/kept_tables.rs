@@ -95,7 +95,7 @@ fn tables_of_another_model_are_refused() {
         "{refused:?}"
     );
     for (index, array) in arrays.iter().enumerate() {
-        // This array describes a basis, which does not use it.
+        // This array only describes a basis. The basis does not use it.
         if array.name == "touching" {
             continue;
         }

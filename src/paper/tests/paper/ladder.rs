@@ -35,7 +35,7 @@ impl<'m> Ladder<'m> {
     }
 }
 
-/// Evaluates one expression for every kernel of a ladder.
+/// Evaluates one expression for every kernel of a [`Ladder`].
 macro_rules! each {
     ($ladder:expr, $name:ident, $kernel:ident => $body:expr) => {{
         let ladder = $ladder;
@@ -62,7 +62,7 @@ macro_rules! each {
     }};
 }
 
-/// Compares a rattling drive with the reference, cycle by cycle from a common start.
+/// Compares a kernel with the reference on a rattling drive, cycle by cycle from a common start.
 fn hold<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     let reference = Reference::new(model);
     let mut start = settled(model, 40);
@@ -264,7 +264,7 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         prop_assert!(basis.reconstruction <= 1e-11, "{basis:?}");
     }
     let exact = volterra(&model);
-    // Just in contact, at rest: nearly rigid modes have no equilibrium nearby.
+    // Start at rest, just in contact: nearly rigid modes have no equilibrium nearby.
     let rigid = model.relative_rotation().unwrap();
     let mut state = vec![0.0; 2 * model.modes()];
     state[rigid] = 1.2 * model.half_gap / model.first_gains()[rigid].deflection[0];
@@ -333,7 +333,7 @@ fn converge(case: &Case) -> Result<usize, TestCaseError> {
         let Ok((end, events)) = cycle(&exact, &start) else {
             break;
         };
-        // Few and fast crossings: a slow one has a delay of the square root of the step.
+        // Use cycles with few and fast crossings: the delay of a slow crossing is the square root of the step.
         let quick = |event: &gearatlas::propagate::Event| {
             event.rate.abs() > 0.3 * TAU * model.half_gap / model.period()
         };
@@ -375,7 +375,7 @@ proptest! {
     }
 }
 
-/// The property above tests a substantial number of drives.
+/// The property above observes orders of convergence on random drives.
 #[test]
 fn orders_are_seen() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
@@ -401,7 +401,7 @@ proptest! {
     }
 }
 
-/// An event on a grid is late by half its step on average: order one.
+/// An event on a grid is late by half a grid step on average: the error is of first order.
 #[test]
 fn an_event_grid_is_of_first_order() {
     for case in [common::six_modes(), common::twenty_modes()] {
@@ -459,7 +459,7 @@ fn resonance_without_damping_is_refused() {
             "{refused}"
         );
         assert!(Dyadic::new(&model, CELLS, 10).is_ok());
-        // The error of the mesh is in resonance with the faster one.
+        // Now the ripple is off resonance. Only at order 20 the mesh error is in resonance with the mode.
         case.1.torque_ripple[0].order = 1.001 * order;
         let shifted = Spectral::new(&common::model(&case), CELLS, 10, None).map(|_| ());
         let in_resonance = matches!(

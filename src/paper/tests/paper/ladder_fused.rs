@@ -95,8 +95,8 @@ fn step<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, tangents: &mut 
         .unwrap();
 }
 
-/// A million cycles by twenty products equal a million integrated cycles. The neutral rotation accumulates the
-/// round-off of a million integration steps; all other components forget it.
+/// A million cycles by twenty products equal a million integrated cycles. The free rotation accumulates the
+/// round-off of a million integration steps; in all other components it decays.
 #[test]
 fn a_jump_is_the_integration_it_stands_for() {
     let cycles = 1_000_000;
@@ -118,7 +118,7 @@ fn a_jump_is_the_integration_it_stands_for() {
         let drift = relative_difference(&jumped.state, &integrated.state);
         println!("{name}: {off:.1e}, with the neutral rotation {drift:.1e}");
         assert!(off < 1e-10 && drift < 1e-9, "{name}: {off:e}, {drift:e}");
-        // Any number of cycles is a sum of powers.
+        // Any number of cycles is a sum of powers of two.
         let mut parts = start.clone();
         for part in [1, 2, 4, 393, 999_600] {
             jumps.jump(&mut parts, part);

@@ -82,7 +82,7 @@ fn departure<K: Kernel>(
     [state, force / largest]
 }
 
-/// Both kernels follow the structured one.
+/// Asserts that both kernels that diagonalise a segment follow the structured kernel.
 fn agree(name: &str, structure: &ModalStructure, model: &Model) {
     let bearings: Vec<Vec<f64>> = if structure.bearings.is_empty() {
         // One row per mode, like a bearing that only this mode loads.
@@ -107,7 +107,7 @@ fn agree(name: &str, structure: &ModalStructure, model: &Model) {
             "{name}: {state:e} {force:e}"
         );
     }
-    // They are measured for the longest possible cell of a table.
+    // The reported errors are measured for the longest possible cell of a table.
     let longest = 8.0 / Volterra::fastest_structure_rate(model);
     let cells = (longest * f64::from(CELLS) / model.period()).max(1.0);
     for basis in spectral.conditioning() {
@@ -251,7 +251,7 @@ fn critical_damping_is_followed_or_refused() {
     assert!(followed > 8 && refused > 8, "{followed} {refused}");
 }
 
-/// The same bound applies to stored tables.
+/// The bound of the reconstruction error applies to stored tables too.
 #[test]
 fn kept_tables_that_rebuild_badly_are_refused() {
     let model = common::model(&common::two_modes());

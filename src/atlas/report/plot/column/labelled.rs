@@ -19,13 +19,13 @@ const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Right end of the canvas \[px\].
 const EDGE: f64 = 952.0;
-/// Widest and narrowest legend \[px\].
+/// Smallest and largest width of a legend \[px\].
 const LEGEND: [f64; 2] = [120.0, 330.0];
-/// Most entries of a legend.
+/// Largest number of entries in a legend.
 const MOST_ENTRIES: usize = 21;
-/// Most markers of a curve: more would hide its line.
+/// Largest number of markers on a curve: more would hide its line.
 const MOST_MARKERS: usize = 60;
-/// Fewest markers of a denser curve, so that they still identify it.
+/// Smallest number of markers on a curve with more points, so that markers still identify it.
 const FEW_MARKERS: usize = 8;
 /// Parts of a key in the order of their words: source, series, value of the second axis, direction.
 const WORDED: [usize; 4] = [2, 0, 1, 3];

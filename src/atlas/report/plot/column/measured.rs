@@ -11,7 +11,7 @@ use crate::report::plot::request::PlotRequest;
 /// Completes a request with the column of the measured points, if it names no column, and with their axis.
 ///
 /// # Errors
-/// The requested columns do not include theirs.
+/// The requested columns do not include the column of the measured points.
 pub(in crate::report::plot) fn completed(request: &PlotRequest) -> Result<PlotRequest, PlotError> {
     let mut request = request.clone();
     let Some(measured) = &request.measured else {

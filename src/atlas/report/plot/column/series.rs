@@ -113,7 +113,7 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
         )
     }
     let (mut placed, mut alike): (Vec<Vec<(usize, Sample)>>, _) = (Vec::new(), true);
-    // Read only these columns, some thousand rows at a time: a million points have a gigabyte of others.
+    // Read only these columns, some thousand rows at a time: all columns of a million points take a gigabyte.
     ResultTable::scan(&results.folder, column.table, &wanted, |part| {
         let values = if modulus { moduli(part)? } else { part.numbers(&column.name)? };
         let errors = partner

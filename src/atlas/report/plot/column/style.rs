@@ -5,7 +5,7 @@ use crate::report::plot::categories::colour;
 use crate::report::plot::marker::{Marker, OTHERS};
 use crate::report::plot::ramp::viridis;
 
-/// Most curves with a colour each.
+/// Largest number of curves that each have a separate colour.
 const MOST_COLOURS: usize = 7;
 
 /// How a curve is drawn.
@@ -13,7 +13,7 @@ const MOST_COLOURS: usize = 7;
 pub(super) struct Style {
     pub colour: Colour,
     pub marker: Marker,
-    /// 0 for a full line, then shorter and shorter dashes.
+    /// 0 for a full line, then 1, 2 and 3 for medium, short and long dashes, repeated.
     pub dashes: usize,
 }
 
@@ -62,7 +62,7 @@ impl Style {
         Colour(half(r), half(g), half(b))
     }
 
-    /// Its sample in a legend, 26 pixels wide from `at`.
+    /// The sample of the style in a legend, 26 pixels wide.
     pub fn sample(&self, canvas: &mut Canvas, [x, y]: Place, lined: bool) {
         if lined {
             self.line(canvas, &[[x, y], [x + 26.0, y]], 1.8);

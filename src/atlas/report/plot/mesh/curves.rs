@@ -41,7 +41,7 @@ const ROWS: [Row; 3] = [
         least: 1e-9,
     },
 ];
-/// Most lines of a panel.
+/// Largest number of lines in a panel.
 const MOST: usize = 5;
 /// The brightest colour of a line, as a position on the ramp: brighter ones are invisible on white.
 const BRIGHTEST: f64 = 0.72;

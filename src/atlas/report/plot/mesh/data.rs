@@ -148,7 +148,7 @@ mod tests {
             let error = interpolated(&nodes, &values, x) - exact(x);
             assert!(error.abs() < 1e-13, "{x}: {error:e}");
         }
-        // One degree more does not fit: the test can fail.
+        // A polynomial of one degree more is not reproduced: the test can fail.
         let values = nodes.map(|x| x.powi(8));
         assert!((interpolated(&nodes, &values, 1.0) - 1.0).abs() > 1e-4);
     }

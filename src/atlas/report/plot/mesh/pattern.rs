@@ -69,7 +69,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     Ok(Drawn::one(Picture::new(name, canvas)))
 }
 
-/// The two ends of a range of indices, or its only one.
+/// The first and the last index of a range, or its only index.
 fn ends(first: usize, last: usize) -> Vec<usize> {
     if first == last { vec![first] } else { vec![first, last] }
 }

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
 /// Largest difference of shares that belong to one pair.
 const SAME: f64 = 1e-6;
-/// Most panels.
+/// Largest number of panels.
 const MOST: usize = 3;
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 855.0;
