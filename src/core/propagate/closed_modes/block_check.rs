@@ -65,12 +65,23 @@ pub fn check_block_body<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
         bound::<V>(check);
     }
     let open = open_intervals::<V>(check);
-    if open == 0 || !check.bounded {
+    if open == 0 || !check.bounded || is_crossed_first(check, open) {
         return open;
     }
     // Updated bounds are tighter and may prove more.
     bound::<V>(check);
     open_intervals::<V>(check)
+}
+
+/// Whether a contact is beyond its surface at the end of the first open interval: no bound can prove this interval.
+#[inline(always)]
+fn is_crossed_first(check: &BlockCheck<'_>, open: u32) -> bool {
+    let first = open.trailing_zeros() as usize;
+    first < LANES
+        && check.watched.iter().any(|own| {
+            let end = check.line_states[own.line].nodes.0[first];
+            own.open >> first & 1 == 1 && own.value(end) < 0.0
+        })
 }
 
 /// Deflections of some lines at the nodes, from one row per coordinate and input.

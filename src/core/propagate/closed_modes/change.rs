@@ -19,11 +19,9 @@ impl ClosedModes<'_> {
         let cycle = trajectory.cycle;
         self.frequencies.write(cycle, 0.0, &mut w.inputs);
         w.put(&trajectory.state, tangents);
-        self.of_modes(self.sets.at(self.model, trajectory.contact, cycle, 0.0), w)?;
-        let model = self.model;
-        let contacts = model.contacts.iter();
-        w.begin(contacts.map(|contact| model.line(contact.cycle(cycle).segment_at(0.0))));
-        w.find_watched_contacts(&model.contacts, trajectory.contact);
+        w.begin(&self.starts[(cycle % self.starts.len() as u64) as usize]);
+        self.of_modes(self.sets.of(trajectory.contact, &w.closed), w)?;
+        w.find_watched_contacts(&self.model.contacts, trajectory.contact);
         self.plan(cycle, 0.0, w);
         self.evaluate_start_states(w);
         Ok(())
@@ -134,13 +132,24 @@ impl ClosedModes<'_> {
         );
     }
 
-    /// Finds the next breakpoint of this cycle that concerns the present system.
-    pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
-        let stops = &self.stops[(cycle % self.stops.len() as u64) as usize];
-        let past = |stop: &CycleStop| stop.time < time;
-        while stops.get(w.next_stop).is_some_and(past) {
+    /// The breakpoints of a cycle.
+    fn stops(&self, cycle: u64) -> &[CycleStop] {
+        &self.stops[(cycle % self.stops.len() as u64) as usize]
+    }
+
+    /// Updates the states in which open contacts close at a time of a cycle.
+    pub(super) fn pass_unfelt_stops(&self, cycle: u64, time: f64, w: &mut Workspace) {
+        let stops = self.stops(cycle);
+        while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time < time) {
+            w.closed[stop.contact] = stop.state;
             w.next_stop += 1;
         }
+    }
+
+    /// Finds the next breakpoint of this cycle that concerns the present system.
+    pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
+        self.pass_unfelt_stops(cycle, time, w);
+        let stops = self.stops(cycle);
         let states = &self.slot(w.set).states;
         let concerns = |stop: &&CycleStop| {
             let now = states[stop.contact];
@@ -156,9 +165,10 @@ impl ClosedModes<'_> {
         time: f64,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
-        let stops = &self.stops[(place.cycle % self.stops.len() as u64) as usize];
+        let stops = self.stops(place.cycle);
         let mut turned = false;
         while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time <= time) {
+            w.closed[stop.contact] = stop.state;
             if self.slot(w.set).states[stop.contact] > 0 {
                 self.change(stop.contact, stop.state, w)?;
             }

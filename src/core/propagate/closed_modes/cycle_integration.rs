@@ -162,7 +162,8 @@ fn meet<V: Vector>(
         contact,
         rate: w.line_states[w.line_of[contact]].rate,
     };
-    let state = (kernel.sets).closed_state(kernel.model, contact, place.cycle, place.time);
+    kernel.pass_unfelt_stops(place.cycle, place.time, w);
+    let state = w.closed[contact];
     if found.on_surface && w.states.len() > w.length {
         kernel.apply_saltation(contact, state, event.closes(), w);
     }

@@ -5,6 +5,7 @@
 //! blocks keep their constant input.
 
 use super::basis::{Basis, padded};
+use super::lanes::{self, FACTORS};
 use super::sets::ContactClass;
 use crate::model::{Block, Model, turned};
 use crate::propagate::TableError;
@@ -117,13 +118,11 @@ impl Frequencies {
 /// Cosine and sine of an angle increased by x, below 1/2 \[rad\].
 #[inline]
 fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
-    const TERMS: usize = 8;
     let square = -x * x;
-    let (mut cos, mut sin) = (1.0, 1.0);
-    for k in (1..TERMS).rev() {
-        let (a, b) = ((2 * k - 1) * 2 * k, 2 * k * (2 * k + 1));
-        cos = 1.0 + square * (1.0 / a as f64) * cos;
-        sin = 1.0 + square * (1.0 / b as f64) * sin;
+    let [mut cos, mut sin] = [2, 1].map(|before| FACTORS[2 * lanes::TERMS - before]);
+    for k in (0..lanes::TERMS - 1).rev() {
+        cos = FACTORS[2 * k] + square * cos;
+        sin = FACTORS[2 * k + 1] + square * sin;
     }
     turned_over(pair, [cos, x * sin])
 }

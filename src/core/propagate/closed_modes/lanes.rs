@@ -27,7 +27,19 @@ impl Chunk {
 pub type BlockPropagator = [Lanes; 4];
 
 /// Terms of cos, sin, cosh and sinh.
-const TERMS: usize = 8;
+pub const TERMS: usize = 8;
+
+/// `1/n!`.
+pub const FACTORS: [f64; 2 * TERMS] = {
+    let mut factors = [1.0; 2 * TERMS];
+    let (mut n, mut factorial) = (1, 1.0);
+    while n < 2 * TERMS {
+        factorial *= n as f64;
+        factors[n] = 1.0 / factorial;
+        n += 1;
+    }
+    factors
+};
 
 /// Largest `(|μ| + √|s|) t` of short times, for which [`TERMS`] terms of these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
@@ -104,9 +116,9 @@ fn shifted_map_body<V: Vector>(
     while first < count {
         let (own, out) = (&states[first * length..], &mut out[first * length..]);
         first += match count - first {
-            4.. if V::WIDE => map_states::<V, 4, 3>(columns, mixed, own, out),
-            2.. if V::WIDE => map_states::<V, 2, 5>(columns, mixed, own, out),
-            _ => map_states::<V, 1, 5>(columns, mixed, own, out),
+            4.. if V::WIDE => map_states::<V, 4>(columns, mixed, own, out),
+            2.. if V::WIDE => map_states::<V, 2>(columns, mixed, own, out),
+            _ => map_states::<V, 1>(columns, mixed, own, out),
         };
     }
     shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
@@ -115,29 +127,28 @@ fn shifted_map_body<V: Vector>(
 /// Maps a batch of states. Processes as many lane groups of rows at a time as fit into registers with their
 /// sums. Returns the number of states.
 #[inline(always)]
-fn map_states<V: Vector, const COUNT: usize, const GROUPS: usize>(
+fn map_states<V: Vector, const COUNT: usize>(
     columns: &[f64],
     mixed: &MixedModes,
     states: &[f64],
     out: &mut [f64],
 ) -> usize {
-    let length = mixed.alone.len();
     let mut row = 0;
-    while row + GROUPS * LANES <= length {
-        map_rows::<V, COUNT, GROUPS>(columns, mixed, states, row, out);
-        row += GROUPS * LANES;
-    }
-    while row + 2 * LANES <= length {
-        map_rows::<V, COUNT, 2>(columns, mixed, states, row, out);
-        row += 2 * LANES;
-    }
-    if row < length {
-        map_rows::<V, COUNT, 1>(columns, mixed, states, row, out);
+    while row < mixed.alone.len() {
+        let left = (mixed.alone.len() - row) / LANES;
+        row += match (COUNT, left) {
+            (1, 10..) if V::WIDE => map_rows::<V, COUNT, 10>(columns, mixed, states, row, out),
+            (1, 6..) if V::WIDE => map_rows::<V, COUNT, 6>(columns, mixed, states, row, out),
+            (..=2, 4..) => map_rows::<V, COUNT, 4>(columns, mixed, states, row, out),
+            (_, 3..) => map_rows::<V, COUNT, 3>(columns, mixed, states, row, out),
+            (_, 2..) => map_rows::<V, COUNT, 2>(columns, mixed, states, row, out),
+            _ => map_rows::<V, COUNT, 1>(columns, mixed, states, row, out),
+        };
     }
     COUNT
 }
 
-/// Maps some lane groups of rows. The order of the sums of a state is the same in every batch.
+/// Maps some lane groups of rows and returns the number of rows. The order of the sums of a state is the same in every batch.
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],
@@ -145,7 +156,7 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     states: &[f64],
     row: usize,
     out: &mut [f64],
-) {
+) -> usize {
     let length = mixed.alone.len();
     // Separate sums of first and second components hide the latency of the multiply-add.
     let mut sums = [[[V::zero(); G]; COUNT]; 2];
@@ -176,6 +187,7 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
             sum.write(&mut out[c * length + row + g * LANES..]);
         }
     }
+    G * LANES
 }
 
 #[inline(always)]
@@ -243,19 +255,18 @@ pub fn advance_body<V: Vector>(moves: &[BlockPropagator], states: &mut [f64]) {
 /// `e^{Gt}` of a lane group for a short time, row by row, with [`TERMS`] terms.
 #[inline(always)]
 fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
-    let one = V::splat(1.0);
     let x = V::read(&chunk.growth.0).times(time);
     let square = V::read(&chunk.square.0).times(time).times(time);
     let x_square = x.times(x);
     // Four short independent chains: cosh and sinh/x of μt, cos and sin/x of νt.
-    let (mut even, mut odd, mut grown_even, mut grown_odd) = (one, one, one, one);
-    for k in (1..TERMS).rev() {
-        let (a, b) = ((2 * k - 1) * 2 * k, 2 * k * (2 * k + 1));
-        let (a, b) = (V::splat(1.0 / a as f64), V::splat(1.0 / b as f64));
-        even = square.times(a).multiply_add(even, one);
-        odd = square.times(b).multiply_add(odd, one);
-        grown_even = x_square.times(a).multiply_add(grown_even, one);
-        grown_odd = x_square.times(b).multiply_add(grown_odd, one);
+    let [a, b] = [2, 1].map(|before| V::splat(FACTORS[2 * TERMS - before]));
+    let (mut even, mut odd, mut grown_even, mut grown_odd) = (a, b, a, b);
+    for k in (0..TERMS - 1).rev() {
+        let [a, b] = [2 * k, 2 * k + 1].map(|power| V::splat(FACTORS[power]));
+        even = even.multiply_add(square, a);
+        odd = odd.multiply_add(square, b);
+        grown_even = grown_even.multiply_add(x_square, a);
+        grown_odd = grown_odd.multiply_add(x_square, b);
     }
     let grown = grown_odd.multiply_add(x, grown_even);
     let (even, odd) = (grown.times(even), grown.times(odd).times(time));

@@ -59,6 +59,8 @@ pub struct ClosedModes<'m> {
     /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
     stops: Vec<Vec<CycleStop>>,
+    /// State, if closed, and line of every contact at the start of each mesh cycle of a base period.
+    starts: Vec<Vec<(usize, usize)>>,
     /// (cos, sin) of all frequencies up to each node.
     turns: Vec<Vec<[f64; 2]>>,
     /// The modes that changes of the system mix.
@@ -147,6 +149,7 @@ impl<'m> ClosedModes<'m> {
             refusal: OnceLock::new(),
             planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
+            starts: sets.starts(model),
             turns: (1..=grid::NODES)
                 .map(|node| frequencies.turns(node as f64 * step))
                 .collect(),

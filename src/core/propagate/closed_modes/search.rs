@@ -4,6 +4,7 @@
 //! C is not below the parabola through these values that bends as much. The margin is monotone if its chord is steeper
 //! than `C h`. If neither decides, the interval is halved, the left half first, so that no event is missed.
 
+use super::lanes::FACTORS;
 use crate::propagate::Counters;
 use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
 
@@ -181,27 +182,31 @@ for_each_set! {
 
 #[inline(always)]
 fn near_root_body<V: Vector>(values: &[f64; POINTS], from: usize) -> f64 {
-    let mut d = *values;
-    let mut x = from as f64 + d[from] / (d[from] - d[from + 1]);
-    // Newton's form: differences, divided by their factorials.
+    /// Degree of the polynomial, and the last point.
+    const LAST: usize = POINTS - 1;
+    // Newton's form from the last point back: differences, each in the last lane, divided by their factorials.
+    let mut d = [values[LAST]; POINTS];
+    let mut own = V::read(&values[1..]);
+    let mut first = values[0];
     for order in 1..POINTS {
-        let share = 1.0 / order as f64;
-        for i in (order..POINTS).rev() {
-            d[i] = (d[i] - d[i - 1]) * share;
-        }
+        own = own.minus(own.shifted_in(first));
+        first = 0.0;
+        d[order] = own.lanes().0[LAST - 1] * FACTORS[order];
     }
+    let before = from as f64 + values[from] / (values[from] - values[from + 1]);
+    let mut x = before - LAST as f64;
     // Halley's method.
     for _ in 0..2 {
         let (mut value, mut slope, mut bend) = (0.0, 0.0, 0.0);
         for i in (0..POINTS).rev() {
-            let away = x - i as f64;
+            let away = x + i as f64;
             bend = V::fma(bend, away, slope);
             slope = V::fma(slope, away, value);
             value = V::fma(value, away, d[i]);
         }
         x -= value * slope / (slope * slope - value * bend);
     }
-    x
+    x + LAST as f64
 }
 
 #[cfg(test)]

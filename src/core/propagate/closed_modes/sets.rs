@@ -1,6 +1,6 @@
 //! Which linear systems does a drive have? One for each set of closed contacts and each combination of their classes.
 
-use crate::model::{ActiveSet, Model, Release};
+use crate::model::{ActiveSet, Contact, Model, Release};
 use crate::propagate::TableError;
 
 /// Largest number of contacts of a drive.
@@ -148,24 +148,26 @@ impl Sets {
         })
     }
 
-    /// State of a contact if it is closed, at a time \[s\] of a mesh cycle. On a boundary it is the state of the later
-    /// segment.
+    /// The set of given closed contacts, each in its state of `closed`.
     #[inline]
-    pub fn closed_state(&self, model: &Model, contact: usize, cycle: u64, time: f64) -> usize {
-        let own = &model.contacts[contact];
-        let which = (cycle % own.cycles.len() as u64) as usize;
-        let segments = &own.cycles[which].segments;
-        let phase = time / model.period() + SAME_TIME;
-        let place = segments.partition_point(|segment| segment.end <= phase);
-        self.of_segment[contact][which][place.min(segments.len() - 1)]
+    pub fn of(&self, active: ActiveSet, closed: &[usize]) -> usize {
+        (active.iter()).fold(Self::FREE, |set, contact| {
+            set + self.place[contact] * closed[contact]
+        })
     }
 
-    /// The set of given closed contacts at a time \[s\] of a mesh cycle.
-    pub fn at(&self, model: &Model, active: ActiveSet, cycle: u64, time: f64) -> usize {
-        active.iter().fold(0, |set, contact| {
-            let state = self.closed_state(model, contact, cycle, time);
-            self.with(set, contact, state)
-        })
+    /// State and line of every contact at the start of each mesh cycle of a base period. The state holds if the contact is
+    /// closed.
+    pub fn starts(&self, model: &Model) -> Vec<Vec<(usize, usize)>> {
+        let of_cycle = |cycle: u64| {
+            let of_contact = |(contact, own): (usize, &Contact)| {
+                let which = (cycle % own.cycles.len() as u64) as usize;
+                let line = model.line(own.cycle(cycle).segment_at(0.0));
+                (self.of_segment[contact][which][0], line)
+            };
+            model.contacts.iter().enumerate().map(of_contact).collect()
+        };
+        (0..model.base_cycles() as u64).map(of_cycle).collect()
     }
 
     /// The possible changes out of a set, each as a contact and its new state. The contact opens, closes, or passes to
@@ -265,14 +267,10 @@ mod tests {
         }
         let stops = sets.stops(&model);
         assert_eq!((stops.len(), stops[0].len()), (1, 2));
-        let before = sets.closed_state(&model, 0, 0, 0.99 * stops[0][0].time);
-        let on = sets.closed_state(&model, 0, 0, stops[0][0].time);
-        assert_eq!((before, on), (1, stops[0][0].state));
-        assert_eq!(sets.at(&model, ActiveSet::FREE, 0, 0.0), 0);
-        assert_eq!(
-            sets.closed(sets.at(&model, ActiveSet::DRIVE, 0, 0.0))
-                .count(),
-            1
-        );
+        let starts = &sets.starts(&model)[0];
+        assert_eq!((starts[0].0, stops[0][0].state), (1, 2));
+        let closed: Vec<usize> = starts.iter().map(|(state, _)| *state).collect();
+        assert_eq!(sets.of(ActiveSet::FREE, &closed), Sets::FREE);
+        assert_eq!(sets.closed(sets.of(ActiveSet::DRIVE, &closed)).count(), 1);
     }
 }

@@ -33,6 +33,8 @@ pub struct Workspace {
     pub line_states: Vec<LineState>,
     /// Line of each contact.
     pub line_of: Vec<usize>,
+    /// State of each contact if it is closed.
+    pub closed: Vec<usize>,
     /// The distinct lines of all contacts.
     pub lines: Vec<usize>,
     /// Contacts that may open or close.
@@ -121,6 +123,7 @@ impl Workspace {
                 model.lines.len()
             ],
             line_of: vec![0; model.contacts.len()],
+            closed: vec![0; model.contacts.len()],
             lines: Vec::with_capacity(model.lines.len()),
             watched: Vec::with_capacity(model.contacts.len()),
             next_stop: 0,
@@ -164,10 +167,11 @@ impl Workspace {
         [&first[..modes], &second[..modes]]
     }
 
-    /// Begins a cycle with the given lines of the contacts.
-    pub fn begin(&mut self, line_of: impl Iterator<Item = usize>) {
-        for (line, now) in self.line_of.iter_mut().zip(line_of) {
-            *line = now;
+    /// Begins a cycle with the given states, if closed, and lines of the contacts.
+    pub fn begin(&mut self, starts: &[(usize, usize)]) {
+        for (contact, &(state, line)) in starts.iter().enumerate() {
+            self.closed[contact] = state;
+            self.line_of[contact] = line;
         }
         self.next_stop = 0;
         self.segments_end = 0.0;
