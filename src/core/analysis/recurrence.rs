@@ -42,7 +42,10 @@ pub struct Recurrence {
     excitation_repeats: bool,
     /// Number of states: a stretch as long as the longest period, and its image.
     kept: usize,
-    states: Vec<Vec<f64>>,
+    /// One after another.
+    states: Vec<f64>,
+    /// Length of a state.
+    length: usize,
     next: usize,
 }
 
@@ -56,13 +59,14 @@ impl Recurrence {
             excitation_repeats: excitation.is_some(),
             kept: 2 * LONGEST + 1,
             states: Vec::new(),
+            length: 2 * model.modes(),
             next: 0,
         }
     }
 
     /// Longest period, in mesh cycles, that the available states can show. The states must cover it twice.
     pub fn longest(&self) -> usize {
-        let seen = (self.states.len().saturating_sub(1) / 2).min(LONGEST);
+        let seen = (self.count().saturating_sub(1) / 2).min(LONGEST);
         self.short.max(seen / self.excitation * self.excitation)
     }
 
@@ -78,31 +82,40 @@ impl Recurrence {
 
     /// Records the state at the end of a cycle.
     pub fn push(&mut self, state: &[f64]) {
-        if self.states.len() < self.kept {
-            self.states.push(state.to_vec());
+        if self.count() < self.kept {
+            self.states.extend_from_slice(state);
         } else {
-            self.states[self.next].copy_from_slice(state);
+            self.states[self.next * self.length..][..self.length].copy_from_slice(state);
         }
         self.next = (self.next + 1) % self.kept;
     }
 
+    /// Number of states.
+    fn count(&self) -> usize {
+        self.states.len() / self.length
+    }
+
+    fn state(&self, place: usize) -> &[f64] {
+        &self.states[place * self.length..][..self.length]
+    }
+
     /// The states kept, the oldest first.
     pub fn states(&self) -> impl ExactSizeIterator<Item = &[f64]> + Clone {
-        let count = self.states.len();
+        let count = self.count();
         let oldest = self.next % count.max(1);
-        (0..count).map(move |i| self.states[(oldest + i) % count].as_slice())
+        (0..count).map(move |i| self.state((oldest + i) % count))
     }
 
     /// The state `back` cycles ago.
     fn past(&self, back: usize) -> &[f64] {
         let newest = self.next + self.kept - 1;
-        &self.states[(newest - back) % self.kept]
+        self.state((newest - back) % self.kept)
     }
 
     /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch. The stretch is
     /// as long as the longest short period, or as the period itself if that is longer.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
-        if self.states.len() < 2 * self.short + 1 {
+        if self.count() < 2 * self.short + 1 {
             return None;
         }
         let repeats = |period: usize, tolerance: f64| {
@@ -128,7 +141,7 @@ impl Recurrence {
         if !self.excitation_repeats {
             return Vec::new();
         }
-        let known = self.states.len().saturating_sub(1);
+        let known = self.count().saturating_sub(1);
         let distance_after = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
         let closest = (1..=known.min(self.short))
             .filter(|lag| lag.is_multiple_of(self.excitation))
@@ -152,7 +165,7 @@ impl Recurrence {
 
     /// The smallest distance, in units of the half gap, of the newest state from an earlier kept one.
     pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
-        (1..self.states.len().min(self.longest() + 1))
+        (1..self.count().min(self.longest() + 1))
             .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())
             .min_by(f64::total_cmp)
     }

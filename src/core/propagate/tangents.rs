@@ -35,6 +35,15 @@ impl Tangents {
         &self.data[index * self.dimension..(index + 1) * self.dimension]
     }
 
+    /// Vector `before`, and a later vector `index`, mutable.
+    pub fn pair_mut(&mut self, before: usize, index: usize) -> (&[f64], &mut [f64]) {
+        let (first, second) = self.data.split_at_mut(index * self.dimension);
+        (
+            &first[before * self.dimension..][..self.dimension],
+            &mut second[..self.dimension],
+        )
+    }
+
     /// Vector `index`, mutable.
     pub fn vector_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.data[index * self.dimension..(index + 1) * self.dimension]

@@ -9,6 +9,11 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+/// Largest number of the most recently used tables, and their bytes, where [`TABLES_AT_HAND`] tables take less: a plane of
+/// small structures reads every file once.
+const MOST_SMALL_TABLES: usize = 256;
+const MOST_SMALL_BYTES: usize = 1 << 20;
+
 /// A table, as long as a kernel uses it, or the reason why the model has none, which is determined once.
 type Place = Arc<Mutex<Result<Weak<KernelArrays>, TableError>>>;
 
@@ -75,14 +80,22 @@ impl KernelTables {
         // The calling thread writes the copy, so that its pages belong to the node.
         let near = if pays { Arc::new(common.copied()) } else { common };
         at_hand.push_front((path, near.clone()));
-        at_hand.truncate(TABLES_AT_HAND);
+        let mut bytes = 0;
+        let is_kept = |(place, (_, table)): (usize, &(PathBuf, Arc<KernelArrays>))| {
+            bytes += table.bytes();
+            place < TABLES_AT_HAND || (place < MOST_SMALL_TABLES && bytes <= MOST_SMALL_BYTES)
+        };
+        let kept = at_hand.iter().enumerate().map(is_kept);
+        let kept = kept.take_while(|kept| *kept).count();
+        at_hand.truncate(kept);
         Ok(near)
     }
 
     /// A table in memory, which becomes the most recently used one.
     fn found(&self, path: &Path) -> Option<Arc<KernelArrays>> {
         let mut at_hand = lock(&self.at_hand);
-        let place = at_hand.iter().position(|(known, _)| known == path)?;
+        let place =
+            (at_hand.iter()).position(|(known, _)| known.as_os_str() == path.as_os_str())?;
         let entry = at_hand.remove(place)?;
         let found = entry.1.clone();
         at_hand.push_front(entry);

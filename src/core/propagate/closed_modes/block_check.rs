@@ -1,6 +1,6 @@
 //! Between which nodes of a block may an event happen? The deflections at the nodes and bounds between them decide.
 
-use super::lanes::{SHORT, applied, pair, read};
+use super::lanes::{applied, pair, read};
 use super::search::{MarginBounds, rises};
 use super::sets::MOST_CONTACTS;
 use super::system::System;
@@ -39,6 +39,8 @@ pub struct BlockCheck<'a> {
     pub bounded: bool,
     /// Distance between nodes \[s\].
     pub step: f64,
+    /// Fastest rate \[1/s\].
+    pub fastest: f64,
     /// Number of intervals between nodes in the block; the last may be partial.
     pub count: usize,
     /// The backlash half gap \[m\].
@@ -158,7 +160,7 @@ fn open_intervals<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
         }
         line_state.bounds = MarginBounds {
             curvature,
-            fastest: 2.0 * SHORT / check.step,
+            fastest: check.fastest,
             noise: ROUND_OFF * (size + line_state.start.abs() + check.half_gap),
         };
     }
@@ -204,14 +206,14 @@ fn open<V: Vector>(
     }
     let a = b.shifted_in(start);
     let difference = b.minus(a).size();
-    // The lowest point of the parabola with the largest sag, if it lies between the ends.
-    let bend = V::splat(-1.0 / (16.0 * sag).max(f64::MIN_POSITIVE));
-    let lowest = difference
-        .times(difference)
-        .multiply_add(bend, a.plus(b).multiply_add(V::splat(0.5), V::splat(-sag)));
+    // The parabola with the largest sag has its lowest point `(a + b)/2 − s − (a − b)²/16 s` between the ends. Without a
+    // quotient, this point is within round-off of the surface if `(a − b)² ≥ 16 s ((a + b)/2 − s − noise)`.
+    let above = (a.plus(b))
+        .multiply_add(V::splat(0.5), V::splat(-near))
+        .times(V::splat(16.0 * sag));
     let zero = V::zero();
     let bends = !V::splat(4.0 * sag).at_most(difference) & 0xff;
-    a.at_most(zero) | b.at_most(zero) | (bends & lowest.at_most(V::splat(line_state.bounds.noise)))
+    a.at_most(zero) | b.at_most(zero) | (bends & above.at_most(difference.times(difference)))
 }
 
 /// As [`evaluate_line_states`], for callers that have chosen the instruction set.

@@ -231,7 +231,7 @@ impl ClosedModes<'_> {
     #[inline(always)]
     fn move_to<V: Vector>(&self, time: f64, w: &mut Workspace) {
         let system = self.system(w.set);
-        let parts = SplitTime::new(system, self.step, time);
+        let parts = SplitTime::new(self, system, time);
         let remaining = match w.spare_time {
             Some(spare_time) => time - spare_time,
             None => f64::INFINITY,

@@ -34,7 +34,7 @@ impl ClosedModes<'_> {
         counters: &mut Counters,
     ) -> Option<BlockEvent> {
         let system = self.system(w.set);
-        let count = ((left / self.step + (1.0 - 1e-9)) as usize).clamp(1, NODES);
+        let count = ((left * self.per_step + (1.0 - 1e-9)) as usize).clamp(1, NODES);
         let mut check = BlockCheck {
             system,
             state: &w.states[..w.length],
@@ -47,6 +47,7 @@ impl ClosedModes<'_> {
             amplitudes: &mut w.amplitudes,
             bounded: w.bounded,
             step: self.step,
+            fastest: self.fastest(),
             count,
             half_gap: self.model.half_gap,
         };
@@ -152,12 +153,12 @@ pub(super) struct SplitTime<'s> {
 
 impl<'s> SplitTime<'s> {
     #[inline]
-    pub fn new(system: &'s System, step: f64, time: f64) -> Self {
-        let node = ((time / step + 0.5) as usize).min(NODES);
+    pub fn new(kernel: &ClosedModes<'_>, system: &'s System, time: f64) -> Self {
+        let node = ((time * kernel.per_step + 0.5) as usize).min(NODES);
         Self {
             system,
             node,
-            rest: time - node as f64 * step,
+            rest: time - node as f64 * kernel.step,
         }
     }
 
@@ -197,7 +198,7 @@ impl search::Margin for ContactMargin<'_, '_> {
         let (kernel, system, own) = (self.kernel, self.system, self.own);
         let w = &mut *self.w;
         let view = &system.views[own.line];
-        let parts = SplitTime::new(system, kernel.step, time);
+        let parts = SplitTime::new(kernel, system, time);
         let mut values = advance_to(
             kernel.instructions,
             &system.chunks,

@@ -160,10 +160,13 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     let length = mixed.alone.len();
     // Separate sums of first and second components hide the latency of the multiply-add.
     let mut sums = [[[V::zero(); G]; COUNT]; 2];
-    for c in 0..COUNT {
-        for g in 0..G {
-            let at = row + g * LANES;
-            sums[0][c][g] = V::read(&mixed.alone[at..]).times(V::read(&states[c * length + at..]));
+    if mixed.modes.len() < mixed.all {
+        for c in 0..COUNT {
+            for g in 0..G {
+                let at = row + g * LANES;
+                let alone = V::read(&mixed.alone[at..]);
+                sums[0][c][g] = alone.times(V::read(&states[c * length + at..]));
+            }
         }
     }
     for &j in &mixed.modes {

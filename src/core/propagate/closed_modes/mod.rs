@@ -67,6 +67,8 @@ pub struct ClosedModes<'m> {
     mixed: MixedModes,
     /// Distance between nodes \[s\].
     step: f64,
+    /// Nodes per second.
+    per_step: f64,
     /// Blocks and breakpoints of a mesh cycle.
     planned: usize,
     event_limit: u32,
@@ -159,6 +161,7 @@ impl<'m> ClosedModes<'m> {
             bases,
             frequencies,
             stops,
+            per_step: 1.0 / step,
             step,
             event_limit,
             instructions,
@@ -175,7 +178,7 @@ impl<'m> ClosedModes<'m> {
 
     /// Fastest rate of all systems and inputs, or a little more \[1/s\].
     fn fastest(&self) -> f64 {
-        2.0 * lanes::SHORT / self.step
+        2.0 * lanes::SHORT * self.per_step
     }
 
     /// Reason why a motion was stopped at a set of closed contacts without a table, if one was.

@@ -58,7 +58,7 @@ pub fn stays(bounds: MarginBounds, [a, b]: [f64; 2], length: f64) -> bool {
 #[inline(always)]
 pub fn rises(bounds: MarginBounds, rate: f64, end: f64, length: f64) -> bool {
     let bent = 0.5 * bounds.curvature * length;
-    rate > bent || (end > 0.0 && rate + end / length > bent)
+    rate > bent || (end > 0.0 && (rate - bent) * length + end > 0.0)
 }
 
 /// The first root on an interval. The margin is not negative at the start.
