@@ -27,6 +27,9 @@ def rows(cases: list[dict]) -> list[list[str]]:
             [f"{name} / peer, {words}", *(significant(time[name] / time["peer"]) for time in times)]
             for name in NAMES[1:]
         ]
+    for place, (tangents, _) in enumerate(cases[0]["many_tangents"]):
+        times = [1e6 * case["many_tangents"][place][1][1] for case in cases]
+        found += [[f"closed_modes, {tangents} tangents", *map(significant, times)]]
     return found
 
 

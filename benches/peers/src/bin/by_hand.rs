@@ -41,6 +41,9 @@ const TRANSIENT: u64 = 200;
 const STRETCH: u64 = 200;
 const STRETCHES: usize = 101;
 
+/// Numbers of tangents with which closed modes are timed alone: what would more states in each product cost?
+const MANY: [usize; 2] = [3, 7];
+
 /// Entries of a tangent at its start.
 const TANGENT: f64 = 1e-9;
 
@@ -101,6 +104,7 @@ fn case(modes: usize) -> Value {
     );
 
     let mut times = [const { [const { Vec::new() }; 2] }; 3];
+    let mut many = MANY.map(|_| Vec::new());
     let mut events = 0;
     for _ in 0..STRETCHES {
         let mut next = None;
@@ -120,6 +124,10 @@ fn case(modes: usize) -> Value {
             }
             next = last;
         }
+        for (times, count) in many.iter_mut().zip(MANY) {
+            let seconds = warm(|| advance(&closed_modes, &start, STRETCH, count).seconds);
+            times.push(seconds / STRETCH as f64);
+        }
         let run = next.expect("volterra has run");
         events += run.events;
         start = run.end;
@@ -133,6 +141,7 @@ fn case(modes: usize) -> Value {
         "events_per_cycle": events_per_cycle,
         "distance": distance[0],
         "tangent_distance": distance[1],
+        "many_tangents": MANY.into_iter().zip(many.map(quartiles)).collect::<Vec<_>>(),
     });
     for (name, times) in ["peer", "closed_modes", "volterra"].into_iter().zip(times) {
         let [bare, tangent] = times.map(quartiles);
