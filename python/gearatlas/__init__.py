@@ -17,7 +17,7 @@ from ._circle import Circle
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
 from ._fit import Fit, fit
 from ._manifest import Axis, Manifest, Point, load
-from ._manifold import manifold
+from ._manifold import manifold, manifold_surface
 from ._map import CycleMap, Image
 from ._motion import Structure, Trace, structure, trace
 from ._results import Results, open
@@ -58,6 +58,7 @@ __all__ = [
     "follow",
     "load",
     "manifold",
+    "manifold_surface",
     "open",
     "probability",
     "quantiles",

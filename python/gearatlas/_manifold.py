@@ -1,4 +1,4 @@
-"""Stable and unstable manifolds of saddle orbits, as curves."""
+"""Stable and unstable manifolds of saddle orbits, as curves and surfaces."""
 
 from __future__ import annotations
 
@@ -45,32 +45,100 @@ def manifold(
     return tuple(grown.branch(sign * offset, length, step) for sign in (1.0, -1.0))  # type: ignore[return-value]
 
 
-class _Grown:
-    """The map that moves points outwards along a manifold."""
+def manifold_surface(
+    map: CycleMap,
+    state: npt.ArrayLike,
+    period: int = 1,
+    *,
+    stable: bool = False,
+    length: float = 10.0,
+    step: float = 0.5,
+    offset: float = 1e-3,
+    rings: int = 8,
+    rays: int = 2000,
+) -> Floats:
+    """The unstable manifold of a saddle orbit with two unstable directions, or its stable one, as a grid (m, n, 2N) of states.
 
-    def __init__(self, map: CycleMap, orbit: Floats, period: int, stable: bool) -> None:
+    The first axis counts closed rings around the orbit, outwards. The second counts rays, which are joined at their ends: the
+    last is a neighbour of the first. The first rings are linear images of a circle in the plane of both eigenvectors. The
+    outward map takes a ring to the ring `rings` places later, on the same rays. A ray is inserted where neighbours in a new
+    ring are farther apart than `step`.
+
+    * `state`, `period`: as in `manifold`. A negative multiplier doubles the period.
+    * `length`: mean distance from the orbit at which the surface ends, in half gaps of the energy norm (`map.weights`). It
+      ends earlier if points cannot be mapped, or if it would need more rays than `rays`.
+    * `step`: largest distance between neighbours in a ring, in the same unit.
+    * `offset`: radius of the first ring, in the same unit. The error of the surface there is of the order `offset`².
+
+    Raises ValueError unless exactly two multipliers are outside the unit circle (inside it for `stable`).
+    """
+    surface = _Surface(map, np.array(state, dtype=np.float64), period, stable, offset, rings)
+    return surface.grown(length, step, rays)
+
+
+class _Outwards:
+    """The map that moves points outwards along a manifold of some dimension."""
+
+    def __init__(self, map: CycleMap, orbit: Floats, period: int, stable: bool, directions: int) -> None:
         self.map, self.orbit, self.stable = map, orbit, stable
         self.felt, self.weights = map.felt, map.weights[map.felt]
         self.cycles = period
-        monodromy = self._slope(orbit)
-        values, vectors = np.linalg.eig(monodromy)
+        values, vectors = np.linalg.eig(self._slope(orbit))
         own = np.abs(values) < 1.0 if stable else np.abs(values) > 1.0
-        if own.sum() != 1:
+        if own.sum() != directions:
             where = "inside" if stable else "outside"
-            raise ValueError(
-                f"the orbit has {own.sum()} multipliers {where} the unit circle; its manifold is a curve only if there is one"
-            )
-        vector = vectors[:, own][:, 0].real
-        self.direction = vector / np.linalg.norm(self.weights * vector)
-        self.growth = abs(values[own][0].real) ** (-1 if stable else 1)
-        if values[own][0].real < 0.0:
+            kind = {1: "a curve only if there is one", 2: "a surface only if there are two"}[directions]
+            raise ValueError(f"the orbit has {own.sum()} multipliers {where} the unit circle; its manifold is {kind}")
+        self.vectors = vectors[:, own] / np.linalg.norm(self.weights[:, np.newaxis] * vectors[:, own], axis=0)
+        self.growth = values[own] ** (-1 if stable else 1)
+        if ((self.growth.real < 0.0) & (self.growth.imag == 0.0)).any():
             self.cycles, self.growth = 2 * period, self.growth**2
+
+    def _mapped(self, points: Floats, guesses: Floats) -> Floats:
+        """Images of points under the outward map; NaN if not found."""
+        if not self.stable:
+            return self.map(points, self.cycles)
+        found = guesses.copy()
+        for _ in range(_NEWTON_STEPS):
+            image = self.map.image(found, self.cycles, jacobian=True)
+            assert image.jacobian is not None
+            off = (image.states - points)[:, self.felt]
+            slope = image.jacobian[:, self.felt][:, :, self.felt]
+            usable = np.isfinite(off).all(axis=1) & np.isfinite(slope).all(axis=(1, 2))
+            change = np.full_like(off, np.nan)
+            change[usable] = np.linalg.solve(slope[usable], off[usable][:, :, np.newaxis])[:, :, 0]
+            found[:, self.felt] -= change
+            size = np.linalg.norm(self.weights * change, axis=1)
+            known = ~(size > _CONVERGED * (1.0 + np.linalg.norm(self.weights * found[:, self.felt], axis=1)))
+            if known.all():
+                return found
+        found[~known] = np.nan
+        return found
+
+    def _slope(self, state: Floats) -> Floats:
+        """Derivative of the map at a state."""
+        image = self.map.image(state, self.cycles, jacobian=True)
+        assert image.jacobian is not None
+        slope: Floats = image.jacobian[0][np.ix_(self.felt, self.felt)]
+        return slope
+
+    def _gaps(self, points: Floats) -> Floats:
+        gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
+        return gaps
+
+
+class _Grown(_Outwards):
+    """A manifold that is a curve."""
+
+    def __init__(self, map: CycleMap, orbit: Floats, period: int, stable: bool) -> None:
+        super().__init__(map, orbit, period, stable, 1)
+        self.direction, self.factor = self.vectors[:, 0].real, self.growth[0].real
 
     def branch(self, offset: float, length: float, step: float) -> Floats:
         """A branch, from the orbit outwards."""
         start = np.tile(self.orbit, (2, 1))
         start[0, self.felt] += offset * self.direction
-        start[1, self.felt] += offset * self.growth * self.direction
+        start[1, self.felt] += offset * self.factor * self.direction
         piece, pieces, travelled = start, [start], 0.0
         while travelled < length:
             images = self._drawn_back(piece, step) if self.stable else self._drawn_on(piece, step)
@@ -127,34 +195,67 @@ class _Grown:
                 kept.append(i)
         return points[kept]
 
-    def _mapped(self, points: Floats, guesses: Floats) -> Floats:
-        """Images of points under the outward map; NaN if not found."""
-        if not self.stable:
-            return self.map(points, self.cycles)
-        found = guesses.copy()
-        for _ in range(_NEWTON_STEPS):
-            image = self.map.image(found, self.cycles, jacobian=True)
-            assert image.jacobian is not None
-            off = (image.states - points)[:, self.felt]
-            slope = image.jacobian[:, self.felt][:, :, self.felt]
-            usable = np.isfinite(off).all(axis=1) & np.isfinite(slope).all(axis=(1, 2))
-            change = np.full_like(off, np.nan)
-            change[usable] = np.linalg.solve(slope[usable], off[usable][:, :, np.newaxis])[:, :, 0]
-            found[:, self.felt] -= change
-            size = np.linalg.norm(self.weights * change, axis=1)
-            known = ~(size > _CONVERGED * (1.0 + np.linalg.norm(self.weights * found[:, self.felt], axis=1)))
-            if known.all():
-                return found
-        found[~known] = np.nan
-        return found
 
-    def _slope(self, state: Floats) -> Floats:
-        """Derivative of the map at a state."""
-        image = self.map.image(state, self.cycles, jacobian=True)
-        assert image.jacobian is not None
-        slope: Floats = image.jacobian[0][np.ix_(self.felt, self.felt)]
-        return slope
+class _Surface(_Outwards):
+    """A manifold that is a surface."""
 
-    def _gaps(self, points: Floats) -> Floats:
-        gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
-        return gaps
+    def __init__(self, map: CycleMap, orbit: Floats, period: int, stable: bool, offset: float, rings: int) -> None:
+        super().__init__(map, orbit, period, stable, 2)
+        self.offset, self.rings = offset, rings
+
+    def grown(self, length: float, step: float, most: int) -> Floats:
+        angles = np.linspace(0.0, 1.0, 64, endpoint=False)
+        states = np.stack([self._first(ring, angles) for ring in range(self.rings)])
+        while True:
+            grown = np.concatenate([states, self._next(states, angles)[np.newaxis]])
+            while len(after := self._coarse(grown[-1], angles, step)):
+                between = angles[after] + 0.5 * np.diff(np.append(angles, 1.0))[after]
+                angles = np.insert(angles, after + 1, between)
+                if len(angles) > most:
+                    return states
+                grown = np.insert(grown, after + 1, self._rays(between, len(grown)), axis=1)
+            if not np.isfinite(grown[-1]).all():
+                return states
+            states = grown
+            if np.linalg.norm(self.weights * (states[-1] - self.orbit)[:, self.felt], axis=1).mean() >= length:
+                return states
+
+    def _first(self, ring: int, angles: Floats) -> Floats:
+        """A ring near the orbit, where the map is linear."""
+        turn = 2.0 * np.pi * angles
+        factors = self.growth.astype(complex) ** (ring / self.rings)
+        both = np.stack([np.cos(turn), np.sin(turn)])
+        if self.growth[0].imag != 0.0:
+            along = (self.vectors[:, :1] * factors[0] * (both[0] + 1j * both[1])).real
+        else:
+            along = self.vectors.real @ (factors.real[:, np.newaxis] * both)
+        states = np.tile(self.orbit, (len(angles), 1))
+        states[:, self.felt] += self.offset * along.T
+        return states
+
+    def _next(self, states: Floats, angles: Floats) -> Floats:
+        """The ring after the given ones."""
+        points = states[-self.rings]
+        if len(states) == self.rings or not self.stable:
+            return self._mapped(points, self._first(self.rings, angles))
+        # The inverse map is nearly linear between neighbouring rings.
+        guesses = states[-1].copy()
+        slopes = self.map.image(guesses, self.cycles, jacobian=True).jacobian
+        assert slopes is not None
+        slopes = slopes[:, self.felt][:, :, self.felt]
+        usable = np.isfinite(slopes).all(axis=(1, 2))
+        apart = (points - states[-self.rings - 1])[usable][:, self.felt, np.newaxis]
+        guesses[np.ix_(usable, self.felt)] += np.linalg.solve(slopes[usable], apart)[:, :, 0]
+        return self._mapped(points, guesses)
+
+    def _rays(self, angles: Floats, count: int) -> Floats:
+        """The first rings on some rays."""
+        states = np.stack([self._first(ring, angles) for ring in range(self.rings)])
+        while len(states) < count:
+            states = np.concatenate([states, self._next(states, angles)[np.newaxis]])
+        return states
+
+    def _coarse(self, ring: Floats, angles: Floats, step: float) -> npt.NDArray[np.intp]:
+        """Rays after which a ring needs another one."""
+        gaps = self._gaps(np.concatenate([ring, ring[:1]]))
+        return np.flatnonzero((gaps > step) & (np.diff(np.append(angles, 1.0)) > _LEAST_SHARE))

@@ -93,6 +93,52 @@ def test_only_saddles_with_one_direction_have_a_curve(oscillator, branches):
         gearatlas.manifold(mapped, state, stable["period"], stable=True)
 
 
+def modal_map(folder, gaps: list[float], more: str = "") -> gearatlas.CycleMap:
+    """The map of uncoupled oscillators under a shaker; each has a stop, unless there are no gaps."""
+    count = max(1, len(gaps))
+    text = f"frequency = {[1.0] * count}\ndamping = {[0.05] * count}\n" + more
+    for own, gap in enumerate(gaps):
+        participation = np.eye(count)[own].tolist()
+        text += f'[[contact]]\nname = "stop-{own}"\nparticipation = {participation}\ngap = {gap!r}\nstiffness = 30.0\n'
+    text += f'[[harmonic_load]]\nname = "shaker"\nforce = {[1.0] * count}\ncycles = [1, 1]\n'
+    (folder / "own.modal.toml").write_text(text)
+    model = {"kind": "modal", "file": str(folder / "own.modal.toml"), "length": 1.0}
+    manifest = {"job": {"name": "own"}, "model": model, "grid": {"speed": 2.8}, "run": {"cycles": 100}}
+    return gearatlas.CycleMap(gearatlas.load(manifest).point(0))
+
+
+def test_the_surface_of_two_oscillators_is_the_product_of_their_curves(saddle, tmp_path):
+    """Two oscillators without a coupling: the coordinates of each are on the curve of its own saddle."""
+    single, state = saddle
+    pair = modal_map(tmp_path, [float(single.point["contact.stop.gap"])] * 2)
+    for stable in (False, True):
+        # The curve has kinks at grazes, where chords are off by a part of their length.
+        fine = 5e-4
+        branches = gearatlas.manifold(single, state, 2, stable=stable, length=4.0, step=fine)
+        curve = np.concatenate([branches[0][::-1], branches[1][1:]])
+        both = np.repeat(state, 2)
+        surface = gearatlas.manifold_surface(pair, both, 2, stable=stable, length=0.2, step=0.05)
+        assert size(pair, surface[-1] - both).mean() >= 0.2
+        assert size(pair, np.diff(surface, axis=1)).max() < 0.05
+        for own in (0, 1):
+            assert distance(single, surface[:, ::7, own::2].reshape(-1, 2), curve).max() < 0.5 * fine
+
+
+def test_the_surface_of_a_growing_oscillation_is_its_plane(tmp_path):
+    """The map of a linear oscillator with negative damping: the rings grow and turn with its multipliers."""
+    linear = modal_map(tmp_path, [], "damping_matrix = [[-0.3]]\n")
+    at_rest = np.zeros(2)
+    image = linear.image(at_rest, 1, jacobian=True)
+    slope = image.jacobian[0]
+    orbit = np.linalg.solve(np.eye(2) - slope, image.states[0])
+    surface = gearatlas.manifold_surface(linear, orbit, length=0.5, offset=1e-2, step=0.1, rings=4) - orbit
+    assert np.allclose(surface[4:], surface[:-4] @ slope.T, atol=1e-13)
+    areas = [0.5 * np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)) for ring in surface]
+    assert np.allclose(np.divide(areas[1:], areas[:-1]), np.linalg.det(slope) ** 0.25, rtol=1e-9)
+    with pytest.raises(ValueError, match="0 multipliers inside the unit circle; its manifold is a surface only if there are two"):
+        gearatlas.manifold_surface(linear, orbit, stable=True)
+
+
 def test_the_example_finds_two_basins():
     command = [sys.executable, ROOT / "examples/manifolds.py"]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
