@@ -6,13 +6,12 @@
 import json
 import os
 import pathlib
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 
-from records import keep, processor
+from records import keep, processor, spent
 
 TURNS = int(os.environ.get("TURNS", "5"))
 # Part of the name of the jobs to run; all jobs if it is empty.
@@ -45,18 +44,12 @@ CASES = [
 ]
 
 
-def used():
-    """Processor time of the children so far, user and system [s]."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
-
-
 def ran(program, arguments, folder):
     """Processor time, cycles and the largest residual of a run; status 3 is a run whose points are not all ok."""
     command = [program, "run", "manifests/flex80.toml", "--quiet", "--out", folder, *arguments]
-    already = used()
+    already = spent()
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-    time = used() - already
+    time = spent() - already
     if done.returncode not in (0, 3):
         sys.exit(f"{' '.join(map(str, command))}: status {done.returncode}\n{done.stderr}")
     totals = json.loads((folder / "run.json").read_text())["totals"]

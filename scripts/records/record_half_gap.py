@@ -10,14 +10,12 @@ import json
 import math
 import os
 import pathlib
-import resource
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 import polars as pl
-from records import ATLAS, ROOT, keep, link, processor, the, write_blocks
+from records import ATLAS, ROOT, keep, link, processor, processor_time, the, write_blocks
 
 PINION, WHEEL = (f"train.shaft.{shaft}.gears.0.thinning" for shaft in (1, 2))
 GAPS = {"flex80": (10, 15, 25, 40, 60, 100), "gearbox": (10, 20, 40, 77, 100)}
@@ -61,16 +59,13 @@ def gap_axis(drive, gaps):
 
 def run(drive, gaps, changes, work, name):
     """Points of a run as a table with `gap` in µm, and its processor time [s]."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [ATLAS, "run", ROOT / f"manifests/{drive}.toml", "--threads", "1", "--quiet"]
     command += ["--out", work / name, "--tables", work / "tables"]
     for change in [*SHORT[drive], *gap_axis(drive, gaps), *changes]:
         command += ["--set", change]
-    subprocess.run(command, check=True, cwd=work)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = processor_time(command, cwd=work)
     points = pl.read_parquet(work / name / "points.parquet")
     axis = 1e6 * points["mesh.half_gap"] if drive == "flex80" else 1e6 * OPENS * points[PINION]
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     print(f"{drive}, {name}: {len(points)} points, {spent:.0f} s", flush=True)
     return points.with_columns(axis.round(0).alias("gap")), spent
 

@@ -7,13 +7,11 @@ manifests/oscillators/one-sided-stop.toml with 100 gaps and 100 stiffnesses, and
 
 import pathlib
 import statistics
-import subprocess
 import sys
 import tempfile
 
 import polars as pl
-from record_settling import processor_time
-from records import ATLAS, ROOT, keep, output, table, this_run
+from records import ATLAS, ROOT, keep, output, processor_time, table, this_run
 
 SIDE = 100
 PEER = "target/by-hand/one_mode 100 -0.2 0.2 100 10 100 2.8 0.1 1 1 500 2000".split()

@@ -4,13 +4,12 @@
 """
 
 import pathlib
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 
-from records import ATLAS, ROOT, keep, processor
+from records import ATLAS, ROOT, keep, processor, processor_time
 
 TURNS = 5
 CASES = {
@@ -21,14 +20,11 @@ CASES = {
 
 def spent(program, settings):
     """Processor time of one run-up [s]."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as work:
         command = [program, "runup", "manifests/run-up.toml", "--threads", "1", "--out", f"{work}/out"]
         for setting in settings:
             command += ["--set", setting]
-        subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return processor_time(command, cwd=ROOT, stdout=subprocess.DEVNULL)
 
 
 def main(folder, before=None, older=None):

@@ -6,29 +6,19 @@ Integrated to the end: without a search for orbits, with transients of 6000 mesh
 """
 
 import pathlib
-import resource
 import statistics
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 import polars as pl
-from records import ATLAS, ROOT, keep, table, this_run
+from records import ATLAS, ROOT, keep, processor_time, table, this_run
 
 CASES = {
     "verified": [],
     "survey": ["analyses.lyapunov.effort=survey"],
     "integrated": ["run.transient=6000", "run.settle=false"],
 }
-
-
-def processor_time(command, **options):
-    """Processor time of a command [s]. Status 3 is a run with points that failed."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert subprocess.run(command, **options).returncode in (0, 3)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def run(settings, out):
