@@ -9,6 +9,9 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+/// Number of known tables above which those that nobody uses are forgotten.
+const MOST_PLACES: usize = 1 << 14;
+
 /// Largest number of the most recently used tables, and their bytes, where [`TABLES_AT_HAND`] tables take less: a plane of
 /// small structures reads every file once.
 const MOST_SMALL_TABLES: usize = 256;
@@ -124,9 +127,13 @@ impl Common {
     /// The table that all nodes share.
     fn get(&self, path: &Path, model: &Model) -> Result<Arc<KernelArrays>, TableError> {
         let nothing = || Arc::new(Mutex::new(Ok(Weak::new())));
-        let place = (lock(&self.places).entry(path.into()))
-            .or_insert_with(nothing)
-            .clone();
+        let mut places = lock(&self.places);
+        if places.len() >= MOST_PLACES && !places.contains_key(path) {
+            // Nobody waits for these or uses their tables.
+            places.retain(|_, place| Arc::strong_count(place) > 1 || is_used(place));
+        }
+        let place = (places.entry(path.into())).or_insert_with(nothing).clone();
+        drop(places);
         let mut table_slot = lock(&place);
         if let Some(table) = table_slot.clone()?.upgrade() {
             return Ok(table);
@@ -143,6 +150,11 @@ impl Common {
         *table_slot = Ok(Arc::downgrade(&table));
         Ok(table)
     }
+}
+
+/// Whether a table is in use.
+fn is_used(place: &Place) -> bool {
+    (lock(place).as_ref()).is_ok_and(|table| table.strong_count() > 0)
 }
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {

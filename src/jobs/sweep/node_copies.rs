@@ -4,6 +4,9 @@ use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// Largest number of copies of a kind.
+const MOST_COPIES: usize = 1 << 14;
+
 /// Copies in the memory of one NUMA node.
 #[derive(Debug)]
 pub(super) struct NodeCopies<K, V>(Mutex<HashMap<K, Arc<V>>>);
@@ -20,6 +23,9 @@ impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
         let mut copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(copy) = copies.get(&key) {
             return Ok(copy.clone());
+        }
+        if copies.len() == MOST_COPIES {
+            copies.clear();
         }
         // The calling thread writes the copy. A clone of the pointer would leave the data on the other node.
         let copy = Arc::new((*far()?).clone());

@@ -50,40 +50,66 @@ pub fn needed_tables(job: &Job, points: impl IntoIterator<Item = usize>) -> usiz
     needed_meshes(job, points).count()
 }
 
-/// Address of a structure's source, number of modes, number of retained modes, and [`ModelSpec::mta`].
-type Place = (usize, usize, usize, bool);
+/// A structure's specification, compared by the address of its source, which is much faster than by its text. It keeps the
+/// source, so that the address stays in use.
+#[derive(Debug, Clone)]
+struct Place(StructureSource, [usize; 2], bool);
 
-fn place(spec: &ModelSpec) -> Place {
-    let address = match &spec.source {
-        StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
-        StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
-        StructureSource::Train(train) => Arc::as_ptr(train).addr(),
-        StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
-    };
-    (address, spec.modes, spec.retained, spec.mta)
+impl Place {
+    fn of(spec: &ModelSpec) -> Self {
+        Self(spec.source.clone(), [spec.modes, spec.retained], spec.mta)
+    }
+
+    fn address(&self) -> usize {
+        match &self.0 {
+            StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
+            StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
+            StructureSource::Train(train) => Arc::as_ptr(train).addr(),
+            StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
+        }
+    }
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        (self.address(), self.1, self.2) == (other.address(), other.1, other.2)
+    }
+}
+
+impl Eq for Place {}
+
+impl Hash for Place {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        (self.address(), self.1, self.2).hash(state);
+    }
 }
 
 /// Number of different structures of a job. If a grid has very many combinations of model keys, only those that were
 /// resolved in advance count.
 pub fn structures(job: &Job) -> usize {
-    let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
+    let places = (job.points.variants().iter()).map(|variant| Place::of(&variant.model));
     places.collect::<HashSet<_>>().len()
 }
+
+/// Largest number of structures in memory: a plane over numbers of a modal file has one at every point.
+const MOST_STRUCTURES: usize = 1 << 14;
 
 /// Structures that all nodes share.
 #[derive(Debug, Default)]
 struct Structures {
     /// By the text of the specification: equal text means an equal structure.
     by_text: HashMap<String, Arc<ModalStructure>>,
-    /// By the address of the specification, which is much faster than its text. The source is kept, so that the address
-    /// stays in use.
-    by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
+    by_place: HashMap<Place, Arc<ModalStructure>>,
 }
 
 impl Structures {
     fn get(&mut self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
-        if let Some((_, found)) = self.by_place.get(&place(spec)) {
+        let place = Place::of(spec);
+        if let Some(found) = self.by_place.get(&place) {
             return Ok(found.clone());
+        }
+        if self.by_place.len() == MOST_STRUCTURES {
+            *self = Self::default();
         }
         let text = format!("{spec:?}");
         let found = match self.by_text.get(&text) {
@@ -91,8 +117,7 @@ impl Structures {
             None => Arc::new(structure(spec)?),
         };
         self.by_text.insert(text, found.clone());
-        let kept = (spec.source.clone(), found.clone());
-        self.by_place.insert(place(spec), kept);
+        self.by_place.insert(place, found.clone());
         Ok(found)
     }
 }
@@ -239,7 +264,7 @@ impl Prepared {
         };
         match &self.node_copies {
             None => far(),
-            Some(node_copies) => node_copies.get(place(spec), far),
+            Some(node_copies) => node_copies.get(Place::of(spec), far),
         }
     }
 }
