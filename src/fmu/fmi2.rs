@@ -19,13 +19,6 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 /// Kind of status: whether the FMU wants to end the simulation.
 const TERMINATED: c_int = 3;
 
-fn nothing(count: usize, of: &'static str) -> Result<(), Refusal> {
-    if count == 0 { Ok(()) } else { Err(Refusal::error(of)) }
-}
-
-const NO_BOOLEAN: &str = "no variable is a Boolean";
-const NO_TEXT: &str = "no variable is a text";
-const NO_WHOLE: &str = "no whole number can be set";
 const NOT_PENDING: &str = "no step is pending";
 
 exported! {
@@ -120,31 +113,11 @@ exported! {
         })
     }
 
-    fn fmi2GetBoolean(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_BOOLEAN))
-    }
-
-    fn fmi2GetString(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_TEXT))
-    }
-
     fn fmi2SetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: ImporterValues<f64>) -> c_int {
         instance.call(|own| {
             let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
             pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
         })
-    }
-
-    fn fmi2SetInteger(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_WHOLE))
-    }
-
-    fn fmi2SetBoolean(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_BOOLEAN))
-    }
-
-    fn fmi2SetString(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_TEXT))
     }
 
     fn fmi2GetFMUstate(instance: Handle, state: StatePointer) -> c_int {
@@ -174,18 +147,6 @@ exported! {
         instance.call(|_| deserialize(bytes, size, state))
     }
 
-    fn fmi2GetDirectionalDerivative(
-        instance: Handle,
-        _unknowns: Opaque,
-        _unknown_count: usize,
-        _knowns: Opaque,
-        _known_count: usize,
-        _seed: Opaque,
-        _derivative: Opaque,
-    ) -> c_int {
-        instance.call(|_| Err(Refusal::error("directional derivatives are not provided")))
-    }
-
     fn fmi2SetRealInputDerivatives(
         instance: Handle,
         references: ImporterValues<u32>,
@@ -200,26 +161,8 @@ exported! {
         })
     }
 
-    fn fmi2GetRealOutputDerivatives(
-        instance: Handle,
-        _references: Opaque,
-        count: usize,
-        _orders: Opaque,
-        _values: Opaque,
-    ) -> c_int {
-        instance.call(|_| nothing(count, "derivatives of outputs are not provided"))
-    }
-
     fn fmi2DoStep(instance: Handle, time: f64, length: f64, _no_way_back: c_int) -> c_int {
         instance.call(|own| own.step(time, length))
-    }
-
-    fn fmi2CancelStep(instance: Handle) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
-    }
-
-    fn fmi2GetStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
     }
 
     fn fmi2GetRealStatus(instance: Handle, kind: c_int, value: RequestedValues<f64>) -> c_int {
@@ -232,10 +175,6 @@ exported! {
         })
     }
 
-    fn fmi2GetIntegerStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
-    }
-
     fn fmi2GetBooleanStatus(instance: Handle, kind: c_int, value: RequestedValues<c_int>) -> c_int {
         instance.call(|_| {
             if kind != TERMINATED {
@@ -244,10 +183,6 @@ exported! {
             value.list(1)?[0] = 0;
             Ok(())
         })
-    }
-
-    fn fmi2GetStringStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
     }
 }
 
