@@ -22,6 +22,7 @@ use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
+use strum::IntoStaticStr;
 
 /// Number of a point's first random stream for its twins; smaller numbers are for its tangents and probes.
 const FIRST_STREAM: u64 = 1 << 33;
@@ -53,7 +54,8 @@ pub struct HorizonConfig {
 }
 
 /// A quantity measured over a number of cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum HorizonQuantity {
     /// Distance of twins, by its mean logarithm \[half gaps\], with the spread of the logarithm.
     Separation,
@@ -71,13 +73,7 @@ pub enum HorizonQuantity {
 impl HorizonQuantity {
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Separation => "separation",
-            Self::Exponent => "exponent",
-            Self::Force => "force",
-            Self::ContactForce => "contact_force",
-            Self::Deflection => "deflection",
-        }
+        self.into()
     }
 }
 
