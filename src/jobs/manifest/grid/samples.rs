@@ -126,7 +126,7 @@ pub(super) fn draw(
         }
         return None;
     }
-    let design = match section.choice_or_default("design")? {
+    let design = match section.choice("design")? {
         "saltelli" => Design::Saltelli,
         _ => Design::Sobol,
     };

@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::expression::Expression;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec};
 
@@ -18,10 +18,8 @@ pub(in crate::manifest) fn read(
     (faulty, expressions): (&[String], &[(String, Expression)]),
     retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
-    let section = match root.child("continuation") {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(section) => section,
+    let Some(section) = root.child("continuation")? else {
+        return Some(None);
     };
     let over = axis(&section, "over", (axes, dimensions), (faulty, expressions));
     let second = if section.has("second") {
@@ -53,15 +51,15 @@ pub(in crate::manifest) fn read(
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = section.if_effective(two).choice_or_default("curves");
-    let starts = section.integer_or_default("starts");
-    let transient = section.integer_or_default("transient");
-    let cycles = section.integer_or_default("cycles");
-    let longest_period = section.integer_or_default("longest_period");
-    let guesses = section.integer_or_default("guesses");
-    let orbits = section.integer_or_default("orbits");
-    let branches = section.integer_or_default("branches");
-    let step = section.quantity_or_default("step");
+    let curves = section.if_effective(two).choice("curves");
+    let starts = section.integer("starts");
+    let transient = section.integer("transient");
+    let cycles = section.integer("cycles");
+    let longest_period = section.integer("longest_period");
+    let guesses = section.integer("guesses");
+    let orbits = section.integer("orbits");
+    let branches = section.integer("branches");
+    let step = section.quantity("step");
     let states = section.each("states", |table| state(table, retained));
     Some(Some(ContinuationSpec {
         over: over?,
@@ -80,13 +78,10 @@ pub(in crate::manifest) fn read(
 }
 
 fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
-    let at = table.quantity("at");
-    let period = table.integer_or_default("period");
-    let state = modal_state::read(table, retained);
-    Some(GivenState {
-        value: at?,
-        period: period?,
-        state: state?,
+    all_of!(GivenState {
+        value: table.quantity("at"),
+        period: table.integer("period"),
+        state: modal_state::read(table, retained),
     })
 }
 

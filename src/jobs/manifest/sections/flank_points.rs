@@ -60,7 +60,7 @@ fn courses(
         let gear = if of_one { Some("gear") } else { table.choice("gear") };
         let at = places(&table, usize::from(gear == Some("wheel")));
         let missing = table.quantities("missing", None);
-        let between = table.choice_or_default("between");
+        let between = table.choice("between");
         let (Some(gear), Some(at), Some(missing), Some(between)) = (gear, at, missing, between)
         else {
             whole = false;

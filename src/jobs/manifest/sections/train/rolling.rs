@@ -1,16 +1,14 @@
 //! The tables `ball` and `roller` of a bearing: its catalogue data.
 
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::shaft::{RollingBearing, RollingElement};
 
 /// The rolling elements of a bearing, which replace the radial keys `springs`; `Some(None)` without rolling elements.
 pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBearing>> {
     let kind = if table.has("ball") { "ball" } else { "roller" };
-    let own = match table.child(kind) {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(own) => own,
+    let Some(own) = table.child(kind)? else {
+        return Some(None);
     };
     table.given_twice(springs, kind, "give the radial stiffness");
     if kind == "ball" {
@@ -19,13 +17,12 @@ pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBe
     let count = own.integer("count");
     let diameter = own.quantity("diameter");
     let pitch_diameter = own.quantity("pitch_diameter");
-    let contact_angle = own.quantity_or_default("contact_angle");
-    let clearance = own.quantity_or_default("clearance");
+    let contact_angle = own.quantity("contact_angle");
+    let clearance = own.quantity("clearance");
     let element = if kind == "ball" {
-        let conformity =
-            if own.has("conformity") { own.pair("conformity") } else { Some([0.52, 0.53]) };
-        let young_modulus = own.quantity_or_default("young_modulus");
-        let poisson_ratio = own.quantity_or_default("poisson_ratio");
+        let conformity = own.pair("conformity");
+        let young_modulus = own.quantity("young_modulus");
+        let poisson_ratio = own.quantity("poisson_ratio");
         RollingElement::Ball {
             diameter: diameter?,
             conformity: conformity?,
