@@ -164,10 +164,7 @@ fn build_and_compute(
     let (model, mesh) = parts.model_and_mesh(point)?;
     let kernel = PointKernel::of(point, &model, parts)?;
     let initial = model.start(&point.run.initial);
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let start = match start {
         Some(carried) => carried.start(&model, seed),
         None => initial.clone(),

@@ -130,10 +130,7 @@ pub fn sensitivities(
     called_off: &AtomicBool,
 ) -> Result<Sensitivities, SensitivityError> {
     let model = parts.model(point)?;
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let settle = Settle {
         model: &model,
         start: model.start(&point.run.initial),
