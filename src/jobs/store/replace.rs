@@ -12,8 +12,8 @@ use arrow_array::types::UInt64Type;
 
 use super::StoreError;
 use super::checksum::{RecordedTables, TableRecord};
-use super::file::{Shard, table_path};
-use super::interleave::{Finished, Interleaved, Source, interleave};
+use super::file::{ClosedTable, Shard, table_path};
+use super::interleave::{Interleaved, Source, interleave};
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
@@ -105,11 +105,10 @@ pub fn replace(
             joined.push(interleave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }
     }
-    let joined: Vec<Finished> = (joined.into_iter())
-        .map(Interleaved::finish)
+    let joined: Vec<ClosedTable> = (joined.into_iter())
+        .map(Interleaved::close)
         .collect::<Result<_, _>>()?;
     let tables: Vec<TableRecord> = joined.iter().map(|table| table.record.clone()).collect();
     announce(&tables)?;
-    joined.into_iter().try_for_each(Finished::publish)?;
-    Ok(tables)
+    joined.into_iter().map(ClosedTable::publish).collect()
 }
