@@ -115,10 +115,9 @@ impl Machines {
     fn read(args: &PlanArgs) -> Result<Self, String> {
         let read =
             |folder: &PathBuf| Characteristics::read(folder).map_err(|error| with_causes(&error));
-        let usual = || match Characteristics::read(&machine::default_folder()) {
-            Ok(found) => Ok(Some(found)),
-            Err(StoreError::Missing { .. }) => Ok(None),
-            Err(error) => Err(with_causes(&error)),
+        let usual = || {
+            let read = Characteristics::read(&machine::default_folder());
+            StoreError::if_there(read).map_err(|error| with_causes(&error))
         };
         let here = args
             .machine

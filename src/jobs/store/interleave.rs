@@ -70,10 +70,8 @@ pub(super) fn interleave(
         .iter()
         .map(SourceReader::open)
         .collect::<Result<_, _>>()?;
-    let (first, others) = readers.split_first().ok_or_else(|| StoreError::Missing {
-        folder: folder.to_path_buf(),
-        missing: table_path(folder, kind, shard),
-    })?;
+    let missing = || StoreError::missing(folder, table_path(folder, kind, shard));
+    let (first, others) = readers.split_first().ok_or_else(missing)?;
     let schema = first.reader.schema().clone();
     if let Some(other) = others.iter().find(|other| *other.reader.schema() != schema) {
         let detail = format!(
@@ -209,10 +207,7 @@ impl<'a> SourceReader<'a> {
     }
 
     fn foreign(&self, detail: String) -> StoreError {
-        StoreError::Foreign {
-            path: self.source.path.clone(),
-            detail,
-        }
+        StoreError::foreign(&self.source.path, detail)
     }
 }
 

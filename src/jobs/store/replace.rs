@@ -27,10 +27,7 @@ pub fn statuses(
     tables: &[TableRecord],
 ) -> Result<BTreeMap<String, BTreeSet<u64>>, StoreError> {
     let path = table_path(folder, TableKind::Points, shard);
-    let foreign = || StoreError::Foreign {
-        path: path.clone(),
-        detail: "it does not have the columns point_id and status".into(),
-    };
+    let foreign = || StoreError::foreign(&path, "it does not have the columns point_id and status");
     let recorded = Some(RecordedTables { folder, tables });
     let mut reader = TableReader::open(&path, recorded, Some(&["point_id", "status"]))?;
     let mut found: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();

@@ -107,16 +107,10 @@ impl Characteristics {
     pub fn read(folder: &Path) -> Result<Self, StoreError> {
         let path = folder.join(RECORD);
         let text = fs::read_to_string(&path).map_err(|source| match source.kind() {
-            ErrorKind::NotFound => StoreError::Missing {
-                folder: folder.to_path_buf(),
-                missing: path.clone(),
-            },
+            ErrorKind::NotFound => StoreError::missing(folder, path.clone()),
             _ => StoreError::io(&path, "read", source),
         })?;
-        let foreign = |detail: String| StoreError::Foreign {
-            path: path.clone(),
-            detail,
-        };
+        let foreign = |detail: String| StoreError::foreign(&path, detail);
         // Check the format first: other versions have other fields.
         let Format { format } =
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;
