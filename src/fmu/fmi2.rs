@@ -1,13 +1,10 @@
-//! The common functions and the co-simulation functions of FMI 2.0.
+//! The functions of FMI 2.0 that this FMU provides; the others are in `both` and `absent`.
 
+use super::both::{get, set};
 use super::export::exported;
-use super::foreign::{
-    CallbacksOf, Handle, ImporterValues, Logger, Opaque, RequestedValues, SavedState, StatePointer,
-    Text,
-};
+use super::foreign::{CallbacksOf, Handle, ImporterValues, Logger, Opaque, RequestedValues, Text};
 use super::instance::{Instance, Refusal};
 use super::resource_path::of_uri;
-use gearatlas_jobs::fmu::LiveState;
 use std::ffi::{c_char, c_int};
 
 /// Kind of FMU: co-simulation.
@@ -54,10 +51,6 @@ exported! {
         })
     }
 
-    fn fmi2FreeInstance(instance: Handle) {
-        instance.free();
-    }
-
     fn fmi2SetupExperiment(
         instance: Handle,
         _tolerance_given: c_int,
@@ -73,29 +66,8 @@ exported! {
         instance.call(Instance::enter_initialization)
     }
 
-    fn fmi2ExitInitializationMode(instance: Handle) -> c_int {
-        instance.call(Instance::exit_initialization)
-    }
-
-    fn fmi2Terminate(instance: Handle) -> c_int {
-        instance.call(Instance::terminate)
-    }
-
-    fn fmi2Reset(instance: Handle) -> c_int {
-        instance.call(|own| {
-            own.reset();
-            Ok(())
-        })
-    }
-
     fn fmi2GetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: RequestedValues<f64>) -> c_int {
-        instance.call(|own| {
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = own.number(*reference)?;
-            }
-            Ok(())
-        })
+        instance.call(|own| get(references, values, count, |reference| own.number(reference)))
     }
 
     fn fmi2GetInteger(
@@ -105,46 +77,14 @@ exported! {
         values: RequestedValues<c_int>,
     ) -> c_int {
         instance.call(|own| {
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = c_int::try_from(own.count(*reference)?).unwrap_or(c_int::MAX);
-            }
-            Ok(())
+            get(references, values, count, |reference| {
+                Ok(c_int::try_from(own.count(reference)?).unwrap_or(c_int::MAX))
+            })
         })
     }
 
     fn fmi2SetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: ImporterValues<f64>) -> c_int {
-        instance.call(|own| {
-            let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
-            pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
-        })
-    }
-
-    fn fmi2GetFMUstate(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|own| state.overwrite(own.state()))
-    }
-
-    fn fmi2SetFMUstate(instance: Handle, state: SavedState) -> c_int {
-        instance.call(|own| own.set_state(state.read()?))
-    }
-
-    fn fmi2FreeFMUstate(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|_| state.free())
-    }
-
-    fn fmi2SerializedFMUstateSize(instance: Handle, state: SavedState, size: RequestedValues<usize>) -> c_int {
-        instance.call(|_| {
-            size.list(1)?[0] = state.read()?.bytes().len();
-            Ok(())
-        })
-    }
-
-    fn fmi2SerializeFMUstate(instance: Handle, state: SavedState, bytes: RequestedValues<u8>, size: usize) -> c_int {
-        instance.call(|_| serialize(state, bytes, size))
-    }
-
-    fn fmi2DeSerializeFMUstate(instance: Handle, bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> c_int {
-        instance.call(|_| deserialize(bytes, size, state))
+        instance.call(|own| set(own, references, values, count))
     }
 
     fn fmi2SetRealInputDerivatives(
@@ -184,32 +124,4 @@ exported! {
             Ok(())
         })
     }
-}
-
-/// Writes the bytes of a state if they have room.
-pub fn serialize(
-    state: SavedState,
-    bytes: RequestedValues<u8>,
-    size: usize,
-) -> Result<(), Refusal> {
-    let own = state.read()?.bytes();
-    let room = bytes.list(size)?.get_mut(..own.len());
-    let few = || {
-        Refusal::error(format!(
-            "the state has {} bytes, the room {size}",
-            own.len()
-        ))
-    };
-    room.ok_or_else(few)?.copy_from_slice(&own);
-    Ok(())
-}
-
-/// Stores the state from some bytes.
-pub fn deserialize(
-    bytes: ImporterValues<u8>,
-    size: usize,
-    state: StatePointer,
-) -> Result<(), Refusal> {
-    let live = LiveState::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
-    state.fill(live)
 }
