@@ -10,6 +10,7 @@ pub(super) use value::{Given, meant};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::schema::{self, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value, entries};
+use std::str::FromStr;
 
 /// A struct whose fields are read one by one. All are read before the first missing field makes the result `None`, so
 /// that all faults are found.
@@ -226,6 +227,11 @@ impl<'t> Section<'t> {
     /// One of the schema's words for this key, which is required.
     pub fn choice(&self, name: &str) -> Option<&'static str> {
         self.given(name, |given| given.choice())
+    }
+
+    /// The variant that one of the schema's words names.
+    pub fn variant<T: FromStr>(&self, name: &str) -> Option<T> {
+        self.choice(name)?.parse().ok()
     }
 
     /// The elements of a list; `None` if it is not a list or has another length than expected.

@@ -2,8 +2,8 @@
 
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, Effort, GrowthNorm, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig,
-    OrderConfig, Signals, SpectrumConfig,
+    Analyses, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig, OrderConfig, Signals,
+    SpectrumConfig,
 };
 use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema;
@@ -119,8 +119,8 @@ fn lyapunov(
     let twin = table.boolean("twin");
     let separation = (table.if_effective(twin != Some(false))).quantity("separation");
     let course = table.integer("course");
-    let norm = table.choice("norm");
-    let effort = table.choice("effort");
+    let norm = table.variant("norm");
+    let effort = table.variant("effort");
     let lifetime = lifetime(table, run);
     let chains = table.boolean("chains");
     if twin == Some(false) {
@@ -139,14 +139,8 @@ fn lyapunov(
         twin: twin?,
         separation: separation?,
         course: course?,
-        norm: match norm? {
-            "raw" => GrowthNorm::Raw,
-            _ => GrowthNorm::Energy,
-        },
-        effort: match effort? {
-            "survey" => Effort::Survey,
-            _ => Effort::Verified,
-        },
+        norm: norm?,
+        effort: effort?,
         lifetime: lifetime?,
         chains: chains?,
     })

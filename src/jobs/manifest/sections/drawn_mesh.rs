@@ -138,10 +138,7 @@ fn face(section: &Section, gears: Option<&GearPair>) -> Option<FaceLaw> {
         );
         return Some(FaceLaw::Independent);
     }
-    Some(match section.choice("face")? {
-        "independent" => FaceLaw::Independent,
-        _ => FaceLaw::Coupled,
-    })
+    section.variant("face")
 }
 
 /// Number of slices of the face if every pair is a separate spring, otherwise an inner `None`; an outer `None` if a key

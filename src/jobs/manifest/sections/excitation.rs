@@ -1,9 +1,9 @@
 //! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
 
 use super::{Context, torque_curve};
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
-use crate::model::{DriveShaft, ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
+use crate::model::{ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
 use std::f64::consts::TAU;
 
 pub(super) fn read(
@@ -207,20 +207,12 @@ fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
 }
 
 fn ripple(table: &Section, source: Option<&StructureSource>) -> Option<TorqueRipple> {
-    let shaft = match table.choice("shaft") {
-        Some("wheel") => Some(DriveShaft::Wheel),
-        Some(_) => Some(DriveShaft::Pinion),
-        None => None,
-    };
-    let order = table.quantity("order");
-    let amplitude = table.quantity("amplitude");
-    let phase = table.quantity("phase");
-    let ripple = TorqueRipple {
-        shaft: shaft?,
-        order: order?,
-        amplitude: amplitude?,
-        phase: phase?,
-    };
+    let ripple = all_of!(TorqueRipple {
+        shaft: table.variant("shaft"),
+        order: table.quantity("order"),
+        amplitude: table.quantity("amplitude"),
+        phase: table.quantity("phase"),
+    })?;
     torque_curve::turns(table, source, ripple.shaft)?;
     Some(ripple)
 }

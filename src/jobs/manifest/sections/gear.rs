@@ -3,7 +3,7 @@
 use super::flank_points;
 use crate::gear::{
     BasicRack, BodyShape, FaceOverhang, FlankCourse, Flanks, GearError, GearPair, Hub, Material,
-    Modification, Plane, Relief, ReliefCourse, Tooth, ToothForm, Undercut, Web,
+    Modification, Plane, Relief, Tooth, ToothForm, Undercut, Web,
 };
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Section, all_of};
@@ -175,10 +175,7 @@ fn face(section: &Section) -> Option<CommonFace> {
 /// The plane state. By default it depends on the face width: narrow teeth are free to widen.
 fn plane(section: &Section, size: Option<(f64, f64)>) -> Option<Plane> {
     if section.has("plane") {
-        return Some(match section.choice("plane")? {
-            "strain" => Plane::Strain,
-            _ => Plane::Stress,
-        });
+        return section.variant("plane");
     }
     let (module, width) = size?;
     Some(plane_of(module, width))
@@ -263,10 +260,7 @@ fn relief(section: &Section, name: &str) -> Option<[Relief; 2]> {
     };
     let amount = relief.one_or_pair("amount");
     let length = relief.one_or_pair("length");
-    let course = match relief.choice("course")? {
-        "parabolic" => ReliefCourse::Parabolic,
-        _ => ReliefCourse::Linear,
-    };
+    let course = relief.variant("course")?;
     let (amount, length) = (amount?, length?);
     Some([0, 1].map(|gear| Relief {
         amount: amount[gear],

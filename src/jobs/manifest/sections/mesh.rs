@@ -11,7 +11,6 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::{Given, Section};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
 use crate::manifest::tree::Value;
-use crate::model::Release;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -77,7 +76,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
     let sliding = laws
         .and_then(|(stiffness, friction)| friction::sliding(section, drive, friction, stiffness));
     let coast = coast::read(section, drive, laws);
-    let release = section.choice("release");
+    let release = section.variant("release");
     let film = film::read(section, drive);
     let teeth = (stiffness.as_ref().zip(coast.as_ref()))
         .and_then(|laws| tooth_fault::read(section, drive, laws));
@@ -92,10 +91,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
         sliding: sliding?,
         misalignment: misalignment?,
         coast: coast?,
-        release: match release? {
-            "force" => Release::Force,
-            _ => Release::Deflection,
-        },
+        release: release?,
         film: film?,
         teeth: teeth?,
     })

@@ -30,15 +30,12 @@ pub(super) fn read(
     let Some(section) = excitation.child("torque_curve")? else {
         return Some(Vec::new());
     };
-    let shaft = section.choice("shaft");
+    let shaft = section.variant("shaft");
     let revolutions = section.integer::<u32>("revolutions");
     let harmonics = section.integer("harmonics");
     let points = section.required("points");
     let points = points.and_then(|entry| points_of(entry, excitation.issues, context));
-    let shaft = match shaft? {
-        "wheel" => DriveShaft::Wheel,
-        _ => DriveShaft::Pinion,
-    };
+    let shaft = shaft?;
     turns(&section, source, shaft)?;
     let (mut points, period) = (points?, TAU * f64::from(revolutions?));
     if let ([[first, start], .., [last, end]], false) = (&points[..], points.is_empty()) {

@@ -10,8 +10,8 @@ use crate::manifest::sections::excitation::errors_of_gears;
 use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS, MeshHarmonic};
 use crate::shaft::{
-    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
-    TrainError, TrainMesh,
+    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, Stop, TrainDrive, TrainError,
+    TrainMesh,
 };
 use crate::structure::SliderPart;
 use std::f64::consts::{PI, TAU};
@@ -389,15 +389,9 @@ pub(super) fn couplings(section: &Section, parts: &Parts) -> Option<Vec<ShaftCou
 }
 
 fn stage(table: &Section) -> Option<Stage> {
-    let side = match table.choice("side") {
-        Some("forward") => Some(StageSide::Forward),
-        Some("backward") => Some(StageSide::Backward),
-        Some(_) => Some(StageSide::Both),
-        None => None,
-    };
-    Some(Stage {
-        law: contact_law::constant(table)?,
-        side: side?,
+    all_of!(Stage {
+        side: table.variant("side"),
+        law: contact_law::constant(table),
     })
 }
 

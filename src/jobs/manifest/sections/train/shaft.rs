@@ -6,7 +6,7 @@ use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Section, all_of, all_or_none};
 use crate::manifest::sections::gear;
-use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
+use crate::shaft::{Bearing, Disc, Drag, LooseGear, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
 /// Difference between the diameters of a ring's body and its pitch circle, in modules.
@@ -30,13 +30,7 @@ fn shaft(
     let name = unused_name(table, names);
     let origin = table.triple("origin");
     let direction = table.triple("direction");
-    let motion = match table.choice("motion") {
-        Some("rotation") => Some(Motion::Rotation),
-        Some("lateral") => Some(Motion::Lateral),
-        Some("none") => Some(Motion::None),
-        Some(_) => Some(Motion::All),
-        None => None,
-    };
+    let motion = table.variant("motion");
     let sections = table.each("sections", section);
     let element = table.if_given("element", Section::quantity);
     let torque_at = table.quantity("torque_at");
