@@ -22,26 +22,19 @@ pub(super) fn read(
         poincare::read(table, cycles, carried, retained)
     });
     let nvh = section.optional("nvh", |table| {
-        let harmonics = table.integer("harmonics");
-        let spectrum = table.optional("spectrum", spectrum);
-        let orders = table.optional("orders", orders);
-        let stop_at_stderr = stop_at_stderr(table);
-        let [bearings, torques, accelerations, meshes, power] =
-            ["bearings", "torques", "accelerations", "meshes", "power"]
-                .map(|name| table.boolean(name));
-        Some(NvhConfig {
-            harmonics: harmonics?,
-            outputs: Signals {
-                bearings: bearings?,
-                torques: torques?,
-                accelerations: accelerations?,
-                meshes: meshes?,
+        all_of!(NvhConfig {
+            harmonics: table.integer("harmonics"),
+            outputs: all_of!(Signals {
+                bearings: table.boolean("bearings"),
+                torques: table.boolean("torques"),
+                accelerations: table.boolean("accelerations"),
+                meshes: table.boolean("meshes"),
                 ..Signals::NONE
-            },
-            power: power?,
-            spectrum: spectrum?,
-            orders: orders?,
-            stop_at_stderr: stop_at_stderr?,
+            }),
+            power: table.boolean("power"),
+            spectrum: table.optional("spectrum", spectrum),
+            orders: table.optional("orders", orders),
+            stop_at_stderr: stop_at_stderr(table),
         })
     });
     let multistability = section.optional("multistability", |table| {
@@ -190,20 +183,13 @@ fn multistability(
     retained: Option<usize>,
     run: Option<&RunSpec>,
 ) -> Option<MultistabilityConfig> {
-    let initial_conditions = table.integer("initial_conditions");
-    let decades = table.quantity("decades");
-    let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
-    let transient = table.integer_or("transient", as_long_as_run.0);
-    let cycles = table.integer_or(
-        "cycles",
-        as_long_as_run.1.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES),
-    );
-    let slice = table.optional("slice", |table| slice::read(table, retained));
-    Some(MultistabilityConfig {
-        initial_conditions: initial_conditions?,
-        decades: decades?,
-        transient: transient?,
-        cycles: cycles?,
-        slice: slice?,
+    let (transient, cycles) = run.map_or((0, 0), |run| (run.transient, run.cycles));
+    let cycles = cycles.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES);
+    all_of!(MultistabilityConfig {
+        initial_conditions: table.integer("initial_conditions"),
+        decades: table.quantity("decades"),
+        transient: table.integer_or("transient", transient),
+        cycles: table.integer_or("cycles", cycles),
+        slice: table.optional("slice", |table| slice::read(table, retained)),
     })
 }

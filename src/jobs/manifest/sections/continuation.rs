@@ -21,8 +21,8 @@ pub(in crate::manifest) fn read(
     let Some(section) = root.child("continuation")? else {
         return Some(None);
     };
-    let over = axis(&section, "over", (axes, dimensions), (faulty, expressions));
-    let second = if section.has("second") {
+    let followed = axis(&section, "over", (axes, dimensions), (faulty, expressions));
+    let other = if section.has("second") {
         axis(
             &section,
             "second",
@@ -33,8 +33,8 @@ pub(in crate::manifest) fn read(
     } else {
         Some(None)
     };
-    if let (Some(over), Some(Some(second))) = (over, second)
-        && over == second
+    if let (Some(first), Some(Some(second))) = (followed, other)
+        && first == second
     {
         let message = "`continuation.second` is already the axis along which orbits are followed";
         section
@@ -52,29 +52,21 @@ pub(in crate::manifest) fn read(
         );
     }
     let curves = section.if_effective(two).choice("curves");
-    let starts = section.integer("starts");
-    let transient = section.integer("transient");
-    let cycles = section.integer("cycles");
-    let longest_period = section.integer("longest_period");
-    let guesses = section.integer("guesses");
-    let orbits = section.integer("orbits");
-    let branches = section.integer("branches");
-    let step = section.quantity("step");
-    let states = section.each("states", |table| state(table, retained));
-    Some(Some(ContinuationSpec {
-        over: over?,
-        second: second?,
-        all_curves: curves? == "all",
-        starts: starts?,
-        transient: transient?,
-        cycles: cycles?,
-        longest_period: longest_period?,
-        guesses: guesses?,
-        orbits: orbits?,
-        branches: branches?,
-        step: step?,
-        states: states?,
-    }))
+    let spec = all_of!(ContinuationSpec {
+        over: followed,
+        second: other,
+        all_curves: curves.map(|curves| curves == "all"),
+        starts: section.integer("starts"),
+        transient: section.integer("transient"),
+        cycles: section.integer("cycles"),
+        longest_period: section.integer("longest_period"),
+        guesses: section.integer("guesses"),
+        orbits: section.integer("orbits"),
+        branches: section.integer("branches"),
+        step: section.quantity("step"),
+        states: section.each("states", |table| state(table, retained)),
+    });
+    spec.map(Some)
 }
 
 fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {

@@ -36,16 +36,8 @@ fn shaft(
     let torque_at = table.quantity("torque_at");
     let output = table.quantity("output");
     let drag = drag(table);
-    let discs = table.each("discs", |table| {
-        let at = table.quantity("at");
-        let body = body(table);
-        Some((at?, body?))
-    });
-    let bearings = table.each("bearings", |table| {
-        let at = table.quantity("at");
-        let bearing = bearing(table);
-        Some((at?, bearing?))
-    });
+    let discs = placed(table, "discs", body);
+    let bearings = placed(table, "bearings", bearing);
     let sections = sections?;
     let gears = table.each("gears", |table| {
         toothed_on_shaft(table, (&sections, density), names)
@@ -77,6 +69,18 @@ fn shaft(
             .fail(table.issues);
     }
     Some((shaft, drawn))
+}
+
+/// Parts of a shaft with their positions.
+fn placed<T>(
+    table: &Section,
+    name: &str,
+    read: impl Fn(&Section) -> Option<T>,
+) -> Option<Vec<(f64, T)>> {
+    table.each(name, |table| {
+        let (at, part) = (table.quantity("at"), read(table));
+        Some((at?, part?))
+    })
 }
 
 /// A name that no other shaft or gear has.
