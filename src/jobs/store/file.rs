@@ -385,18 +385,18 @@ fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<
 mod tests {
     use super::*;
     use crate::analysis::{PoincareSample, SampleKind};
-    use crate::store::{PoincareRow, poincare_table};
+    use crate::store::{OfPoint, poincare_table};
     use std::fs::OpenOptions;
 
-    fn row(point_id: u64) -> PoincareRow {
-        let sample = PoincareSample {
+    fn row(point_id: u64) -> OfPoint<PoincareSample> {
+        let own = PoincareSample {
             cycle: point_id,
             phase: 0.0,
             deflection: 1e-6,
             velocity: 2e-3,
             kind: SampleKind::Strobe,
         };
-        PoincareRow { point_id, sample }
+        OfPoint { point_id, own }
     }
 
     #[test]
