@@ -5,7 +5,7 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
-    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, HorizonError, HorizonOutcome,
+    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, EndedEarly, HorizonOutcome,
     MultistabilityOutcome, OrbitSurvey, PointConfig, PointOutcome, Probes, Status,
     covariant_vectors, investigate_onward, predictability, probe_basins, survey_orbits,
 };
@@ -249,8 +249,8 @@ impl KernelUse for PointTask<'_> {
         let horizon = match measured {
             None => None,
             Some(Ok(found)) => Some(found),
-            Some(Err(HorizonError::CalledOff(called_off))) => return Err(called_off),
-            Some(Err(HorizonError::Stop(stop))) => {
+            Some(Err(EndedEarly::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(EndedEarly::Stop(stop))) => {
                 outcome.reason.push_str(&format!(" (no horizon: {stop})"));
                 None
             }
