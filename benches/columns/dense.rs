@@ -85,7 +85,7 @@ product!(two, 2, 6);
 product!(four, 4, 6);
 product!(eight, 8, 3);
 
-fn apply(columns: usize, operator: &Operator<'_>, x: &[f64], y: &mut [f64]) {
+fn apply(columns: usize, operator: &Operator, x: &[f64], y: &mut [f64]) {
     match columns {
         1 => operator.apply(x, y),
         2 => two(operator.numbers(), x, y),
@@ -95,7 +95,7 @@ fn apply(columns: usize, operator: &Operator<'_>, x: &[f64], y: &mut [f64]) {
 }
 
 /// Asserts that products with several columns equal those of single columns.
-fn check(operator: &Operator<'_>, dimension: usize) {
+fn check(operator: &Operator, dimension: usize) {
     let rows = dimension.next_multiple_of(LANES);
     for columns in COLUMNS {
         let x: Vec<f64> = (0..columns * dimension)
@@ -123,7 +123,7 @@ pub fn products() -> Value {
         for (name, bytes) in SETS {
             let one = Operator::new(matrix.as_ref());
             let count = (bytes / one.bytes()).max(1);
-            let operators: Vec<Operator<'_>> =
+            let operators: Vec<Operator> =
                 (0..count).map(|_| Operator::new(matrix.as_ref())).collect();
             let operators = &operators;
             let rows = dimension.next_multiple_of(LANES);

@@ -1,5 +1,5 @@
-//! Functions of FMI 3.0 that this FMU does not support, such as those for model exchange and scheduled execution.
-//! Importers refuse a library without them.
+//! Functions of FMI 2.0 and 3.0 that this FMU does not support, such as those for model exchange and scheduled
+//! execution. Importers refuse a library without them.
 
 use super::export::exported;
 use super::foreign::{Handle, Logger, Logger3, Opaque};
@@ -21,6 +21,12 @@ macro_rules! of_no_variable {
 }
 
 of_no_variable! {
+    fmi2GetBoolean(_values: Opaque);
+    fmi2SetBoolean(_values: Opaque);
+    fmi2GetString(_values: Opaque);
+    fmi2SetString(_values: Opaque);
+    fmi2SetInteger(_values: Opaque);
+    fmi2GetRealOutputDerivatives(_orders: Opaque, _values: Opaque);
     fmi3GetFloat32(_values: Opaque, _count: usize);
     fmi3SetFloat32(_values: Opaque, _count: usize);
     fmi3GetInt8(_values: Opaque, _count: usize);
@@ -69,6 +75,11 @@ macro_rules! not_provided {
 }
 
 not_provided! {
+    fmi2GetDirectionalDerivative(_unknowns: Opaque, _m: usize, _knowns: Opaque, _n: usize, _seed: Opaque, _out: Opaque);
+    fmi2CancelStep();
+    fmi2GetStatus(_kind: c_int, _value: Opaque);
+    fmi2GetIntegerStatus(_kind: c_int, _value: Opaque);
+    fmi2GetStringStatus(_kind: c_int, _value: Opaque);
     fmi3GetNumberOfVariableDependencies(_reference: u32, _count: Opaque);
     fmi3GetVariableDependencies(_reference: u32, _elements: Opaque, _independents: Opaque, _of: Opaque, _kinds: Opaque, _count: usize);
     fmi3GetDirectionalDerivative(_unknowns: Opaque, _m: usize, _knowns: Opaque, _n: usize, _seed: Opaque, _k: usize, _out: Opaque, _l: usize);

@@ -1,13 +1,10 @@
-//! The common functions and the co-simulation functions of FMI 2.0.
+//! The functions of FMI 2.0 that this FMU provides; the others are in `both` and `absent`.
 
+use super::both::{get, set};
 use super::export::exported;
-use super::foreign::{
-    CallbacksOf, Handle, ImporterValues, Logger, Opaque, RequestedValues, SavedState, StatePointer,
-    Text,
-};
+use super::foreign::{CallbacksOf, Handle, ImporterValues, Logger, Opaque, RequestedValues, Text};
 use super::instance::{Instance, Refusal};
 use super::resource_path::of_uri;
-use gearatlas_jobs::fmu::LiveState;
 use std::ffi::{c_char, c_int};
 
 /// Kind of FMU: co-simulation.
@@ -19,13 +16,6 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 /// Kind of status: whether the FMU wants to end the simulation.
 const TERMINATED: c_int = 3;
 
-fn nothing(count: usize, of: &'static str) -> Result<(), Refusal> {
-    if count == 0 { Ok(()) } else { Err(Refusal::error(of)) }
-}
-
-const NO_BOOLEAN: &str = "no variable is a Boolean";
-const NO_TEXT: &str = "no variable is a text";
-const NO_WHOLE: &str = "no whole number can be set";
 const NOT_PENDING: &str = "no step is pending";
 
 exported! {
@@ -61,10 +51,6 @@ exported! {
         })
     }
 
-    fn fmi2FreeInstance(instance: Handle) {
-        instance.free();
-    }
-
     fn fmi2SetupExperiment(
         instance: Handle,
         _tolerance_given: c_int,
@@ -80,29 +66,8 @@ exported! {
         instance.call(Instance::enter_initialization)
     }
 
-    fn fmi2ExitInitializationMode(instance: Handle) -> c_int {
-        instance.call(Instance::exit_initialization)
-    }
-
-    fn fmi2Terminate(instance: Handle) -> c_int {
-        instance.call(Instance::terminate)
-    }
-
-    fn fmi2Reset(instance: Handle) -> c_int {
-        instance.call(|own| {
-            own.reset();
-            Ok(())
-        })
-    }
-
     fn fmi2GetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: RequestedValues<f64>) -> c_int {
-        instance.call(|own| {
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = own.number(*reference)?;
-            }
-            Ok(())
-        })
+        instance.call(|own| get(references, values, count, |reference| own.number(reference)))
     }
 
     fn fmi2GetInteger(
@@ -112,78 +77,14 @@ exported! {
         values: RequestedValues<c_int>,
     ) -> c_int {
         instance.call(|own| {
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = c_int::try_from(own.count(*reference)?).unwrap_or(c_int::MAX);
-            }
-            Ok(())
+            get(references, values, count, |reference| {
+                Ok(c_int::try_from(own.count(reference)?).unwrap_or(c_int::MAX))
+            })
         })
-    }
-
-    fn fmi2GetBoolean(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_BOOLEAN))
-    }
-
-    fn fmi2GetString(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_TEXT))
     }
 
     fn fmi2SetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: ImporterValues<f64>) -> c_int {
-        instance.call(|own| {
-            let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
-            pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
-        })
-    }
-
-    fn fmi2SetInteger(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_WHOLE))
-    }
-
-    fn fmi2SetBoolean(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_BOOLEAN))
-    }
-
-    fn fmi2SetString(instance: Handle, _references: Opaque, count: usize, _values: Opaque) -> c_int {
-        instance.call(|_| nothing(count, NO_TEXT))
-    }
-
-    fn fmi2GetFMUstate(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|own| state.overwrite(own.state()))
-    }
-
-    fn fmi2SetFMUstate(instance: Handle, state: SavedState) -> c_int {
-        instance.call(|own| own.set_state(state.read()?))
-    }
-
-    fn fmi2FreeFMUstate(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|_| state.free())
-    }
-
-    fn fmi2SerializedFMUstateSize(instance: Handle, state: SavedState, size: RequestedValues<usize>) -> c_int {
-        instance.call(|_| {
-            size.list(1)?[0] = state.read()?.bytes().len();
-            Ok(())
-        })
-    }
-
-    fn fmi2SerializeFMUstate(instance: Handle, state: SavedState, bytes: RequestedValues<u8>, size: usize) -> c_int {
-        instance.call(|_| serialize(state, bytes, size))
-    }
-
-    fn fmi2DeSerializeFMUstate(instance: Handle, bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> c_int {
-        instance.call(|_| deserialize(bytes, size, state))
-    }
-
-    fn fmi2GetDirectionalDerivative(
-        instance: Handle,
-        _unknowns: Opaque,
-        _unknown_count: usize,
-        _knowns: Opaque,
-        _known_count: usize,
-        _seed: Opaque,
-        _derivative: Opaque,
-    ) -> c_int {
-        instance.call(|_| Err(Refusal::error("directional derivatives are not provided")))
+        instance.call(|own| set(own, references, values, count))
     }
 
     fn fmi2SetRealInputDerivatives(
@@ -200,26 +101,8 @@ exported! {
         })
     }
 
-    fn fmi2GetRealOutputDerivatives(
-        instance: Handle,
-        _references: Opaque,
-        count: usize,
-        _orders: Opaque,
-        _values: Opaque,
-    ) -> c_int {
-        instance.call(|_| nothing(count, "derivatives of outputs are not provided"))
-    }
-
     fn fmi2DoStep(instance: Handle, time: f64, length: f64, _no_way_back: c_int) -> c_int {
         instance.call(|own| own.step(time, length))
-    }
-
-    fn fmi2CancelStep(instance: Handle) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
-    }
-
-    fn fmi2GetStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
     }
 
     fn fmi2GetRealStatus(instance: Handle, kind: c_int, value: RequestedValues<f64>) -> c_int {
@@ -232,10 +115,6 @@ exported! {
         })
     }
 
-    fn fmi2GetIntegerStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
-    }
-
     fn fmi2GetBooleanStatus(instance: Handle, kind: c_int, value: RequestedValues<c_int>) -> c_int {
         instance.call(|_| {
             if kind != TERMINATED {
@@ -245,36 +124,4 @@ exported! {
             Ok(())
         })
     }
-
-    fn fmi2GetStringStatus(instance: Handle, _kind: c_int, _value: Opaque) -> c_int {
-        instance.call(|_| Err(Refusal::error(NOT_PENDING)))
-    }
-}
-
-/// Writes the bytes of a state if they have room.
-pub fn serialize(
-    state: SavedState,
-    bytes: RequestedValues<u8>,
-    size: usize,
-) -> Result<(), Refusal> {
-    let own = state.read()?.bytes();
-    let room = bytes.list(size)?.get_mut(..own.len());
-    let few = || {
-        Refusal::error(format!(
-            "the state has {} bytes, the room {size}",
-            own.len()
-        ))
-    };
-    room.ok_or_else(few)?.copy_from_slice(&own);
-    Ok(())
-}
-
-/// Stores the state from some bytes.
-pub fn deserialize(
-    bytes: ImporterValues<u8>,
-    size: usize,
-    state: StatePointer,
-) -> Result<(), Refusal> {
-    let live = LiveState::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
-    state.fill(live)
 }

@@ -1,11 +1,8 @@
-//! The functions of FMI 3.0 that this FMU provides; the others are in [`super::absent`].
+//! The functions of FMI 3.0 that this FMU provides; the others are in `both` and `absent`.
 
+use super::both::{get, set};
 use super::export::exported;
-use super::fmi2::{deserialize, serialize};
-use super::foreign::{
-    Handle, ImporterValues, Logger, Logger3, Opaque, RequestedValues, SavedState, StatePointer,
-    Text,
-};
+use super::foreign::{Handle, ImporterValues, Logger, Logger3, Opaque, RequestedValues, Text};
 use super::instance::{Instance, Refusal};
 use std::ffi::{c_char, c_int};
 use std::path::Path;
@@ -54,10 +51,6 @@ exported! {
         })
     }
 
-    fn fmi3FreeInstance(instance: Handle) {
-        instance.free();
-    }
-
     fn fmi3EnterInitializationMode(
         instance: Handle,
         _tolerance_given: u8,
@@ -72,21 +65,6 @@ exported! {
         })
     }
 
-    fn fmi3ExitInitializationMode(instance: Handle) -> c_int {
-        instance.call(Instance::exit_initialization)
-    }
-
-    fn fmi3Terminate(instance: Handle) -> c_int {
-        instance.call(Instance::terminate)
-    }
-
-    fn fmi3Reset(instance: Handle) -> c_int {
-        instance.call(|own| {
-            own.reset();
-            Ok(())
-        })
-    }
-
     fn fmi3GetFloat64(
         instance: Handle,
         references: ImporterValues<u32>,
@@ -96,11 +74,7 @@ exported! {
     ) -> c_int {
         instance.call(|own| {
             one_each(count, value_count)?;
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = own.number(*reference)?;
-            }
-            Ok(())
+            get(references, values, count, |reference| own.number(reference))
         })
     }
 
@@ -113,8 +87,7 @@ exported! {
     ) -> c_int {
         instance.call(|own| {
             one_each(count, value_count)?;
-            let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
-            pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
+            set(own, references, values, count)
         })
     }
 
@@ -127,39 +100,8 @@ exported! {
     ) -> c_int {
         instance.call(|own| {
             one_each(count, value_count)?;
-            let pairs = references.list(count)?.iter().zip(values.list(count)?);
-            for (reference, value) in pairs {
-                *value = own.count(*reference)?;
-            }
-            Ok(())
+            get(references, values, count, |reference| own.count(reference))
         })
-    }
-
-    fn fmi3GetFMUState(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|own| state.overwrite(own.state()))
-    }
-
-    fn fmi3SetFMUState(instance: Handle, state: SavedState) -> c_int {
-        instance.call(|own| own.set_state(state.read()?))
-    }
-
-    fn fmi3FreeFMUState(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|_| state.free())
-    }
-
-    fn fmi3SerializedFMUStateSize(instance: Handle, state: SavedState, size: RequestedValues<usize>) -> c_int {
-        instance.call(|_| {
-            size.list(1)?[0] = state.read()?.bytes().len();
-            Ok(())
-        })
-    }
-
-    fn fmi3SerializeFMUState(instance: Handle, state: SavedState, bytes: RequestedValues<u8>, size: usize) -> c_int {
-        instance.call(|_| serialize(state, bytes, size))
-    }
-
-    fn fmi3DeserializeFMUState(instance: Handle, bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> c_int {
-        instance.call(|_| deserialize(bytes, size, state))
     }
 
     fn fmi3DoStep(

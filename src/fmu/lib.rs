@@ -6,6 +6,7 @@
 //! nothing, and no panic leaves it.
 
 mod absent;
+mod both;
 mod export;
 mod fmi2;
 mod fmi3;

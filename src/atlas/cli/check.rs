@@ -12,7 +12,7 @@ use crate::gear::{CycleDivision, MeshTableSpec};
 use crate::input::{clipped, printable};
 use crate::manifest::{
     CoastSpec, DampingSpec, Diagnostic, Job, ManifestErrors, PointSpec, Source, StiffnessSpec,
-    StructureSource, advice,
+    StructureSource, Variant, advice,
 };
 use crate::report::{Unit, to_digits};
 use crate::store::TableStore;
@@ -104,20 +104,13 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
         }
         lines.push((format!("  {}", axis.name()), text));
     }
-    let retained = range(
-        job.points
-            .variants()
-            .iter()
-            .map(|v| v.model.retained as f64),
-    );
-    let modes = range(job.points.variants().iter().map(|v| v.model.modes as f64));
     lines.push((
         "model".to_owned(),
         format!(
             "{}, {} of {} modes kept{}",
             first.model.source.kind(),
-            span(retained.0, retained.1),
-            span(modes.0, modes.1),
+            spread(over(job, |v| v.model.retained as f64)),
+            spread(over(job, |v| v.model.modes as f64)),
             if first.model.mta { ", the others as residual flexibility" } else { "" }
         ),
     ));
@@ -171,26 +164,17 @@ fn speeds(first: &PointSpec) -> Option<(String, String)> {
 }
 
 fn mesh(job: &Job) -> String {
-    let gap = range(job.points.variants().iter().map(|v| v.mesh.half_gap));
-    let known = (job.points.variants().iter()).filter_map(|v| v.mesh.friction.constant());
-    let known: Vec<f64> = known.collect();
-    let friction = if known.is_empty() {
-        "from load, speed, oil and roughness".to_owned()
-    } else {
-        let (low, high) = range(known.into_iter());
-        span(low, high)
+    let mut known = over(job, |v| v.mesh.friction.constant())
+        .flatten()
+        .peekable();
+    let friction = match known.peek() {
+        None => "from load, speed, oil and roughness".to_owned(),
+        Some(_) => spread(known),
     };
     let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
-        let values: Vec<f64> = job
-            .points
-            .variants()
-            .iter()
-            .filter_map(|variant| pick(&variant.mesh.damping))
-            .collect();
-        (!values.is_empty()).then(|| {
-            let (low, high) = range(values.into_iter());
-            format!("{}{unit}", span(low, high))
-        })
+        let mut values = over(job, |v| pick(&v.mesh.damping)).flatten().peekable();
+        values.peek()?;
+        Some(spread(values) + unit)
     };
     let ratio = damping(
         |d| match d {
@@ -209,7 +193,7 @@ fn mesh(job: &Job) -> String {
     let dampings: Vec<String> = [ratio, coefficient].into_iter().flatten().collect();
     format!(
         "half gap {} µm; {}; contact damping {}; friction {}",
-        span(1e6 * gap.0, 1e6 * gap.1),
+        spread(over(job, |v| 1e6 * v.mesh.half_gap)),
         stiffness(job),
         dampings.join(", "),
         friction
@@ -219,10 +203,11 @@ fn mesh(job: &Job) -> String {
 /// The coast flank in words: `mirrored, on a separate line of action …`, or `on the line of action of the drive flank`.
 fn coast(job: &Job) -> String {
     let symmetries = || {
-        (job.points.variants().iter()).filter_map(|variant| match variant.mesh.coast {
+        let mirrored = over(job, |variant| match variant.mesh.coast {
             CoastSpec::Mirrored { symmetry } => Some((symmetry, variant.mesh.stiffness.varies())),
             CoastSpec::SameLine => None,
-        })
+        });
+        mirrored.flatten()
     };
     if symmetries().next().is_none() {
         return "on the line of action of the drive flank".to_owned();
@@ -231,11 +216,8 @@ fn coast(job: &Job) -> String {
     if !symmetries().any(|(_, varies)| varies) {
         return line.to_owned();
     }
-    let (low, high) = range(symmetries().map(|(symmetry, _)| symmetry));
-    format!(
-        "{line}; a tooth is on the line of centres at mesh phase {}",
-        span(low, high)
-    )
+    let symmetry = spread(symmetries().map(|(symmetry, _)| symmetry));
+    format!("{line}; a tooth is on the line of centres at mesh phase {symmetry}")
 }
 
 /// The mesh stiffness in words: `60 segments, 3.333e8 ... 4.444e8 N/m`, or the source of a table.
@@ -243,10 +225,9 @@ fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut counts = (f64::INFINITY, f64::NEG_INFINITY);
     let mut series = false;
-    let laws = job.points.variants().iter();
-    let mut laws: Vec<&StiffnessSpec> = laws.map(|variant| &variant.mesh.stiffness).collect();
+    let mut laws: Vec<&StiffnessSpec> = over(job, |v| &v.mesh.stiffness).collect();
     laws.dedup();
-    let means = range(laws.iter().filter_map(|law| law.mean()));
+    let means = spread(laws.iter().filter_map(|law| law.mean()));
     for law in laws {
         let count = match law {
             StiffnessSpec::Constant(_) => 1,
@@ -269,11 +250,7 @@ fn stiffness(job: &Job) -> String {
     } else {
         format!("{counts} segments")
     };
-    let mean = if levels.0 == levels.1 {
-        String::new()
-    } else {
-        format!(", mean {}", span(means.0, means.1))
-    };
+    let mean = if levels.0 == levels.1 { String::new() } else { format!(", mean {means}") };
     format!("{what}, {} N/m{mean}", span(levels.0, levels.1))
 }
 
@@ -286,12 +263,22 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
             format!("one spring per pair of teeth and slice of the face, {slices} slices")
         }
     };
-    let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(
         "stiffness from the drawing of the gears, {division}; misalignment {} mrad{}",
-        span(1e3 * misalignment.0, 1e3 * misalignment.1),
+        spread(over(job, |v| 1e3 * v.mesh.misalignment)),
         if table.shaft_tilt { " plus the tilt of the shafts under load" } else { "" }
     )
+}
+
+/// A property of all variants of the points.
+fn over<'j, T>(job: &'j Job, of: impl Fn(&'j Variant) -> T) -> impl Iterator<Item = T> {
+    job.points.variants().iter().map(of)
+}
+
+/// The range of some values in words.
+fn spread(values: impl Iterator<Item = f64>) -> String {
+    let (low, high) = range(values);
+    span(low, high)
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -332,12 +319,7 @@ fn job_json(name: &str, job: &Job) -> Value {
             })
         })
         .collect();
-    let retained = range(
-        job.points
-            .variants()
-            .iter()
-            .map(|v| v.model.retained as f64),
-    );
+    let retained = range(over(job, |v| v.model.retained as f64));
     let first = job.points.first();
     let parts = Prepared::new(TableStore::in_memory());
     let gear_mesh = first.as_ref().map(|p| GearMesh::of(p, &parts));

@@ -2,7 +2,9 @@
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, number};
-use super::{BAD_INPUT, OrFail, Status, answer, fail, with_causes};
+use super::{
+    BAD_INPUT, OrFail, Status, answer, either, fail, refuse_existing, scratch_folder, with_causes,
+};
 use crate::fmu::{Description, Drive, FmuError, Platform, Role, Version, export};
 use crate::input;
 use crate::store::{TableStore, write_atomically};
@@ -75,11 +77,7 @@ pub fn run(args: &FmuArgs) -> Status {
     let job = args.manifest.read_job()?;
     let point = point::read_point(&job, args.point.as_deref().unwrap_or("0"))?.spec;
     let out = (args.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.fmu", job.name)));
-    if !args.overwrite && out.symlink_metadata().is_ok() {
-        let message =
-            "already exists; choose another file with --out, or replace it with --overwrite";
-        return Err(fail(BAD_INPUT, &format!("`{}` {message}", out.display())));
-    }
+    refuse_existing(&out, args.overwrite, "choose another file with --out")?;
     let version = args.fmi.version();
     let Some(platform) = Platform::current(version) else {
         let message =
@@ -88,15 +86,7 @@ pub fn run(args: &FmuArgs) -> Status {
     };
     let (path, library) = library(args).or_fail(BAD_INPUT)?;
     // The file contains only the tables that this point needs.
-    let tables = match tempfile::tempdir() {
-        Ok(folder) => folder,
-        Err(error) => {
-            return Err(fail(
-                1,
-                &format!("cannot create a temporary folder: {error}"),
-            ));
-        }
-    };
+    let tables = scratch_folder()?;
     let written = Drive::new(job, point, TableStore::open(tables.path())).and_then(|drive| {
         let folders = (args.manifest.base(), tables.path());
         let bytes = export(&drive, folders, (library, platform), version)?;
@@ -116,7 +106,7 @@ pub fn run(args: &FmuArgs) -> Status {
         drive: &drive,
         size: bytes.len(),
     };
-    let text = if args.json { format!("{:#}\n", summary.json()) } else { summary.text() };
+    let text = either(args.json, || summary.json(), || summary.text());
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

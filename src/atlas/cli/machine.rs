@@ -132,10 +132,8 @@ fn measure(args: &MeasureArgs) -> Status {
         &process.called_off,
     );
     bar.finish_and_clear();
-    let found = match found {
-        Ok(Some(found)) => found,
-        Ok(None) => return Ok(ExitCode::from(INTERRUPTED)),
-        Err(error) => return Err(fail(1, &with_causes(&error))),
+    let Some(found) = found.or_explain(1)? else {
+        return Ok(ExitCode::from(INTERRUPTED));
     };
     begin_writing();
     found.write(&folder).or_explain(1)?;

@@ -54,6 +54,7 @@ use std::error::Error;
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 use threads::Threads;
 
@@ -233,6 +234,31 @@ fn answer(text: &str, status: ExitCode) -> ExitCode {
         }
         _ => status,
     }
+}
+
+/// A JSON document if it is requested, otherwise the text.
+fn either(
+    json: bool,
+    document: impl FnOnce() -> serde_json::Value,
+    text: impl FnOnce() -> String,
+) -> String {
+    if json { format!("{:#}\n", document()) } else { text() }
+}
+
+/// Refuses to replace a file unless that is requested; `remedy` says what else to do.
+fn refuse_existing(path: &Path, overwrite: bool, remedy: &str) -> Result<(), ExitCode> {
+    if overwrite || path.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    let path = path.display();
+    let message = format!("`{path}` already exists: {remedy}, or replace it with --overwrite");
+    Err(fail(BAD_INPUT, &message))
+}
+
+/// A temporary folder, which is removed when it is dropped.
+fn scratch_folder() -> Result<tempfile::TempDir, ExitCode> {
+    let created = tempfile::tempdir();
+    created.map_err(|error| fail(1, &format!("cannot create a temporary folder: {error}")))
 }
 
 /// Prints one error line and returns the exit status.

@@ -1,6 +1,6 @@
 //! `atlas new`: writes a commented manifest as a starting point.
 
-use super::{BAD_INPUT, OrFail, Status, answer, fail};
+use super::{BAD_INPUT, OrFail, Status, answer, refuse_existing};
 use crate::manifest;
 use crate::store::write_atomically;
 use clap::{Args, ValueEnum};
@@ -82,10 +82,7 @@ pub fn run(args: &NewArgs) -> Status {
     let text = args.from.named(name);
     let file = PathBuf::from(format!("{name}.toml"));
     manifest::parse(&text, &file.to_string_lossy(), Path::new(".")).or_explain(BAD_INPUT)?;
-    if !args.overwrite && file.symlink_metadata().is_ok() {
-        let message = "already exists: choose another name, or replace it with --overwrite";
-        return Err(fail(BAD_INPUT, &format!("`{}` {message}", file.display())));
-    }
+    refuse_existing(&file, args.overwrite, "choose another name")?;
     write_atomically(&file, text.as_bytes()).or_explain(1)?;
     let next = format!(
         "{0}\nNext: atlas check {0}, then atlas run {0}\n",

@@ -6,7 +6,7 @@ use super::manifest_args::ManifestArgs;
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, OrFail, Status, answer, fail, grid, machine, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, grid, machine, scratch_folder, with_causes};
 use crate::characterize::compare::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
@@ -55,10 +55,7 @@ pub fn run(args: &PlanArgs) -> Status {
     }
     let machines = Machines::read(args).or_fail(BAD_INPUT)?;
     let process = Process::prepare(NOTHING_WRITTEN)?;
-    let scratch = match tempfile::tempdir() {
-        Ok(scratch) => scratch,
-        Err(error) => return Err(fail(1, &format!("cannot make a temporary folder: {error}"))),
-    };
+    let scratch = scratch_folder()?;
     let parts = Prepared::new(args.tables.store());
     let sweep = Sweep {
         job: &job,
@@ -118,10 +115,9 @@ impl Machines {
     fn read(args: &PlanArgs) -> Result<Self, String> {
         let read =
             |folder: &PathBuf| Characteristics::read(folder).map_err(|error| with_causes(&error));
-        let usual = || match Characteristics::read(&machine::default_folder()) {
-            Ok(found) => Ok(Some(found)),
-            Err(StoreError::Missing { .. }) => Ok(None),
-            Err(error) => Err(with_causes(&error)),
+        let usual = || {
+            let read = Characteristics::read(&machine::default_folder());
+            StoreError::if_there(read).map_err(|error| with_causes(&error))
         };
         let here = args
             .machine

@@ -250,10 +250,7 @@ pub fn run(args: &PlotArgs) -> Status {
     }
     let more = !request.what.is_empty() || request.measured.is_some();
     if drawn.pictures.is_empty() || more {
-        match plot(&args.sources, &request) {
-            Ok(others) => drawn.append(others),
-            Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
-        }
+        drawn.append(plot(&args.sources, &request).or_explain(BAD_INPUT)?);
     }
     if drawn.pictures.is_empty() {
         let message = format!(

@@ -1,8 +1,11 @@
 //! Where does a recording of one operating point go? Into a folder that has no recording of the same kind.
 
+use super::{FAILED_POINTS, answer, fail};
 use crate::manifest::Job;
+use crate::propagate::Stop;
 use crate::store::{TableKind, table_path};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// The default folder of a recording: `results/JOB/trace-POINT`, or without the point if its label is empty.
 pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
@@ -22,4 +25,15 @@ pub(super) fn occupied(folder: &Path, kind: TableKind, recording: &str) -> Optio
             file.display()
         )
     })
+}
+
+/// Prints the summary of a recording, and the reason if the motion ended early.
+pub(super) fn ended(text: &str, recording: &str, stop: Option<Stop>) -> ExitCode {
+    let status = answer(text, ExitCode::SUCCESS);
+    let Some(stop) = stop else {
+        return status;
+    };
+    let message =
+        format!("the {recording} ended early: {stop}; the files hold the motion before that");
+    fail(FAILED_POINTS, &message)
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::size::size;
-use super::{BAD_INPUT, OrFail, Status, answer, fail, show, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, refuse_existing, show, with_causes};
 use crate::report::{PageRequest, ReportError, results_page, size_text};
 use crate::store::{StoreError, TableKind, record_paths, table_path, write_atomically};
 
@@ -44,13 +44,7 @@ pub fn run(args: &ReportArgs) -> Status {
         Ok(page) => page,
         Err(error) => return Err(fail(BAD_INPUT, &refusal(&args.folder, &error))),
     };
-    if path.exists() && !args.overwrite {
-        let message = format!(
-            "`{}` already exists: choose another file with --out, or replace it with --overwrite",
-            path.display()
-        );
-        return Err(fail(BAD_INPUT, &message));
-    }
+    refuse_existing(&path, args.overwrite, "choose another file with --out")?;
     write_atomically(&path, page.html.as_bytes()).or_explain(1)?;
     let bytes = page.html.len() as u64;
     let text = match (args.json, args.quiet) {

@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, start_threads};
 use crate::analysis::run_up::{RunUp, RunUpConfig};
 use crate::manifest::Job;
 use crate::report::{Unit, to_digits};
@@ -15,7 +15,6 @@ use crate::sweep::{PointRunUp, Prepared, RunUpError};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Arguments of `atlas runup`.
 #[derive(Debug, Args)]
@@ -65,16 +64,12 @@ pub fn run(args: &RunupArgs) -> Status {
         parts: &parts,
     };
     let (config, run) = match run_up.record(&process.called_off) {
-        Ok(recorded) => recorded,
         Err(RunUpError::CalledOff) => return Err(fail(INTERRUPTED, NOTHING_WRITTEN)),
-        Err(error) => return Err(fail(BAD_INPUT, &error.to_string())),
+        recorded => recorded.or_fail(BAD_INPUT)?,
     };
     begin_writing();
-    let text = if args.json {
-        format!("{:#}\n", summary_json(&job, &config, &run, &folder))
-    } else {
-        summary(&job, &config, &run, &folder)
-    };
+    let json = || summary_json(&job, &config, &run, &folder);
+    let text = either(args.json, json, || summary(&job, &config, &run, &folder));
     let stop = run.stop;
     write_run_up(
         &folder,
@@ -83,14 +78,7 @@ pub fn run(args: &RunupArgs) -> Status {
         run,
     )
     .or_fail(1)?;
-    let status = answer(&text, ExitCode::SUCCESS);
-    Ok(match stop {
-        None => status,
-        Some(stop) => fail(
-            FAILED_POINTS,
-            &format!("the run-up ended early: {stop}; the files hold the motion before that"),
-        ),
-    })
+    Ok(recording::ended(&text, "run-up", stop))
 }
 
 /// The origin of the tables, as metadata.

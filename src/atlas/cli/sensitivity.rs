@@ -5,7 +5,7 @@ use super::point::{self, PointArg, number};
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, either, fail, start_threads};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
 use crate::sweep::{
@@ -81,7 +81,7 @@ pub fn run(args: &SensitivityArgs) -> Status {
         Err(SensitivityError::CalledOff(_)) => return Err(fail(INTERRUPTED, "interrupted")),
         found => found.or_explain(BAD_INPUT)?,
     };
-    let text = if args.json { format!("{:#}\n", in_json(&found)) } else { in_text(&found) };
+    let text = either(args.json, || in_json(&found), || in_text(&found));
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, OrFail, Status, answer, fail, start_threads};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, start_threads};
 use crate::analysis::{Signals, TraceConfig, TraceOutcome, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
@@ -17,7 +17,6 @@ use crate::sweep::{PointTrace, PointTraceError, Prepared};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Arguments of `atlas trace`.
 #[derive(Debug, Args)]
@@ -99,27 +98,17 @@ pub fn run(args: &TraceArgs) -> Status {
         Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
             return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
-        Ok(recorded) => recorded,
         Err(PointTraceError::CalledOff(_)) => {
             return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
-        Err(error) => return Err(fail(1, &error.to_string())),
+        recorded => recorded.or_fail(1)?,
     };
     begin_writing();
     writer.finish().or_fail(1)?;
-    let text = if args.json {
-        format!("{:#}\n", summary_json(&job, &point, &outcome, &folder))
-    } else {
-        summary(&job, &point, &model, config, &outcome, &folder)
-    };
-    let status = answer(&text, ExitCode::SUCCESS);
-    Ok(match outcome.stop {
-        None => status,
-        Some(stop) => fail(
-            FAILED_POINTS,
-            &format!("the trace ended early: {stop}; the files hold the motion before that"),
-        ),
-    })
+    let json = || summary_json(&job, &point, &outcome, &folder);
+    let text = || summary(&job, &point, &model, config, &outcome, &folder);
+    let text = either(args.json, json, text);
+    Ok(recording::ended(&text, "trace", outcome.stop))
 }
 
 /// The point and the model of the trace.

@@ -1,7 +1,7 @@
 //! `atlas verify`: the validation checks on this machine.
 
 use super::threads::Threads;
-use super::{OrFail, Status, answer, line, start_threads};
+use super::{OrFail, Status, answer, either, line, start_threads};
 use crate::topology::Machine;
 use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
 use clap::Args;
@@ -42,11 +42,7 @@ pub fn run(args: &VerifyArgs) -> Status {
         begun += 1;
     });
     bar.finish_and_clear();
-    let text = if args.json {
-        format!("{:#}\n", document(&report))
-    } else {
-        report.to_string()
-    };
+    let text = either(args.json, || document(&report), || report.to_string());
     Ok(answer(&text, ExitCode::from(report.status())))
 }
 

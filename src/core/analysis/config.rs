@@ -4,6 +4,7 @@ use super::poincare::Section;
 use crate::model::Quantity;
 use crate::numerics::random::PointSeed;
 use serde::Serialize;
+use strum::EnumString;
 
 /// Settings of one trajectory of a point.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +82,8 @@ impl Default for LyapunovConfig {
 }
 
 /// How much of a motion that does not settle is measured before its error bars are evaluated.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum Effort {
     /// Several trajectories, a late first look at the error bars, few looks. The coverage of these error
     /// bars was measured.
@@ -103,7 +105,8 @@ impl Effort {
 
 /// The norm in which the growth of tangents and twins is measured. Exponents do not depend on it in the long
 /// run; estimates over a few cycles do.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum GrowthNorm {
     /// Energy, without the neutral pair.
     #[default]

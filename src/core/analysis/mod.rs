@@ -45,7 +45,7 @@ mod twin;
 mod window_cache;
 
 pub use analyses::Analyses;
-pub use called_off::CalledOff;
+pub use called_off::{CalledOff, EndedEarly};
 pub use config::{
     Effort, GrowthNorm, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, Signals,
     SpectrumConfig,
@@ -59,9 +59,7 @@ pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;
 pub use evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
-pub use horizon::{
-    HorizonConfig, HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability,
-};
+pub use horizon::{HorizonConfig, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability};
 pub use lyapunov::{TangentGrowth, displaced};
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityConfig, MultistabilityOutcome, Plane,

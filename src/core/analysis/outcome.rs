@@ -7,9 +7,11 @@ use super::power_outcome::PowerOutcome;
 use crate::model::Flanks;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 /// How the work on a point ended.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Status {
     /// All requested results are complete.
     Ok,
@@ -28,14 +30,7 @@ pub enum Status {
 impl Status {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::NotConverged => "not_converged",
-            Self::Inaccurate => "inaccurate",
-            Self::Diverged => "diverged",
-            Self::EventStorm => "event_storm",
-            Self::Failed => "failed",
-        }
+        self.into()
     }
 
     /// Whether the results are unreliable: inaccurate, diverged, event_storm, failed.
@@ -58,7 +53,8 @@ impl TryFrom<Stop> for Status {
 }
 
 /// Kind of motion on which a point settles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Class {
     /// In contact throughout, without an event in any measured cycle, and settled: repeats after this number
     /// of mesh cycles, or follows an excitation without a period.
@@ -78,14 +74,7 @@ pub enum Class {
 impl Class {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::SteadyContact(_) => "steady_contact",
-            Self::Periodic(_) => "periodic",
-            Self::QuasiPeriodic => "quasi_periodic",
-            Self::Chaotic => "chaotic",
-            Self::TransientChaos => "transient_chaos",
-            Self::NotConverged => "not_converged",
-        }
+        self.into()
     }
 
     /// Whether neighbours separate exponentially, at least for a time.
@@ -152,7 +141,8 @@ pub struct CourseOutcome {
 }
 
 /// Method that gave a Lyapunov exponent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum LyapunovMethod {
     /// Average growth of tangent vectors over the measured cycles.
     Tangent,
@@ -165,11 +155,7 @@ pub enum LyapunovMethod {
 impl LyapunovMethod {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Tangent => "tangent",
-            Self::Multipliers => "multipliers",
-            Self::Birkhoff => "birkhoff",
-        }
+        self.into()
     }
 }
 
@@ -339,7 +325,8 @@ pub struct SpectrumLine {
 }
 
 /// Method that gave a spectrum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum SpectrumMethod {
     /// Exact lines of a motion that repeats.
     Fourier,
@@ -350,10 +337,7 @@ pub enum SpectrumMethod {
 impl SpectrumMethod {
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Fourier => "fourier",
-            Self::Welch => "welch",
-        }
+        self.into()
     }
 }
 

@@ -1,9 +1,11 @@
 //! A sample on a section of phase space, as in the result files.
 
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 /// Reason for a Poincaré sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum SampleKind {
     /// The requested mesh phase.
     Strobe,
@@ -30,18 +32,7 @@ pub enum SampleKind {
 impl SampleKind {
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Strobe => "strobe",
-            Self::Entry => "entry",
-            Self::Maximum => "maximum",
-            Self::Minimum => "minimum",
-            Self::Release => "release",
-            Self::CoastEntry => "coast_entry",
-            Self::CoastRelease => "coast_release",
-            Self::ForceMaximum => "force_maximum",
-            Self::SurfaceUp => "surface_up",
-            Self::SurfaceDown => "surface_down",
-        }
+        self.into()
     }
 }
 

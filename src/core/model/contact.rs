@@ -2,6 +2,7 @@
 
 use super::{MeshCycle, Release, Segment};
 use crate::numerics::integers::least_multiple;
+use strum::IntoStaticStr;
 
 /// Index of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;
@@ -114,7 +115,8 @@ impl ActiveSet {
 }
 
 /// The state of the two flanks of a gear pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Flanks {
     /// The drive flank touches.
     Drive,
@@ -143,12 +145,7 @@ impl Flanks {
 
     /// The word in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Drive => "drive",
-            Self::Free => "free",
-            Self::Coast => "coast",
-            Self::Both => "both",
-        }
+        self.into()
     }
 }
 

@@ -5,6 +5,7 @@ use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness}
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
+use strum::EnumString;
 
 /// Breakpoints closer than this \[cycles\] coincide. Values of twelve digits put equal breakpoints up to
 /// 6e-12 apart: half a unit of the last digit of each, twice that for a symmetry. Moving a step Δk of a
@@ -278,7 +279,8 @@ pub struct ImposedMotion {
 }
 
 /// One of the two shafts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum DriveShaft {
     /// The driving shaft.
     Pinion,

@@ -1,12 +1,14 @@
 //! By which law does a closed contact open?
 
 use serde::Serialize;
+use strum::EnumString;
 
 /// The rule for opening a closed contact.
 ///
 /// The damper of a contact pulls while the contact opens: `k (δ − s b) + c (δ' − s b')` changes its sign
 /// while the contact is still compressed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum Release {
     /// Where δ falls back to the gap: the force of spring and damper may have either sign.
     #[default]

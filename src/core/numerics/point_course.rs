@@ -1,5 +1,7 @@
 //! Courses (functions) through points: piecewise linear, or cubics without overshoot.
 
+use strum::EnumString;
+
 /// A function through points, drawn or measured; 0 without points. Outside their range it has the value of
 /// the nearer end.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
@@ -11,7 +13,8 @@ pub struct PointCourse {
 }
 
 /// Interpolation of a course between its points.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum BetweenPoints {
     /// Straight lines.
     #[default]

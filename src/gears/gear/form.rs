@@ -2,6 +2,7 @@
 
 use super::modification::{Modification, Relief};
 use crate::numerics::point_course::PointCourse;
+use strum::EnumString;
 
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
@@ -210,7 +211,8 @@ impl Default for BasicRack {
 
 /// The plane state in which teeth and gear bodies deform. The flattening of the flanks is always
 /// plane strain: its extent is short compared with the face width.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum Plane {
     /// Free of stress across the face: a face narrow compared with the deformed region.
     #[default]

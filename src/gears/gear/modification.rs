@@ -1,6 +1,8 @@
 //! Material that is missing from the involute flanks, normal to the flank, by design or by errors of manufacture. It
 //! varies along the profile and along the lead (ISO 21771, clause 9).
 
+use strum::EnumString;
+
 /// Relief of a flank, from 0 at its start to its maximum at the end of the flank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Relief {
@@ -14,7 +16,8 @@ pub struct Relief {
 }
 
 /// How relief rises over its length.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum ReliefCourse {
     /// Proportional to the distance.
     #[default]

@@ -5,6 +5,7 @@ use super::disc::Disc;
 use super::error::{ShaftError, non_negative, positive};
 use super::rolling::{Ring, RollingBearing};
 use crate::gear::GearPair;
+use strum::EnumString;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an
 /// end inertia on an overhang; the structure of the `flexible` model kind.
@@ -122,7 +123,8 @@ impl Pedestal {
 }
 
 /// Free motions of a shaft.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum Motion {
     /// All six.
     All,

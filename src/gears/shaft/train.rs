@@ -42,6 +42,7 @@ use super::error::ShaftError;
 use crate::gear::{GearPair, Hub};
 use crate::structure::ContactLaw;
 use serde::Serialize;
+use strum::EnumString;
 
 /// A train of gears; the structure of the `train` model kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -212,7 +213,8 @@ pub struct Stage {
 }
 
 /// Direction of its coupling's twist in which a stage acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum StageSide {
     /// Behind its gap to either side.
     #[default]

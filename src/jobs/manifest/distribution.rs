@@ -4,6 +4,7 @@ use serde::Serialize;
 use statrs::function::erf::{erfc, erfc_inv};
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
+use strum::IntoStaticStr;
 
 /// The distribution of an axis's values, in SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -15,8 +16,9 @@ pub struct Distribution {
 }
 
 /// The law of a distribution.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Law {
     /// Normal.
     Normal {
@@ -72,12 +74,7 @@ impl Distribution {
 impl Law {
     /// Name in manifests.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Normal { .. } => "normal",
-            Self::Lognormal { .. } => "lognormal",
-            Self::Uniform { .. } => "uniform",
-            Self::Empirical(_) => "empirical",
-        }
+        self.into()
     }
 
     /// The share of values below `x`.

@@ -10,7 +10,7 @@ mod oscillator;
 use super::diagnostic::{DiagnosticKind, Issues, Span};
 use super::modal_keys;
 use super::modal_tree::ModalFile;
-use super::reader::Section;
+use super::reader::{Section, all_of};
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::tree::entries;
@@ -103,8 +103,8 @@ fn read(root: &Section) -> Option<ModalStructure> {
     let bearings = bearings(root, modes);
     let coupling = coupling::read(root, frequency.as_deref());
     let coast = coast::read(root, mesh.as_deref(), frequency.as_deref());
-    let constant_load = optional(root, "constant_load", modes);
-    let load_by_speed = optional(root, "load_by_speed", modes);
+    let constant_load = if_acting(root, "constant_load", modes);
+    let load_by_speed = if_acting(root, "load_by_speed", modes);
     let harmonic_loads = loads::read(root, modes, teeth);
     let frequency = frequency?;
     check_frequencies(root, &frequency)?;
@@ -131,12 +131,8 @@ fn read(root: &Section) -> Option<ModalStructure> {
         torques: Vec::new(),
         motions: Vec::new(),
         coupling: coupling?,
-        constant_load: constant_load?
-            .filter(|column| acting(column))
-            .unwrap_or_default(),
-        load_by_speed: load_by_speed?
-            .filter(|column| acting(column))
-            .unwrap_or_default(),
+        constant_load: constant_load?,
+        load_by_speed: load_by_speed?,
         harmonic_loads: harmonic_loads?,
         meshes: Vec::new(),
         shafts: Vec::new(),
@@ -147,16 +143,11 @@ fn read(root: &Section) -> Option<ModalStructure> {
 fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
     equal_names(&root.tables("bearing")?, root.issues);
     root.each("bearing", |table| {
-        let name = table.text("name");
-        let gain = column(table, "gain", modes);
-        let rate_gain = optional(table, "rate_gain", modes);
-        Some(BearingGain {
-            name: name?.to_owned(),
-            gain: gain?,
-            rate_gain: rate_gain?
-                .filter(|column| acting(column))
-                .unwrap_or_default(),
-            left_out: OmittedModeForces::default(),
+        all_of!(BearingGain {
+            name: table.text("name").map(str::to_owned),
+            gain: column(table, "gain", modes),
+            rate_gain: if_acting(table, "rate_gain", modes),
+            left_out: Some(OmittedModeForces::default()),
         })
     })
 }
@@ -200,6 +191,12 @@ fn column(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> 
 /// A column that may be absent.
 fn optional(root: &Section, name: &str, modes: Option<usize>) -> Option<Option<Vec<f64>>> {
     if root.has(name) { column(root, name, modes).map(Some) } else { Some(None) }
+}
+
+/// A column; empty if it is absent or all its entries are 0.
+fn if_acting(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> {
+    let column = optional(root, name, modes)?;
+    Some(column.filter(|own| acting(own)).unwrap_or_default())
 }
 
 /// Whether a column has an entry that is not 0.

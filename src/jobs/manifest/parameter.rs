@@ -5,7 +5,7 @@ use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
 use super::expand::PointResolver;
 use super::modal_keys;
-use super::reader;
+use super::reader::{self, default_of};
 use super::schema::{self, Kind, MANIFEST};
 use super::spec::{PointSpec, Variant};
 use super::tree::{Node, Value};
@@ -187,17 +187,13 @@ impl PointResolver {
             return point.axis_values.get(place).copied();
         }
         let key = modal_keys::find(name).filter(|_| self.has_place(name))?;
-        match self.node(name).map(|node| &node.value) {
-            None => match key.default {
-                schema::DefaultValue::Value(_) if matches!(key.kind, Kind::Quantity(_)) => {
-                    Some(key.default_quantity())
-                }
-                _ => None,
-            },
-            Some(Value::Text(text)) => units::parse(text, parameter.dimension).ok(),
-            Some(Value::Float(value) | Value::Sample(value, _)) => Some(*value),
-            Some(Value::Integer(value)) => Some(*value as f64),
-            Some(_) => None,
+        let default = || default_of(key).filter(|_| matches!(key.kind, Kind::Quantity(_)));
+        let node = self.node(name).or_else(|| Some(&default()?.node))?;
+        match &node.value {
+            Value::Text(text) => units::parse(text, parameter.dimension).ok(),
+            Value::Float(value) | Value::Sample(value, _) => Some(*value),
+            Value::Integer(value) => Some(*value as f64),
+            _ => None,
         }
     }
 

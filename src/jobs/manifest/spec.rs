@@ -17,6 +17,7 @@ use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;
 use crate::gear::GearPair;
 use crate::model::{ImposedMotion, InitialState, MeshHarmonic, TorqueRipple};
+use crate::numerics::random::PointSeed;
 use crate::propagate::KernelSetting;
 use crate::shaft::{Drag, FlexibleDrive, RigidDrive, TrainDrive};
 use crate::structure::ModalStructure;
@@ -102,6 +103,16 @@ pub struct PointSpec {
     /// Why the values of its axes are inconsistent, in a grid too large for judging every combination; all other fields
     /// are then those of another point.
     pub fault: Option<String>,
+}
+
+impl PointSpec {
+    /// The root of its random streams.
+    pub fn random(&self) -> PointSeed {
+        PointSeed {
+            seed: self.seed,
+            point_id: self.point_id,
+        }
+    }
 }
 
 /// Everything about a point except its load and speed.

@@ -15,10 +15,7 @@ impl ResultTable {
     /// # Errors
     /// As [`ResultTable::read`], except a missing table.
     pub fn read_if_there(folder: &Path, kind: TableKind) -> Result<Option<Self>, StoreError> {
-        match Self::read(folder, kind) {
-            Err(StoreError::Missing { .. }) => Ok(None),
-            table => table.map(Some),
-        }
+        StoreError::if_there(Self::read(folder, kind))
     }
 
     /// The columns that were read, as batches of one schema with the metadata of the files. Rows are copied only if

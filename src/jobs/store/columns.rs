@@ -9,21 +9,12 @@ use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
 use super::nvh::{listed, nvh_columns};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
-use super::point_row::PointRow;
+use super::point_row::{OfPoint, PointRow};
 use super::refined::level_columns;
 use super::samples::sample_columns;
 use super::table::{Column, Table, columns};
 use crate::analysis::{Class, PoincareSample, SpectrumLine, SpectrumMethod};
 use std::sync::Arc;
-
-/// A row of `poincare.parquet`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoincareRow {
-    /// The point.
-    pub point_id: u64,
-    /// A sample of the point.
-    pub sample: PoincareSample,
-}
 
 /// A row of `spectra.parquet`.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,17 +33,13 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-impl Row for PoincareRow {}
+impl Row for OfPoint<PoincareSample> {}
 
 impl Row for SpectrumRow {}
 
 /// Takes the samples of a point.
-pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<PoincareRow> {
-    let point_id = point.point_id;
-    let samples = std::mem::take(&mut point.outcome.poincare).into_iter();
-    samples
-        .map(|sample| PoincareRow { point_id, sample })
-        .collect()
+pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<OfPoint<PoincareSample>> {
+    OfPoint::all(point.point_id, std::mem::take(&mut point.outcome.poincare))
 }
 
 /// Takes the spectral lines of a point.
@@ -248,15 +235,15 @@ fn work_columns() -> Vec<Column<PointRow>> {
 }
 
 /// Columns of `poincare.parquet`.
-pub fn poincare_table() -> Table<PoincareRow> {
-    Table::new(columns![row: PoincareRow;
+pub fn poincare_table() -> Table<OfPoint<PoincareSample>> {
+    Table::new(columns![row: OfPoint<PoincareSample>;
         u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
-        u64 "cycle", "mesh cycles", row.sample.cycle,
+        u64 "cycle", "mesh cycles", row.own.cycle,
             "Mesh cycle, counted from the start of the simulation";
-        f64 "phase", "1", row.sample.phase, "Mesh phase of the sample, in [0, 1)";
-        f64 "deflection", "m", row.sample.deflection, "Mesh deflection";
-        f64 "velocity", "m/s", row.sample.velocity, "Rate of the mesh deflection";
-        text "section", "", row.sample.kind.name(),
+        f64 "phase", "1", row.own.phase, "Mesh phase of the sample, in [0, 1)";
+        f64 "deflection", "m", row.own.deflection, "Mesh deflection";
+        f64 "velocity", "m/s", row.own.velocity, "Rate of the mesh deflection";
+        text "section", "", row.own.kind.name(),
             "Reason for the sample: strobe, entry (into drive contact), release (out of it), coast_entry, \
              coast_release, maximum or minimum (of the deflection), force_maximum, surface_up or \
              surface_down (towards larger or smaller values)";

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
+use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::table::Table;
+use super::table_kind::TableKind;
 use super::{ProgramRecord, StoreError};
 
 /// Record of the tables that a command wrote outside a run.
@@ -48,6 +51,51 @@ impl TablesRecord {
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| StoreError::io(&path, "write", error.into()))?;
         write_atomically(&path, sealed(&text).as_bytes())
+    }
+}
+
+/// The tables that a command writes at its end, and their record.
+pub(super) struct CommandTables<'a> {
+    folder: &'a Path,
+    record: &'static str,
+    metadata: &'a [(&'a str, String)],
+    tables: Vec<TableRecord>,
+}
+
+impl<'a> CommandTables<'a> {
+    /// Prepares the folder: no record exists while old and new tables are mixed.
+    pub(super) fn start(
+        folder: &'a Path,
+        record: &'static str,
+        metadata: &'a [(&'a str, String)],
+    ) -> Result<Self, StoreError> {
+        create_folder(folder)?;
+        remove_stale(folder)?;
+        remove(&folder.join(record))?;
+        Ok(Self {
+            folder,
+            record,
+            metadata,
+            tables: Vec::new(),
+        })
+    }
+
+    pub(super) fn write<R: Row>(
+        &mut self,
+        kind: TableKind,
+        table: Table<R>,
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<(), StoreError> {
+        let mut file = TableFile::create(self.folder, kind, None, table, self.metadata)?;
+        rows.into_iter().try_for_each(|row| file.push(row))?;
+        self.tables.push(file.finish()?);
+        Ok(())
+    }
+
+    /// Writes the record of the tables.
+    pub(super) fn finish(self) -> Result<Vec<TableRecord>, StoreError> {
+        TablesRecord::new(self.metadata, self.tables.clone()).write(self.folder, self.record)?;
+        Ok(self.tables)
     }
 }
 

@@ -3,8 +3,8 @@
 
 use super::StoreError;
 use super::checksum::TableRecord;
-use super::command_record::{TablesRecord, remove};
-use super::file::{Row, create_folder, remove_stale, table_path, write_table};
+use super::command_record::{CommandTables, remove};
+use super::file::{Row, table_path};
 use super::point_row::AxisColumn;
 use super::table::{Column, Table, columns};
 use super::table_kind::{FOLLOW_RECORD, TableKind};
@@ -365,37 +365,15 @@ pub fn write_followed(
     rows: FollowedRows,
     metadata: &[(&str, String)],
 ) -> Result<Vec<TableRecord>, StoreError> {
-    create_folder(folder)?;
-    remove_stale(folder)?;
-    // No record exists while old and new tables are mixed.
-    remove(&folder.join(FOLLOW_RECORD))?;
-    let mut written = Vec::new();
+    let mut tables = CommandTables::start(folder, FOLLOW_RECORD, metadata)?;
     match rows.curves {
-        Some(rows) => written.push(write_table(
-            folder,
-            TableKind::Curves,
-            curves_table(axes),
-            rows,
-            metadata,
-        )?),
+        Some(rows) => tables.write(TableKind::Curves, curves_table(axes), rows)?,
         None => remove(&table_path(folder, TableKind::Curves, None))?,
     }
-    written.push(write_table(
-        folder,
-        TableKind::Bifurcations,
-        bifurcations_table(axes),
-        rows.bifurcations,
-        metadata,
-    )?);
-    written.push(write_table(
-        folder,
-        TableKind::Branches,
-        branches_table(axes),
-        rows.branches,
-        metadata,
-    )?);
-    TablesRecord::new(metadata, written.clone()).write(folder, FOLLOW_RECORD)?;
-    Ok(written)
+    let bifurcations = bifurcations_table(axes);
+    tables.write(TableKind::Bifurcations, bifurcations, rows.bifurcations)?;
+    tables.write(TableKind::Branches, branches_table(axes), rows.branches)?;
+    tables.finish()
 }
 
 #[cfg(test)]

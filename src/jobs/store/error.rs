@@ -251,6 +251,31 @@ impl StoreError {
         )
     }
 
+    /// A file that this program did not write so.
+    pub(crate) fn foreign(path: &Path, detail: impl Into<String>) -> Self {
+        Self::Foreign {
+            path: path.to_path_buf(),
+            detail: detail.into(),
+        }
+    }
+
+    /// A file that a folder lacks.
+    pub fn missing(folder: &Path, missing: PathBuf) -> Self {
+        let folder = folder.to_path_buf();
+        Self::Missing { folder, missing }
+    }
+
+    /// What was read; `None` if the folder lacks it.
+    ///
+    /// # Errors
+    /// Those of the result, except a missing file.
+    pub fn if_there<T>(read: Result<T, Self>) -> Result<Option<T>, Self> {
+        match read {
+            Err(Self::Missing { .. }) => Ok(None),
+            read => read.map(Some),
+        }
+    }
+
     /// A failure of the operating system with a result file.
     pub fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         IoFault::new(path, action, Purpose::Results, source).into()

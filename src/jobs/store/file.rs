@@ -103,6 +103,18 @@ pub(super) fn start_writer<W: Write + Send>(
     Ok(writer)
 }
 
+/// Writes the footer of a file. No row may be written afterwards.
+pub(super) fn complete<W: Write + Send>(
+    writer: &mut ArrowWriter<Hashed<W>>,
+    path: &Path,
+) -> Result<(), StoreError> {
+    let refused = |source| StoreError::parquet(path, "write", source);
+    writer.finish().map_err(refused)?;
+    // `ArrowWriter` buffers; its `into_inner` would turn an error of the system to text.
+    let synced = writer.sync();
+    synced.map_err(|source| StoreError::io(path, "write", source))
+}
+
 /// Encodes rows piece by piece into any sink, and writes them in row groups.
 pub(super) struct TableWriter<R, W: Write + Send> {
     table: Table<R>,
@@ -197,12 +209,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
     /// Writes the remaining rows and the footer; returns the number of rows. No row may be pushed afterwards.
     fn finish(&mut self) -> Result<u64, StoreError> {
         self.flush()?;
-        let refused = |source| StoreError::parquet(&self.path, "write", source);
-        self.writer.finish().map_err(refused)?;
-        // `ArrowWriter` buffers; its `into_inner` would turn an error of the system to text.
-        self.writer
-            .sync()
-            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+        complete(&mut self.writer, &self.path)?;
         Ok(self.rows)
     }
 }
@@ -268,25 +275,36 @@ impl<R: Row> TableFile<R> {
     /// Writes the remaining rows of the table, still under its temporary name.
     pub(super) fn close(mut self) -> Result<ClosedTable, StoreError> {
         let rows = self.writer.finish()?;
-        let path = self.writer.path.clone();
-        let written = self.writer.writer.inner();
-        sync(&written.sink, &path)?;
-        Ok(ClosedTable {
-            record: written.record(&self.folder, &path, rows),
-            temporary: self.temporary,
-            path,
-        })
+        let TableWriter { path, writer, .. } = &self.writer;
+        ClosedTable::new(writer.inner(), rows, &self.folder, path, self.temporary)
     }
 }
 
 /// A complete table without its final name.
 pub(super) struct ClosedTable {
-    record: TableRecord,
+    pub(super) record: TableRecord,
     temporary: TempPath,
     path: PathBuf,
 }
 
 impl ClosedTable {
+    /// Brings a completed table of `folder` to the disk.
+    pub(super) fn new(
+        written: &Hashed<File>,
+        rows: u64,
+        folder: &Path,
+        path: &Path,
+        temporary: TempPath,
+    ) -> Result<Self, StoreError> {
+        let synced = written.sink.sync_all();
+        synced.map_err(|source| StoreError::io(path, "write", source))?;
+        Ok(Self {
+            record: written.record(folder, path, rows),
+            temporary,
+            path: path.to_path_buf(),
+        })
+    }
+
     /// Gives the table its final name.
     pub(super) fn publish(self) -> Result<TableRecord, StoreError> {
         if let Some(parent) = self.path.parent() {
@@ -296,21 +314,6 @@ impl ClosedTable {
             .map_err(|source| StoreError::io(&self.path, "write", source))?;
         Ok(self.record)
     }
-}
-
-/// Writes a table from memory, completely or not at all.
-pub(super) fn write_table<R: Row>(
-    folder: &Path,
-    kind: TableKind,
-    table: Table<R>,
-    rows: impl IntoIterator<Item = R>,
-    metadata: &[(&str, String)],
-) -> Result<TableRecord, StoreError> {
-    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
-    for row in rows {
-        file.push(row)?;
-    }
-    file.finish()
 }
 
 /// Creates a folder and its parents.
@@ -367,11 +370,6 @@ pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(
     fsync::publish(file, temporary, path).map_err(|source| StoreError::io(path, "write", source))
 }
 
-fn sync(file: &File, path: &Path) -> Result<(), StoreError> {
-    file.sync_all()
-        .map_err(|source| StoreError::io(path, "write", source))
-}
-
 /// A file and a folder of shards of the same name exclude each other. Check this before the work, not after it.
 fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<(), StoreError> {
     let path = folder.join(kind.file_name());
@@ -387,18 +385,18 @@ fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<
 mod tests {
     use super::*;
     use crate::analysis::{PoincareSample, SampleKind};
-    use crate::store::{PoincareRow, poincare_table};
+    use crate::store::{OfPoint, poincare_table};
     use std::fs::OpenOptions;
 
-    fn row(point_id: u64) -> PoincareRow {
-        let sample = PoincareSample {
+    fn row(point_id: u64) -> OfPoint<PoincareSample> {
+        let own = PoincareSample {
             cycle: point_id,
             phase: 0.0,
             deflection: 1e-6,
             velocity: 2e-3,
             kind: SampleKind::Strobe,
         };
-        PoincareRow { point_id, sample }
+        OfPoint { point_id, own }
     }
 
     #[test]

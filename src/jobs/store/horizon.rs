@@ -2,46 +2,35 @@
 
 use super::PointRow;
 use super::file::Row;
+use super::point_row::OfPoint;
 use super::table::{Column, Table, columns};
 use crate::analysis::HorizonMeasure;
 
-/// A row of `horizon.parquet`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HorizonRow {
-    /// The point.
-    pub point_id: u64,
-    /// A quantity over a number of mesh cycles.
-    pub measure: HorizonMeasure,
-}
-
-impl Row for HorizonRow {}
+impl Row for OfPoint<HorizonMeasure> {}
 
 /// Takes the rows of a point.
-pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<HorizonRow> {
-    let point_id = point.point_id;
-    let found = point.horizon.as_mut();
-    let measures = found.map_or(Vec::new(), |found| std::mem::take(&mut found.measures));
-    (measures.into_iter())
-        .map(|measure| HorizonRow { point_id, measure })
-        .collect()
+pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<OfPoint<HorizonMeasure>> {
+    let found = point.horizon.iter_mut();
+    let measures = found.flat_map(|found| std::mem::take(&mut found.measures));
+    OfPoint::all(point.point_id, measures)
 }
 
 /// Columns of `horizon.parquet`.
-pub fn horizon_table() -> Table<HorizonRow> {
+pub fn horizon_table() -> Table<OfPoint<HorizonMeasure>> {
     const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (forces) or m (deflection)";
-    Table::new(columns![row: HorizonRow;
+    Table::new(columns![row: OfPoint<HorizonMeasure>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
-        text "quantity", "", row.measure.quantity.name(),
+        text "quantity", "", row.own.quantity.name(),
             "separation: distance of twins; exponent: growth of a tangent vector; force, deflection: \
              averages of mesh force and deflection; contact_force: average of the force that presses flanks \
              together";
-        u64 "cycles", "mesh cycles", row.measure.cycles,
+        u64 "cycles", "mesh cycles", row.own.cycles,
             "Mesh cycles since the twins started (separation), or of the average";
-        f64 "value", UNIT, row.measure.value, "Mean; for separations, the geometric mean";
-        f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.measure.spread,
+        f64 "value", UNIT, row.own.value, "Mean; for separations, the geometric mean";
+        f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.own.spread,
             "Standard deviation of one sample: of the natural logarithm of separations, of finite-time \
              exponents, and of averages (their standard error)";
-        u64 "samples", "1", row.measure.samples, "Number of twins, or of successive windows of this length";
+        u64 "samples", "1", row.own.samples, "Number of twins, or of successive windows of this length";
     ])
 }
 

@@ -16,9 +16,9 @@ use parquet::arrow::ArrowWriter;
 use tempfile::TempPath;
 
 use super::StoreError;
-use super::checksum::{Hashed, RecordedTables, TableRecord};
+use super::checksum::{Hashed, RecordedTables};
 use super::file::{
-    GROUP_BYTES, GROUP_ROWS, Shard, create_folder, publish, start_writer, table_path,
+    ClosedTable, GROUP_BYTES, GROUP_ROWS, Shard, complete, create_folder, start_writer, table_path,
     temporary_file,
 };
 use super::open::TableReader;
@@ -44,40 +44,12 @@ pub(super) struct Interleaved {
     rows: u64,
 }
 
-/// A merged table that is complete, still without its final name.
-pub(super) struct Finished {
-    table: Interleaved,
-    pub record: TableRecord,
-}
-
 impl Interleaved {
     /// Completes the file, still under its temporary name.
-    pub(super) fn finish(mut self) -> Result<Finished, StoreError> {
-        let refused = |source| StoreError::parquet(&self.path, "write", source);
-        self.writer.finish().map_err(refused)?;
-        self.writer
-            .sync()
-            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+    pub(super) fn close(mut self) -> Result<ClosedTable, StoreError> {
+        complete(&mut self.writer, &self.path)?;
         let written = self.writer.inner();
-        let record = written.record(&self.folder, &self.path, self.rows);
-        let table = self;
-        Ok(Finished { table, record })
-    }
-}
-
-impl Finished {
-    /// Gives the file its final name.
-    pub(super) fn publish(self) -> Result<(), StoreError> {
-        let Interleaved {
-            writer,
-            temporary,
-            path,
-            ..
-        } = self.table;
-        if let Some(parent) = path.parent() {
-            create_folder(parent)?;
-        }
-        publish(&writer.inner().sink, temporary, &path)
+        ClosedTable::new(written, self.rows, &self.folder, &self.path, self.temporary)
     }
 }
 
@@ -98,10 +70,8 @@ pub(super) fn interleave(
         .iter()
         .map(SourceReader::open)
         .collect::<Result<_, _>>()?;
-    let (first, others) = readers.split_first().ok_or_else(|| StoreError::Missing {
-        folder: folder.to_path_buf(),
-        missing: table_path(folder, kind, shard),
-    })?;
+    let missing = || StoreError::missing(folder, table_path(folder, kind, shard));
+    let (first, others) = readers.split_first().ok_or_else(missing)?;
     let schema = first.reader.schema().clone();
     if let Some(other) = others.iter().find(|other| *other.reader.schema() != schema) {
         let detail = format!(
@@ -237,10 +207,7 @@ impl<'a> SourceReader<'a> {
     }
 
     fn foreign(&self, detail: String) -> StoreError {
-        StoreError::Foreign {
-            path: self.source.path.clone(),
-            detail,
-        }
+        StoreError::foreign(&self.source.path, detail)
     }
 }
 

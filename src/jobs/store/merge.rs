@@ -10,8 +10,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::checksum::RecordedTables;
-use super::file::{create_folder, remove_stale, table_path};
-use super::interleave::{Finished, Interleaved, Source, interleave};
+use super::file::{ClosedTable, create_folder, remove_stale, table_path};
+use super::interleave::{Interleaved, Source, interleave};
 use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
 use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
@@ -151,12 +151,13 @@ impl Part {
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
     vacant(out)?;
-    let joined: Vec<Finished> = (tables(&parts, out)?.into_iter())
-        .map(Interleaved::finish)
+    let joined: Vec<ClosedTable> = (tables(&parts, out)?.into_iter())
+        .map(Interleaved::close)
         .collect::<Result<_, _>>()?;
     let mut record = record(&parts);
-    record.tables = joined.iter().map(|table| table.record.clone()).collect();
-    joined.into_iter().try_for_each(Finished::publish)?;
+    record.tables = (joined.into_iter())
+        .map(ClosedTable::publish)
+        .collect::<Result<_, _>>()?;
     write_run(out, &record)?;
     Ok(record)
 }

@@ -62,7 +62,7 @@ mod writer;
 
 pub use atomic_file::{AtomicFile, write_atomically};
 pub use attractors::{AttractorRow, attractors_table};
-pub use basins::{CellRow, basins_table};
+pub use basins::basins_table;
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
 pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
@@ -71,7 +71,7 @@ pub use characteristics::{
 };
 pub use checksum::TableRecord;
 pub use clock::{Stopwatch, timestamp};
-pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
+pub use columns::{SpectrumRow, poincare_table, points_table, spectra_table};
 pub use contents::Contents;
 pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, OrbitColumns, bifurcation_rows,
@@ -80,7 +80,7 @@ pub use continuation::{
 };
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, Shard, create_folder, remove_stale, table_path};
-pub use horizon::{HorizonRow, horizon_table};
+pub use horizon::horizon_table;
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
 pub use kernel_cache::{KernelArray, KernelArrays};
@@ -92,8 +92,8 @@ pub use nvh::ListElement;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use orders::{OrderRow, orders_table};
-pub use point_row::{AxisColumn, Placement, PointRow};
-pub use probes::{ProbeRow, probes_table};
+pub use point_row::{AxisColumn, OfPoint, Placement, PointRow};
+pub use probes::probes_table;
 pub use read::{
     ColumnHead, ColumnKind, ResultTable, present_tables, read_run, read_runs, record_paths, verify,
 };

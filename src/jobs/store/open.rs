@@ -61,15 +61,16 @@ impl TableReader {
             .filter(|pair| pair.key != ARROW_SCHEMA)
             .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
             .collect();
-        let foreign = |detail: String| StoreError::Foreign {
-            path: path.to_path_buf(),
-            detail,
-        };
         let format = metadata.iter().find(|(key, _)| key == "format");
         match format.map(|(_, format)| format.as_str()) {
             Some(FORMAT) => {}
-            Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
-            None => return Err(foreign("it states no format".into())),
+            Some(other) => {
+                return Err(StoreError::foreign(
+                    path,
+                    format!("format `{other}`, not `{FORMAT}`"),
+                ));
+            }
+            None => return Err(StoreError::foreign(path, "it states no format")),
         }
         let schema = builder.schema().clone();
         let groups = builder.metadata().row_groups().iter();

@@ -56,6 +56,23 @@ pub struct PointRow {
     pub placement: Placement,
 }
 
+/// One of several results of a point: a row of another table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfPoint<T> {
+    /// The point.
+    pub point_id: u64,
+    /// The result.
+    pub own: T,
+}
+
+impl<T> OfPoint<T> {
+    /// The rows of all results of a point.
+    pub(super) fn all(point_id: u64, found: impl IntoIterator<Item = T>) -> Vec<Self> {
+        let row = |own| Self { point_id, own };
+        found.into_iter().map(row).collect()
+    }
+}
+
 impl PointRow {
     pub(super) fn chaos_averages(&self) -> Option<&ChaosAverages> {
         self.outcome.chaos.as_ref()?.averages_before_exit.as_ref()

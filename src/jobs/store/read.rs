@@ -156,10 +156,8 @@ impl ResultTable {
             let reader = TableReader::open(&file, recorded, columns)?;
             let metadata: BTreeMap<String, String> = reader.metadata().iter().cloned().collect();
             if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
-                Err(StoreError::Foreign {
-                    path: file,
-                    detail: "its columns differ from the columns of the other shards".into(),
-                })?;
+                let detail = "its columns differ from the columns of the other shards";
+                Err(StoreError::foreign(&file, detail))?;
             }
             self.metadata = metadata;
             self.fields = reader.schema().fields().clone();
@@ -355,10 +353,7 @@ impl ResultTable {
     }
 
     pub(super) fn foreign(&self, detail: String) -> StoreError {
-        StoreError::Foreign {
-            path: self.path.clone(),
-            detail,
-        }
+        StoreError::foreign(&self.path, detail)
     }
 }
 
@@ -422,10 +417,7 @@ pub(super) fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, StoreEr
             damage: Damage::Unsealed,
         });
     }
-    serde_json::from_slice(&text).map_err(|error| StoreError::Foreign {
-        path: path.to_path_buf(),
-        detail: error.to_string(),
-    })
+    serde_json::from_slice(&text).map_err(|error| StoreError::foreign(path, error.to_string()))
 }
 
 /// Compares every table of a run with its record.
@@ -456,10 +448,7 @@ fn parts(
     parts.sort();
     parts.dedup();
     if parts.is_empty() {
-        Err(StoreError::Missing {
-            folder: folder.to_path_buf(),
-            missing: path.to_path_buf(),
-        })
+        Err(StoreError::missing(folder, path.to_path_buf()))
     } else {
         Ok(parts)
     }

@@ -12,8 +12,8 @@ use arrow_array::types::UInt64Type;
 
 use super::StoreError;
 use super::checksum::{RecordedTables, TableRecord};
-use super::file::{Shard, table_path};
-use super::interleave::{Finished, Interleaved, Source, interleave};
+use super::file::{ClosedTable, Shard, table_path};
+use super::interleave::{Interleaved, Source, interleave};
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
@@ -27,10 +27,7 @@ pub fn statuses(
     tables: &[TableRecord],
 ) -> Result<BTreeMap<String, BTreeSet<u64>>, StoreError> {
     let path = table_path(folder, TableKind::Points, shard);
-    let foreign = || StoreError::Foreign {
-        path: path.clone(),
-        detail: "it does not have the columns point_id and status".into(),
-    };
+    let foreign = || StoreError::foreign(&path, "it does not have the columns point_id and status");
     let recorded = Some(RecordedTables { folder, tables });
     let mut reader = TableReader::open(&path, recorded, Some(&["point_id", "status"]))?;
     let mut found: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();
@@ -105,11 +102,10 @@ pub fn replace(
             joined.push(interleave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }
     }
-    let joined: Vec<Finished> = (joined.into_iter())
-        .map(Interleaved::finish)
+    let joined: Vec<ClosedTable> = (joined.into_iter())
+        .map(Interleaved::close)
         .collect::<Result<_, _>>()?;
     let tables: Vec<TableRecord> = joined.iter().map(|table| table.record.clone()).collect();
     announce(&tables)?;
-    joined.into_iter().try_for_each(Finished::publish)?;
-    Ok(tables)
+    joined.into_iter().map(ClosedTable::publish).collect()
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::StoreError;
-use super::command_record::{TablesRecord, remove};
-use super::file::{Row, create_folder, remove_stale, write_table};
+use super::command_record::CommandTables;
+use super::file::Row;
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::table::{Table, columns};
 use super::table_kind::{RUNUP_RECORD, TableKind};
@@ -155,10 +155,6 @@ pub fn write_run_up(
     config: &RunUpConfig,
     run: RunUp,
 ) -> Result<(), StoreError> {
-    create_folder(folder)?;
-    remove_stale(folder)?;
-    // No record exists while old and new tables are mixed.
-    remove(&folder.join(RUNUP_RECORD))?;
     let names: Vec<Named> = (run.signals.iter())
         .map(|texts| texts.each_ref().map(|text| Arc::from(text.as_str())))
         .collect();
@@ -169,49 +165,20 @@ pub fn write_run_up(
             time,
             speed: config.speed_at(time),
             load: config.load_at(time),
-            values: run
-                .instants
-                .values
-                .iter()
-                .map(|values| values[index])
-                .collect(),
+            values: (run.instants.values.iter().map(|values| values[index])).collect(),
         }
     });
     let tracks = named(run.orders, &names, |own| own.signal);
     let levels = named(run.levels, &names, |own| own.signal);
     let spectra = named(run.spectra, &names, |own| own.signal);
-    let tables = vec![
-        write_table(
-            folder,
-            TableKind::ContactChanges,
-            contact_changes_table(),
-            run.events,
-            metadata,
-        )?,
-        write_table(
-            folder,
-            TableKind::Spectrogram,
-            spectrogram_table(),
-            spectra,
-            metadata,
-        )?,
-        write_table(folder, TableKind::Levels, levels_table(), levels, metadata)?,
-        write_table(
-            folder,
-            TableKind::OrderTracks,
-            order_tracks_table(),
-            tracks,
-            metadata,
-        )?,
-        write_table(
-            folder,
-            TableKind::Signals,
-            signals_table(&run.signals),
-            instants,
-            metadata,
-        )?,
-    ];
-    TablesRecord::new(metadata, tables).write(folder, RUNUP_RECORD)
+    let (changes, signals) = (contact_changes_table(), signals_table(&run.signals));
+    let mut tables = CommandTables::start(folder, RUNUP_RECORD, metadata)?;
+    tables.write(TableKind::ContactChanges, changes, run.events)?;
+    tables.write(TableKind::Spectrogram, spectrogram_table(), spectra)?;
+    tables.write(TableKind::Levels, levels_table(), levels)?;
+    tables.write(TableKind::OrderTracks, order_tracks_table(), tracks)?;
+    tables.write(TableKind::Signals, signals, instants)?;
+    tables.finish().map(drop)
 }
 
 #[cfg(test)]

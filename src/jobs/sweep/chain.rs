@@ -20,7 +20,6 @@ use crate::analysis::{
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -80,10 +79,7 @@ impl ChainState {
 
     /// Start of the next point, `point`; `None` for `run.initial`.
     pub fn start(&self, job: &Job, point: &PointSpec, model: &Model) -> Option<TrajectoryState> {
-        let seed = PointSeed {
-            seed: point.seed,
-            point_id: point.point_id,
-        };
+        let seed = point.random();
         Some(carried_from(job, self.end.as_ref())?.start(model, seed))
     }
 

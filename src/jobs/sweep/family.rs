@@ -141,19 +141,14 @@ impl ParametricDrive for PointFamily<'_> {
         };
         let name = self.parameters[axis].name();
         let model = self.model(at)?;
-        if !model.stops.is_empty() {
+        let excluded = [
+            (!model.stops.is_empty(), "rigid stops"),
+            (!model.sliders.is_empty(), "dry sliders"),
+            (!model.frictions.is_empty(), "dry friction"),
+        ];
+        if let Some((_, what)) = excluded.iter().find(|(present, _)| *present) {
             return Err(format!(
-                "no derivative by `{name}`: exact derivatives exclude rigid stops"
-            ));
-        }
-        if !model.sliders.is_empty() {
-            return Err(format!(
-                "no derivative by `{name}`: exact derivatives exclude dry sliders"
-            ));
-        }
-        if !model.frictions.is_empty() {
-            return Err(format!(
-                "no derivative by `{name}`: exact derivatives exclude dry friction"
+                "no derivative by `{name}`: exact derivatives exclude {what}"
             ));
         }
         let mut fault = None;

@@ -99,17 +99,11 @@ pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle
 
 /// The divisions of a course; with the error of loaded flanks if `with_error`.
 pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Division> {
-    (course.pieces.iter())
-        .map(|piece| Division {
-            end: piece.end,
-            stiffness: Stiffness::series(piece.stiffness),
-            error: if with_error {
-                FlankError::series(piece.tangent_error)
-            } else {
-                FlankError::NONE
-            },
-            load_centre: piece.centre,
-            friction: [piece.friction, piece.friction_lever],
+    let error = |own| if with_error { own } else { FlankError::NONE };
+    (course.pieces.iter().map(MeshTablePiece::division))
+        .map(|own| Division {
+            error: error(own.error),
+            ..own
         })
         .collect()
 }

@@ -5,7 +5,7 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
-    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, HorizonError, HorizonOutcome,
+    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, EndedEarly, HorizonOutcome,
     MultistabilityOutcome, OrbitSurvey, PointConfig, PointOutcome, Probes, Status,
     covariant_vectors, investigate_onward, predictability, probe_basins, survey_orbits,
 };
@@ -164,10 +164,7 @@ fn build_and_compute(
     let (model, mesh) = parts.model_and_mesh(point)?;
     let kernel = PointKernel::of(point, &model, parts)?;
     let initial = model.start(&point.run.initial);
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let start = match start {
         Some(carried) => carried.start(&model, seed),
         None => initial.clone(),
@@ -252,8 +249,8 @@ impl KernelUse for PointTask<'_> {
         let horizon = match measured {
             None => None,
             Some(Ok(found)) => Some(found),
-            Some(Err(HorizonError::CalledOff(called_off))) => return Err(called_off),
-            Some(Err(HorizonError::Stop(stop))) => {
+            Some(Err(EndedEarly::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(EndedEarly::Stop(stop))) => {
                 outcome.reason.push_str(&format!(" (no horizon: {stop})"));
                 None
             }

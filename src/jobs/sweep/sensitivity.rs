@@ -6,11 +6,11 @@ use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::orbits::shooting::shoot;
-use crate::analysis::sensitivity::ensemble::{
-    self, AVERAGES, Ensemble, MemberError, averages, slope,
-};
+use crate::analysis::sensitivity::ensemble::{self, AVERAGES, Ensemble, averages, slope};
 use crate::analysis::sensitivity::orbit::{QUANTITIES, derivatives};
-use crate::analysis::{CalledOff, Class, EnergyNorm, PointOutcome, Status, investigate_onward};
+use crate::analysis::{
+    CalledOff, Class, EndedEarly, EnergyNorm, PointOutcome, Status, investigate_onward,
+};
 use crate::manifest::{Job, Parameter, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
@@ -106,11 +106,11 @@ pub enum SensitivityError {
     CalledOff(#[from] CalledOff),
 }
 
-impl From<MemberError> for SensitivityError {
-    fn from(error: MemberError) -> Self {
+impl From<EndedEarly> for SensitivityError {
+    fn from(error: EndedEarly) -> Self {
         match error {
-            MemberError::Stop(stop) => Self::Stop(stop),
-            MemberError::CalledOff(called_off) => Self::CalledOff(called_off),
+            EndedEarly::Stop(stop) => Self::Stop(stop),
+            EndedEarly::CalledOff(called_off) => Self::CalledOff(called_off),
         }
     }
 }
@@ -130,10 +130,7 @@ pub fn sensitivities(
     called_off: &AtomicBool,
 ) -> Result<Sensitivities, SensitivityError> {
     let model = parts.model(point)?;
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let settle = Settle {
         model: &model,
         start: model.start(&point.run.initial),
@@ -338,7 +335,7 @@ struct Members<'a> {
 }
 
 impl KernelUse for Members<'_> {
-    type Output = Result<Vec<[f64; 4]>, MemberError>;
+    type Output = Result<Vec<[f64; 4]>, EndedEarly>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         averages(

@@ -15,7 +15,6 @@ use super::queue::work;
 use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
 use crate::analysis::{ExpectedCycles, MultistabilityConfig};
 use crate::manifest::{Direction, Job, PointSpec};
-use crate::numerics::random::PointSeed;
 use crate::store::{ChainEnd, ChainPart, PointRow};
 use crate::topology::ProcessorClock;
 use std::sync::Arc;
@@ -102,10 +101,7 @@ pub(super) fn try_out(
         });
     };
     let mut motion = verdict(&result.outcome);
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let outlook = ExpectedCycles::of(&point_config(&point, seed), &result.outcome);
     let measured = result.outcome.measured_cycles;
     let cycle = result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64;

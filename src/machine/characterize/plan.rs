@@ -129,73 +129,27 @@ impl Scale {
 
 /// Plans the measurements of a machine.
 pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
-    let scale = Scale::of(extent);
-    let mut missing = Vec::new();
-    let compact = teams(topology, Placement::Compact, limits.processors);
-    let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
-        missing.push(Missing {
-            of: Part::VARIANTS,
-            said: "this process may not use any core, so nothing was measured".to_owned(),
-        });
-        return Plan {
-            items: Vec::new(),
-            missing,
-        };
-    };
-    if limits.processors < topology.threads() {
-        missing.push(Missing {
-            of: &[Part::Arithmetic, Part::Bandwidth, Part::Solver],
-            said: format!(
-                "more than {} of {} threads: the system limits the processor time of this process",
-                limits.processors,
-                topology.threads()
-            ),
-        });
-    }
-    let mut items = arithmetic(&compact);
-    streams(&mut items, &mut missing, topology, &compact, &scale, limits);
-    nodes(&mut items, &mut missing, topology, &scale, limits);
-
-    let llc = topology.caches.last().map_or(USUAL_CACHE, |c| c.size);
-    let wanted = (OUTGROWN * llc).max(64 << 20);
-    let largest = wanted.min(scale.largest).min(limits.memory);
-    if largest < 2 * llc {
-        missing.push(Missing {
-            of: &[Part::Mountain, Part::Latency],
-            said: format!(
-                "one thread's working sets beyond the last-level cache of {} MiB: buffers end at \
-                 {} MiB (--memory, --full)",
-                llc >> 20,
-                largest >> 20
-            ),
-        });
-    }
-    for size in sizes(8 << 10, largest, scale.steps) {
-        let lines = size as usize / LINE;
-        // Sweeps of few lines would mainly time the loop.
-        let strides = scale
-            .strides
-            .iter()
-            .copied()
-            .filter(|s| 32 * s <= lines || *s == 1);
-        items.push(Item::Mountain {
-            thread: first,
-            lines,
-            strides: strides.collect(),
-        });
-    }
-    latencies(
-        &mut items,
-        &mut missing,
+    let mut planner = Planner {
         topology,
-        first,
-        largest,
-        &scale,
+        scale: Scale::of(extent),
         limits,
-    );
-    // Last, since it takes longest and must not take time from the others.
-    solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
-    Plan { items, missing }
+        items: Vec::new(),
+        missing: Vec::new(),
+    };
+    planner.all();
+    Plan {
+        items: planner.items,
+        missing: planner.missing,
+    }
+}
+
+/// A plan in the making.
+struct Planner<'a> {
+    topology: &'a Topology,
+    scale: Scale,
+    limits: Limits,
+    items: Vec<Item>,
+    missing: Vec<Missing>,
 }
 
 /// Sizes from `smallest`, a power of two, to `largest`, with `steps` per octave, in whole lines.
@@ -207,126 +161,143 @@ fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
     (0..).map(size).take_while(move |size| *size <= largest)
 }
 
-fn arithmetic(teams: &[Vec<HardwareThread>]) -> Vec<Item> {
-    let mut items = Vec::new();
-    for set in Set::available() {
-        let (first, last) = (&teams[0], &teams[teams.len() - 1]);
-        let both = [first, last];
-        let distinct = if first == last { &both[..1] } else { &both[..] };
-        items.extend(distinct.iter().map(|&team| Item::Arithmetic {
-            set,
-            team: team.clone(),
-        }));
+impl Planner<'_> {
+    fn miss(&mut self, of: &'static [Part], said: impl Into<String>) {
+        let said = said.into();
+        self.missing.push(Missing { of, said });
     }
-    items
-}
 
-/// Lines of each of a member's `arrays` arrays, and whether they outgrow
-/// the caches.
-fn array_lines(
-    topology: &Topology,
-    team: &[HardwareThread],
-    arrays: u64,
-    scale: &Scale,
-    limits: Limits,
-) -> (usize, bool) {
-    let caches = match topology.caches.last() {
-        Some(cache) => cache.size * caches_spanned(topology, team, cache) as u64,
-        None => USUAL_CACHE,
-    };
-    let wanted = (OUTGROWN * caches).max(16 << 20);
-    let granted = wanted.min(scale.array).min(limits.memory / arrays);
-    let lines = granted as usize / LINE / team.len();
-    (lines.max(64), granted >= wanted)
-}
+    fn all(&mut self) {
+        let (topology, limits) = (self.topology, self.limits);
+        let compact = teams(topology, Placement::Compact, limits.processors);
+        let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
+            let none = "this process may not use any core, so nothing was measured";
+            return self.miss(Part::VARIANTS, none);
+        };
+        if limits.processors < topology.threads() {
+            let said = format!(
+                "more than {} of {} threads: the system limits the processor time of this process",
+                limits.processors,
+                topology.threads()
+            );
+            self.miss(&[Part::Arithmetic, Part::Bandwidth, Part::Solver], said);
+        }
+        self.arithmetic(&compact);
+        self.streams(&compact);
+        self.nodes();
+        let llc = topology.caches.last().map_or(USUAL_CACHE, |c| c.size);
+        let wanted = (OUTGROWN * llc).max(64 << 20);
+        let largest = wanted.min(self.scale.largest).min(limits.memory);
+        if largest < 2 * llc {
+            let said = format!(
+                "one thread's working sets beyond the last-level cache of {} MiB: buffers end at \
+                 {} MiB (--memory, --full)",
+                llc >> 20,
+                largest >> 20
+            );
+            self.miss(&[Part::Mountain, Part::Latency], said);
+        }
+        for size in sizes(8 << 10, largest, self.scale.steps) {
+            let lines = size as usize / LINE;
+            // Sweeps of few lines would mainly time the loop.
+            let strides = self.scale.strides.iter().copied();
+            self.items.push(Item::Mountain {
+                thread: first,
+                lines,
+                strides: strides.filter(|s| 32 * s <= lines || *s == 1).collect(),
+            });
+        }
+        self.latencies(first, largest);
+        // Last, since it takes longest and must not take time from the others.
+        self.solvers(&compact);
+    }
 
-fn streams(
-    items: &mut Vec<Item>,
-    missing: &mut Vec<Missing>,
-    topology: &Topology,
-    compact: &[Vec<HardwareThread>],
-    scale: &Scale,
-    limits: Limits,
-) {
-    let mut outgrown = true;
-    let scattered = teams(topology, Placement::Scattered, limits.processors);
-    for (placement, teams) in [
-        (Placement::Compact, compact),
-        (Placement::Scattered, &scattered),
-    ] {
-        for team in teams {
-            // If both placements give the same threads, one measurement is enough.
-            if placement == Placement::Scattered && same_places(team, compact) {
-                continue;
+    fn arithmetic(&mut self, teams: &[Vec<HardwareThread>]) {
+        for set in Set::available() {
+            let mut ends = vec![teams[0].clone(), teams[teams.len() - 1].clone()];
+            ends.dedup();
+            let items = ends.into_iter().map(|team| Item::Arithmetic { set, team });
+            self.items.extend(items);
+        }
+    }
+
+    /// Lines of each of a member's `arrays` arrays, and whether they outgrow the caches.
+    fn array_lines(&self, team: &[HardwareThread], arrays: u64) -> (usize, bool) {
+        let caches = match self.topology.caches.last() {
+            Some(cache) => cache.size * caches_spanned(self.topology, team, cache) as u64,
+            None => USUAL_CACHE,
+        };
+        let wanted = (OUTGROWN * caches).max(16 << 20);
+        let granted = wanted
+            .min(self.scale.array)
+            .min(self.limits.memory / arrays);
+        let lines = granted as usize / LINE / team.len();
+        (lines.max(64), granted >= wanted)
+    }
+
+    fn streams(&mut self, compact: &[Vec<HardwareThread>]) {
+        let mut outgrown = true;
+        let scattered = teams(self.topology, Placement::Scattered, self.limits.processors);
+        for (placement, teams) in [
+            (Placement::Compact, compact),
+            (Placement::Scattered, &scattered),
+        ] {
+            for team in teams {
+                // If both placements give the same threads, one measurement is enough.
+                if placement == Placement::Scattered && same_places(team, compact) {
+                    continue;
+                }
+                let (lines, enough) = self.array_lines(team, 3);
+                outgrown &= enough;
+                self.items.push(Item::Streams {
+                    placement,
+                    team: team.clone(),
+                    lines,
+                });
             }
-            let (lines, enough) = array_lines(topology, team, 3, scale, limits);
-            outgrown &= enough;
-            items.push(Item::Streams {
-                placement,
-                team: team.clone(),
+        }
+        if !outgrown {
+            let said = "streams through arrays of four times the last-level caches: memory or time is too short \
+                        (--memory, --full), so part of these arrays stays in the cache";
+            self.miss(&[Part::Bandwidth], said);
+        }
+    }
+
+    /// Pairs of nodes: the cores of each read the memory of each.
+    fn nodes(&mut self) {
+        let topology = self.topology;
+        if topology.numa_nodes.len() < 2 {
+            return;
+        }
+        for (node, memory) in pairs(topology) {
+            let mut team = order(topology, Placement::Compact);
+            let cores = (topology.cores.iter()).filter(|core| core.numa_node == node);
+            let cores = cores.count();
+            team.retain(|thread| thread.node == node);
+            team.truncate(cores.min(self.limits.processors));
+            let (lines, _) = self.array_lines(&team, 1);
+            self.items.push(Item::Nodes {
+                team,
+                memory,
                 lines,
             });
         }
-    }
-    if !outgrown {
-        missing.push(Missing {
-            of: &[Part::Bandwidth],
-            said: "streams through arrays of four times the last-level caches: memory or time is too short (--memory, \
-                   --full), so part of these arrays stays in the cache"
-                .to_owned(),
-        });
-    }
-}
-
-/// Pairs of nodes: the cores of each read the memory of each.
-fn nodes(
-    items: &mut Vec<Item>,
-    missing: &mut Vec<Missing>,
-    topology: &Topology,
-    scale: &Scale,
-    limits: Limits,
-) {
-    if topology.numa_nodes.len() < 2 {
-        return;
-    }
-    for (node, memory) in pairs(topology) {
-        let mut team = order(topology, Placement::Compact);
-        let cores = (topology.cores.iter()).filter(|core| core.numa_node == node);
-        let cores = cores.count();
-        team.retain(|thread| thread.node == node);
-        team.truncate(cores.min(limits.processors));
-        let (lines, _) = array_lines(topology, &team, 1, scale, limits);
-        items.push(Item::Nodes {
-            team,
-            memory,
-            lines,
-        });
-    }
-    for node in &topology.numa_nodes {
-        if node.threads.is_empty() {
+        for node in topology
+            .numa_nodes
+            .iter()
+            .filter(|node| node.threads.is_empty())
+        {
             let index = node.index;
-            missing.push(Missing {
-                of: &[Part::Bandwidth, Part::Latency],
-                said: format!("node {index} from its own cores: this process may use none of them"),
-            });
+            let said =
+                format!("node {index} from its own cores: this process may use none of them");
+            self.miss(&[Part::Bandwidth, Part::Latency], said);
         }
     }
-}
 
-fn solvers(
-    items: &mut Vec<Item>,
-    missing: &mut Vec<Missing>,
-    topology: &Topology,
-    teams: &[Vec<HardwareThread>],
-    scale: &Scale,
-    limits: Limits,
-) {
-    let several = topology.numa_nodes.len() > 1;
-    let most = teams.last().map_or(1, Vec::len) as u64;
-    let mut item = |campaign: Campaign, teams: &[Vec<HardwareThread>]| {
+    fn solver(&mut self, campaign: Campaign, teams: &[Vec<HardwareThread>], most: u64) {
         let copies = match campaign.sharing {
             Sharing::Shared => 1,
-            Sharing::Node => topology.numa_nodes.len() as u64,
+            Sharing::Node => self.topology.numa_nodes.len() as u64,
             Sharing::Private => most,
         };
         let tables = match campaign.solver {
@@ -335,108 +306,95 @@ fn solvers(
         };
         // A few points are always measured.
         let points = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
-        if tables + points > limits.memory {
-            missing.push(Missing {
-                of: &[Part::Solver],
-                said: format!(
-                    "{} with {} modes, {} operating points per thread, tables {}: {} MiB (--memory)",
-                    campaign.solver.name(),
-                    campaign.modes,
-                    campaign.points,
-                    campaign.sharing.name(),
-                    (tables + points) >> 20
-                ),
-            });
-            return;
+        if tables + points > self.limits.memory {
+            let said = format!(
+                "{} with {} modes, {} operating points per thread, tables {}: {} MiB (--memory)",
+                campaign.solver.name(),
+                campaign.modes,
+                campaign.points,
+                campaign.sharing.name(),
+                (tables + points) >> 20
+            );
+            return self.miss(&[Part::Solver], said);
         }
         let teams = teams.to_vec();
-        items.push(Item::Solver { campaign, teams });
-    };
-    for &modes in scale.modes {
-        for &solver in Solver::VARIANTS {
-            let sharings: &[Sharing] = match solver {
-                Solver::Volterra => &[Sharing::Private],
-                Solver::ClosedModes if several => {
-                    &[Sharing::Shared, Sharing::Node, Sharing::Private]
-                }
-                Solver::ClosedModes if most > 1 => &[Sharing::Shared, Sharing::Private],
-                Solver::ClosedModes => &[Sharing::Shared],
-            };
-            for &sharing in sharings {
-                let points = POINTS;
-                let campaign = Campaign {
-                    solver,
-                    sharing,
-                    modes,
-                    points,
+        self.items.push(Item::Solver { campaign, teams });
+    }
+
+    fn solvers(&mut self, teams: &[Vec<HardwareThread>]) {
+        let several = self.topology.numa_nodes.len() > 1;
+        let most = teams.last().map_or(1, Vec::len) as u64;
+        for &modes in self.scale.modes {
+            for &solver in Solver::VARIANTS {
+                let sharings: &[Sharing] = match solver {
+                    Solver::Volterra => &[Sharing::Private],
+                    Solver::ClosedModes if several => {
+                        &[Sharing::Shared, Sharing::Node, Sharing::Private]
+                    }
+                    Solver::ClosedModes if most > 1 => &[Sharing::Shared, Sharing::Private],
+                    Solver::ClosedModes => &[Sharing::Shared],
                 };
-                item(campaign, teams);
+                for &sharing in sharings {
+                    let campaign = Campaign {
+                        solver,
+                        sharing,
+                        modes,
+                        points: POINTS,
+                    };
+                    self.solver(campaign, teams, most);
+                }
             }
         }
-    }
-    let mut ends: Vec<_> = teams
-        .first()
-        .into_iter()
-        .chain(teams.last())
-        .cloned()
-        .collect();
-    ends.dedup();
-    for &points in scale.points {
-        for &solver in Solver::VARIANTS {
-            let campaign = Campaign {
-                solver,
-                sharing: solver.usual_sharing(),
-                modes: BREADTH_MODES,
-                points,
-            };
-            item(campaign, &ends);
+        let ends = teams.first().into_iter().chain(teams.last());
+        let mut ends: Vec<_> = ends.cloned().collect();
+        ends.dedup();
+        for &points in self.scale.points {
+            for &solver in Solver::VARIANTS {
+                let campaign = Campaign {
+                    solver,
+                    sharing: solver.usual_sharing(),
+                    modes: BREADTH_MODES,
+                    points,
+                };
+                self.solver(campaign, &ends, most);
+            }
+        }
+        if !several {
+            let none = "a table per node: there is only one node";
+            self.miss(&[Part::Solver], none);
         }
     }
-    if !several {
-        missing.push(Missing {
-            of: &[Part::Solver],
-            said: "a table per node: there is only one node".to_owned(),
-        });
-    }
-}
 
-fn latencies(
-    items: &mut Vec<Item>,
-    missing: &mut Vec<Missing>,
-    topology: &Topology,
-    first: HardwareThread,
-    largest: u64,
-    scale: &Scale,
-    limits: Limits,
-) {
-    let whole = |size: u64| (size as usize / LINE).next_multiple_of(PAGE);
-    let mut all: Vec<usize> = sizes(8 << 10, largest, scale.steps).map(whole).collect();
-    all.dedup();
-    let last = all[all.len().saturating_sub(1)..].to_vec();
-    let item = |thread: HardwareThread, memory, sizes: &[usize], walk| Item::Latency {
-        thread,
-        memory,
-        sizes: sizes.to_vec(),
-        walk,
-    };
-    items.push(item(first, first.node, &all, Walk::Pages));
-    items.push(item(first, first.node, &all, Walk::Hops));
-    if limits.huge_pages {
-        items.push(item(first, first.node, &last, Walk::HopsHuge))
-    } else {
-        missing.push(Missing {
-            of: &[Part::Latency],
-            said: "loads on huge pages: the system provides none (transparent_hugepage)".to_owned(),
-        })
-    }
-    for (node, memory) in pairs(topology) {
-        let thread = order(topology, Placement::Compact)
-            .into_iter()
-            .find(|thread| thread.node == node);
-        if let Some(thread) = thread
-            && (node, memory) != (first.node, first.node)
-        {
-            items.push(item(thread, memory, &last, Walk::Hops));
+    fn latencies(&mut self, first: HardwareThread, largest: u64) {
+        let whole = |size: u64| (size as usize / LINE).next_multiple_of(PAGE);
+        let sizes = sizes(8 << 10, largest, self.scale.steps);
+        let mut all: Vec<usize> = sizes.map(whole).collect();
+        all.dedup();
+        let last = all[all.len().saturating_sub(1)..].to_vec();
+        let mut item = |thread: HardwareThread, memory, sizes: &[usize], walk| {
+            self.items.push(Item::Latency {
+                thread,
+                memory,
+                sizes: sizes.to_vec(),
+                walk,
+            });
+        };
+        item(first, first.node, &all, Walk::Pages);
+        item(first, first.node, &all, Walk::Hops);
+        if self.limits.huge_pages {
+            item(first, first.node, &last, Walk::HopsHuge);
+        }
+        for (node, memory) in pairs(self.topology) {
+            let mut threads = order(self.topology, Placement::Compact).into_iter();
+            if let Some(thread) = threads.find(|thread| thread.node == node)
+                && (node, memory) != (first.node, first.node)
+            {
+                item(thread, memory, &last, Walk::Hops);
+            }
+        }
+        if !self.limits.huge_pages {
+            let none = "loads on huge pages: the system provides none (transparent_hugepage)";
+            self.miss(&[Part::Latency], none);
         }
     }
 }

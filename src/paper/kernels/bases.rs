@@ -4,11 +4,9 @@
 use super::DenseError;
 use super::basis::Basis;
 use super::generator::{Generator, Layout};
-use super::grid;
 use super::matrix::Operator;
 use super::rates::Rates;
 use crate::model::{Model, Segment};
-use crate::propagate::{KeptReader, KeptWriter, TableArray};
 use std::sync::Arc;
 
 /// Which basis belongs to which segment?
@@ -52,54 +50,44 @@ impl SegmentBases {
 }
 
 /// All bases of a model.
-#[derive(Debug)]
-pub struct Bases<'t> {
-    contact: Vec<Arc<Basis<'t>>>,
-    flight: Vec<Arc<Basis<'t>>>,
+#[derive(Debug, Clone)]
+pub struct Bases {
+    contact: Vec<Arc<Basis>>,
+    flight: Vec<Arc<Basis>>,
     of: Vec<[usize; 2]>,
 }
 
-impl<'t> Bases<'t> {
+impl Bases {
     /// Computes the bases.
+    ///
+    /// # Errors
+    /// The eigenvectors of a basis are nearly parallel.
     pub fn new(model: &Model) -> Result<Self, DenseError> {
         Self::computed(model, |basis| basis)
     }
 
     /// Computes the bases, with products in single precision.
+    ///
+    /// # Errors
+    /// As for [`Bases::new`].
     pub fn in_single_precision(model: &Model) -> Result<Self, DenseError> {
         let states = 2 * Layout::new(model).modes;
         Self::computed(model, |basis| basis.in_single_precision(states))
     }
 
-    fn computed(
-        model: &Model,
-        finish: impl Fn(Basis<'t>) -> Basis<'t>,
-    ) -> Result<Self, DenseError> {
-        let rates = Rates::new(model);
-        Self::made(model, |segment, touching| {
+    fn computed(model: &Model, finish: impl Fn(Basis) -> Basis) -> Result<Self, DenseError> {
+        let (rates, places) = (Rates::new(model), SegmentBases::new(model));
+        let make = |segment: usize, touching| {
             let own = &model.first_cycle().segments[segment];
             let generator = Generator::new(model, own, touching);
-            Ok(finish(Basis::new(&generator, &rates, segment, touching)?))
-        })
-    }
-
-    /// Reads bases that [`keep`](Self::keep) wrote.
-    pub fn read(model: &Model, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
-        let layout = Layout::new(model);
-        Self::made(model, |segment, touching| {
-            Basis::read(kept, &layout, segment, touching)
-        })
-    }
-
-    /// Makes the bases one by one, contact first.
-    fn made(
-        model: &Model,
-        mut make: impl FnMut(usize, bool) -> Result<Basis<'t>, DenseError>,
-    ) -> Result<Self, DenseError> {
-        let places = SegmentBases::new(model);
-        let mut all = |segments: &[usize], touching| -> Result<Vec<_>, DenseError> {
-            let made = segments.iter().map(|&segment| make(segment, touching));
-            made.map(|basis| Ok(Arc::new(basis?))).collect()
+            let basis = Basis::new(&generator, &rates, segment, touching)?;
+            Ok(Arc::new(finish(basis)))
+        };
+        let all = |segments: &[usize], touching| -> Result<Vec<_>, DenseError> {
+            segments
+                .iter()
+                .map(|&segment| make(segment, touching))
+                .collect()
         };
         Ok(Self {
             contact: all(&places.contact, true)?,
@@ -109,7 +97,7 @@ impl<'t> Bases<'t> {
     }
 
     /// The basis of a segment in contact or in free flight.
-    pub fn of(&self, segment: usize, touching: bool) -> Arc<Basis<'t>> {
+    pub fn of(&self, segment: usize, touching: bool) -> Arc<Basis> {
         let [contact, flight] = self.of[segment];
         if touching {
             self.contact[contact].clone()
@@ -119,7 +107,7 @@ impl<'t> Bases<'t> {
     }
 
     /// All bases, contact first.
-    pub fn all(&self) -> impl Iterator<Item = &Basis<'t>> {
+    pub fn all(&self) -> impl Iterator<Item = &Basis> {
         self.contact
             .iter()
             .chain(&self.flight)
@@ -127,26 +115,7 @@ impl<'t> Bases<'t> {
     }
 
     /// The operators of all bases.
-    pub fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+    pub fn operators(&self) -> impl Iterator<Item = &Operator> {
         self.all().flat_map(|basis| [&basis.inverse, &basis.matrix])
     }
-
-    fn keep(&self, out: &mut KeptWriter) {
-        for basis in self.all() {
-            basis.keep(out);
-        }
-    }
-}
-
-/// The bases of a model as arrays for storage. The kernels [`Spectral`](super::Spectral) and [`Fused`](super::Fused)
-/// use them at every speed.
-///
-/// # Errors
-/// The model does not fit tables, or its eigenvectors are nearly parallel.
-pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
-    grid::fits(model)?;
-    let bases = Bases::new(model)?;
-    let mut out = KeptWriter::default();
-    bases.keep(&mut out);
-    Ok(out.finish())
 }

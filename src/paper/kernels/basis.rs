@@ -18,11 +18,11 @@ use super::DenseError;
 use super::conditioning::Conditioning;
 use super::eigen::{eigen, follow, invert, refine};
 use super::exponential;
-use super::generator::{Generator, Layout};
-use super::matrix::{Operator, numbers_of, padded};
+use super::generator::Generator;
+use super::matrix::{Operator, padded};
 use super::rates::Rates;
 use super::single::SingleOperator;
-use crate::propagate::{KeptReader, KeptWriter, TableError};
+use crate::propagate::TableError;
 use faer::Mat;
 use num_complex::Complex64;
 
@@ -37,11 +37,11 @@ const RIGID: f64 = 1.0 / 32.0;
 
 /// The spectral form.
 #[derive(Debug)]
-pub struct Basis<'t> {
+pub struct Basis {
     /// y from x: rows of W⁻¹.
-    pub inverse: Operator<'t>,
+    pub inverse: Operator,
     /// x from y: W.
-    pub matrix: Operator<'t>,
+    pub matrix: Operator,
     /// `inverse` and `matrix` in single precision, if products with states use 32 bits.
     single: Option<[SingleOperator; 2]>,
     /// Number of waves; the remaining lanes are for the harmonics that a speed adds.
@@ -59,7 +59,7 @@ pub struct Basis<'t> {
     pub conditioning: Conditioning,
 }
 
-impl<'t> Basis<'t> {
+impl Basis {
     /// The spectral form of a generator on a mesh segment; `touching`: whether the mesh couples the blocks.
     ///
     /// # Errors
@@ -176,7 +176,7 @@ impl<'t> Basis<'t> {
     /// The same basis with products in single precision, for `size` states.
     pub fn in_single_precision(mut self, size: usize) -> Self {
         let length = self.length();
-        let round = |operator: &Operator<'_>, rows, columns| {
+        let round = |operator: &Operator, rows, columns| {
             let entry = |i, j| operator.entry(i, j);
             SingleOperator::new(Mat::from_fn(rows, columns, entry).as_ref())
         };
@@ -211,68 +211,6 @@ impl<'t> Basis<'t> {
     /// Number of spectral coordinates.
     pub fn length(&self) -> usize {
         2 * self.alpha.len() + self.slow()
-    }
-
-    /// Writes its numbers.
-    pub fn keep(&self, out: &mut KeptWriter) {
-        let extents = [self.alpha.len(), self.waves, self.slow()];
-        out.push("extents", "1", &extents.map(|count| count as f64));
-        let touching = f64::from(u8::from(self.conditioning.touching));
-        out.push("touching", "1", &[touching]);
-        out.push("condition", "1", &[self.conditioning.condition]);
-        out.push("reconstruction", "1", &[self.conditioning.reconstruction]);
-        out.push("inverse", "mixed", self.inverse.numbers());
-        out.push("matrix", "mixed", self.matrix.numbers());
-        out.push("growth", "1/s", &self.alpha);
-        out.push("frequency", "rad/s", &self.nu);
-        out.push("gain_real", "mixed", &self.gains[0]);
-        out.push("gain_imaginary", "mixed", &self.gains[1]);
-        out.push("gain_slow", "mixed", &self.slow_gains);
-        out.push("slow_generator", "mixed", &self.slow_generator);
-    }
-
-    /// Reads a basis from its numbers.
-    pub fn read(
-        kept: &mut KeptReader<'t>,
-        layout: &Layout,
-        segment: usize,
-        touching: bool,
-    ) -> Result<Self, DenseError> {
-        const EXTENTS: &str = "extents";
-        let size = 2 * layout.modes;
-        let lanes = kept.count(EXTENTS)?;
-        let [waves, slow] = [kept.count(EXTENTS)?, kept.count(EXTENTS)?];
-        if lanes != padded(waves + layout.harmonics()) || slow > size {
-            return Err(TableError::Kept { name: EXTENTS }.into());
-        }
-        let conditioning = Conditioning {
-            segment,
-            touching,
-            condition: kept.number("condition")?,
-            reconstruction: kept.number("reconstruction")?,
-        };
-        conditioning.check()?;
-        let length = 2 * lanes + slow;
-        let mut operator = |name, rows, columns| {
-            let numbers = kept.take(name, numbers_of(rows, columns))?;
-            Operator::borrowed(numbers, rows, columns)
-                .ok_or(DenseError::from(TableError::Kept { name }))
-        };
-        Ok(Self {
-            inverse: operator("inverse", length, size)?,
-            matrix: operator("matrix", size, length)?,
-            single: None,
-            waves,
-            alpha: kept.take("growth", lanes)?.to_vec(),
-            nu: kept.take("frequency", lanes)?.to_vec(),
-            gains: [
-                kept.take("gain_real", lanes)?.to_vec(),
-                kept.take("gain_imaginary", lanes)?.to_vec(),
-            ],
-            slow_gains: kept.take("gain_slow", slow)?.to_vec(),
-            slow_generator: kept.take("slow_generator", slow * slow)?.to_vec(),
-            conditioning,
-        })
     }
 }
 

@@ -84,7 +84,7 @@ impl<'m> CellModel<'m> {
     }
 
     /// Size of tables of these operators.
-    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator<'o>>) -> TableSize {
+    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator>) -> TableSize {
         let (mut count, mut bytes) = (0, 0);
         for operator in operators {
             count += 1;

@@ -24,7 +24,7 @@ pub trait Method: Sync {
     const FLIES: bool;
 
     /// All stored operators.
-    fn operators(&self) -> impl Iterator<Item = &Operator<'_>>;
+    fn operators(&self) -> impl Iterator<Item = &Operator>;
 
     /// Scratch memory for a model.
     fn scratch(&self, cell_model: &CellModel<'_>) -> Self::Scratch;

@@ -36,7 +36,7 @@ pub struct DyadicTables(ClassTables<DyadicTable>);
 #[derive(Debug)]
 pub struct DyadicTable {
     /// `e^{LΔ/2ᵐ}`, m = 0 … 20.
-    levels: Vec<Operator<'static>>,
+    levels: Vec<Operator>,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
@@ -134,7 +134,7 @@ impl Method for DyadicTables {
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
 
-    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+    fn operators(&self) -> impl Iterator<Item = &Operator> {
         self.0.all().flat_map(|table| &table.levels)
     }
 

@@ -5,7 +5,7 @@ use crate::propagate::TableError;
 /// Why a kernel of dense tables cannot be built for a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DenseError {
-    /// Tables cannot represent the model, or stored tables do not fit it.
+    /// Tables cannot represent the model.
     #[error(transparent)]
     Table(#[from] TableError),
     /// The contacts are not two flanks on one line.

@@ -13,46 +13,45 @@ use super::cycle::Method;
 use super::exits::{DeflectionAt, MarginAt};
 use super::exponential::{self, bound_row};
 use super::kernel::Dense;
-use super::matrix::{Operator, dot, numbers_of, padded, reach};
+use super::matrix::{Operator, dot, padded, reach};
 use super::spectral::{SpectralScratch, SpectralTables};
 use super::state_part::{Exit, StatePart};
 use super::steady::{CycleMap, Steady};
 use crate::model::Model;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
-use crate::propagate::{KeptReader, KeptTables, KeptWriter, TableArray, TableError};
 use faer::Mat;
 
 /// Largest number of cells in a run.
 const LONGEST: usize = 8;
 
 /// The kernel of fused runs for one model.
-pub type Fused<'m> = Dense<'m, FusedTables<'m>>;
+pub type Fused<'m> = Dense<'m, FusedTables>;
 
 /// Tables of this kernel.
 #[derive(Debug)]
-pub struct FusedTables<'t> {
-    spectral: SpectralTables<'t>,
-    runs: Vec<Run<'t>>,
+pub struct FusedTables {
+    spectral: SpectralTables,
+    runs: Vec<Run>,
     /// Runs that start at a cell, longest first: indices into `runs`.
     starts: Vec<Vec<usize>>,
-    steady: Steady<'t>,
+    steady: Steady,
 }
 
 /// Products of cells for one speed.
-struct Products<'t> {
-    runs: Vec<Run<'t>>,
-    cycle: CycleMap<'t>,
+struct Products {
+    runs: Vec<Run>,
+    cycle: CycleMap,
 }
 
 /// Cells crossed at once in contact.
 #[derive(Debug)]
-struct Run<'t> {
+struct Run {
     /// Classes of its cells.
     classes: Vec<usize>,
-    map: Operator<'t>,
+    map: Operator,
     /// δ at the ends of its cells.
-    ends: Operator<'t>,
+    ends: Operator,
     /// Bound of δ'' over the run, as a row over sizes, times Δ²/8.
     sag: Vec<f64>,
 }
@@ -67,7 +66,7 @@ pub struct FusedScratch {
     run: Option<usize>,
 }
 
-impl<'t> Run<'t> {
+impl Run {
     /// The run of cells of the given classes; `cells` are propagators minus the identity, by class.
     fn new(cell_model: &CellModel<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
         let (layout, grid) = (&cell_model.layout, &cell_model.grid);
@@ -104,30 +103,6 @@ impl<'t> Run<'t> {
             sag,
         }
     }
-
-    fn keep(&self, out: &mut KeptWriter) {
-        out.push("run_map", "mixed", self.map.numbers());
-        out.push("run_ends", "mixed", self.ends.numbers());
-        out.push("run_sag", "mixed", &self.sag);
-    }
-
-    fn read(
-        kept: &mut KeptReader<'t>,
-        cell_model: &CellModel<'_>,
-        classes: Vec<usize>,
-    ) -> Result<Self, DenseError> {
-        let d = cell_model.layout.dimension();
-        let mut operator = |name, rows| {
-            let numbers = kept.take(name, numbers_of(rows, d))?;
-            Operator::borrowed(numbers, rows, d).ok_or(DenseError::from(TableError::Kept { name }))
-        };
-        Ok(Self {
-            map: operator("run_map", d)?,
-            ends: operator("run_ends", classes.len())?,
-            sag: kept.take("run_sag", cell_model.layout.padded())?.to_vec(),
-            classes,
-        })
-    }
 }
 
 impl<'m> Fused<'m> {
@@ -141,38 +116,6 @@ impl<'m> Fused<'m> {
         let products = Products::new(&cell_model);
         let tables = FusedTables::new(&cell_model, Bases::new(model)?, products)?;
         Ok(Self { cell_model, tables })
-    }
-
-    /// The kernel of a model with stored `bases`, and the `runs` of its speed, for as many `cells`. Load and half gap
-    /// may differ from those of the model for which they were built.
-    ///
-    /// # Errors
-    /// As for [`Spectral::from_kept`](super::Spectral::from_kept).
-    pub fn from_kept(
-        model: &'m Model,
-        cells: u32,
-        event_limit: u32,
-        [bases, runs]: [&'m dyn KeptTables; 2],
-    ) -> Result<Self, DenseError> {
-        let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
-        let (mut bases, mut kept) = (KeptReader::new(bases), KeptReader::new(runs));
-        let read = Bases::read(model, &mut bases)?;
-        let products = Products::read(&cell_model, &mut kept)?;
-        bases.finish()?;
-        kept.finish()?;
-        let tables = FusedTables::new(&cell_model, read, products)?;
-        Ok(Self { cell_model, tables })
-    }
-
-    /// The runs of a model as arrays for storage. Its bases are those of [`Spectral::arrays`](super::Spectral::arrays).
-    ///
-    /// # Errors
-    /// The model does not fit tables, or the speed is too slow for them.
-    pub fn arrays(model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
-        let cell_model = CellModel::new(model, cells, FusedTables::REACH, 0, None)?;
-        let mut out = KeptWriter::default();
-        Products::new(&cell_model).keep(&mut out);
-        Ok(out.finish())
     }
 
     /// Numerical quality of every basis, contact first.
@@ -209,7 +152,7 @@ fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     (runs, starts)
 }
 
-impl<'t> Products<'t> {
+impl Products {
     fn new(cell_model: &CellModel<'_>) -> Self {
         let grid = &cell_model.grid;
         let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
@@ -224,34 +167,17 @@ impl<'t> Products<'t> {
             cycle: CycleMap::new(cell_model, &increments),
         }
     }
-
-    fn read(cell_model: &CellModel<'_>, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
-        let (lists, _) = runs(cell_model);
-        let runs = lists.into_iter();
-        let runs = runs.map(|classes| Run::read(kept, cell_model, classes));
-        Ok(Self {
-            runs: runs.collect::<Result<_, _>>()?,
-            cycle: CycleMap::read(cell_model, kept)?,
-        })
-    }
-
-    fn keep(&self, out: &mut KeptWriter) {
-        for run in &self.runs {
-            run.keep(out);
-        }
-        self.cycle.keep(out);
-    }
 }
 
-impl<'t> FusedTables<'t> {
+impl FusedTables {
     fn new(
         cell_model: &CellModel<'_>,
-        bases: Bases<'t>,
-        Products { runs: made, cycle }: Products<'t>,
+        bases: Bases,
+        Products { runs: made, cycle }: Products,
     ) -> Result<Self, DenseError> {
         let (_, starts) = runs(cell_model);
         let alone = |class: usize| made.iter().find(|run| run.classes == [class]);
-        let cells: Vec<&Operator<'_>> = (0..cell_model.grid.classes.len())
+        let cells: Vec<&Operator> = (0..cell_model.grid.classes.len())
             .filter_map(|class| Some(&alone(class)?.map))
             .collect();
         let steady = Steady::new(cell_model, cycle, &cells);
@@ -264,12 +190,12 @@ impl<'t> FusedTables<'t> {
     }
 }
 
-impl Method for FusedTables<'_> {
+impl Method for FusedTables {
     type Scratch = FusedScratch;
     const REACH: f64 = SpectralTables::REACH;
     const FLIES: bool = SpectralTables::FLIES;
 
-    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+    fn operators(&self) -> impl Iterator<Item = &Operator> {
         let runs = self.runs.iter().flat_map(|run| [&run.map, &run.ends]);
         let spectral = self.spectral.operators();
         spectral.chain(runs).chain([&self.steady.cycle().map])

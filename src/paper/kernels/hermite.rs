@@ -37,9 +37,9 @@ pub struct HermiteTables(ClassTables<HermiteTable>);
 #[derive(Debug)]
 pub struct HermiteTable {
     /// `e^{LΔj/8}`, j = 1 … 8.
-    nodes: Vec<Operator<'static>>,
+    nodes: Vec<Operator>,
     /// δ, δ', δ'' at the nodes.
-    guards: Operator<'static>,
+    guards: Operator,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
@@ -116,7 +116,7 @@ impl Method for HermiteTables {
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
 
-    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+    fn operators(&self) -> impl Iterator<Item = &Operator> {
         (self.0.all()).flat_map(|table| table.nodes.iter().chain([&table.guards]))
     }
 

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 #[derive(Debug)]
 pub struct PowerJumps<'m> {
     cell_model: CellModel<'m>,
-    powers: Vec<Operator<'static>>,
+    powers: Vec<Operator>,
     spare: Vec<f64>,
     state: Vec<f64>,
 }
@@ -67,7 +67,7 @@ impl<'m> PowerJumps<'m> {
             .start_cycle(trajectory.cycle, trajectory.contact, &mut self.state);
         let mut products = 0;
         let last = self.powers.len() - 1;
-        let mut apply = |power: &Operator<'_>, state: &mut Vec<f64>| {
+        let mut apply = |power: &Operator, state: &mut Vec<f64>| {
             power.apply(state, &mut self.spare);
             std::mem::swap(state, &mut self.spare);
             products += 1;

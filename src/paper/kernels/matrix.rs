@@ -25,21 +25,15 @@ pub fn padded(count: usize) -> usize {
 
 /// A dense matrix, ready for products with a vector.
 #[derive(Debug)]
-pub struct Operator<'t> {
-    numbers: Numbers<'t>,
+pub struct Operator {
+    data: Vec<f64>,
+    /// Where a cache line starts; the numbers begin here.
+    from: usize,
     groups: usize,
     columns: usize,
 }
 
-#[derive(Debug)]
-enum Numbers<'t> {
-    /// Valid from this index on, where a cache line starts.
-    Own(Vec<f64>, usize),
-    /// Numbers in tables that another object owns.
-    Lent(&'t [f64]),
-}
-
-impl<'t> Operator<'t> {
+impl Operator {
     /// The operator of a matrix.
     pub fn new(matrix: MatRef<'_, f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
@@ -59,27 +53,16 @@ impl<'t> Operator<'t> {
             }
         }
         Self {
-            numbers: Numbers::Own(data, from),
+            data,
+            from,
             groups,
             columns,
         }
     }
 
-    /// The operator with `rows`, `columns` and these [`numbers`](Self::numbers); `None` if their count does not fit.
-    pub fn borrowed(numbers: &'t [f64], rows: usize, columns: usize) -> Option<Self> {
-        (numbers.len() == numbers_of(rows, columns)).then_some(Self {
-            numbers: Numbers::Lent(numbers),
-            groups: padded(rows) / LANES,
-            columns,
-        })
-    }
-
     /// All entries and the padding, in the order in which a product reads them.
     pub fn numbers(&self) -> &[f64] {
-        match &self.numbers {
-            Numbers::Own(data, from) => &data[*from..],
-            Numbers::Lent(numbers) => numbers,
-        }
+        &self.data[self.from..]
     }
 
     /// One entry.
@@ -270,14 +253,6 @@ mod tests {
                 operator.entry(rows - 1, columns / 2),
                 entry(rows - 1, columns / 2)
             );
-            // Lent numbers are used unchanged, at any address.
-            let mut elsewhere = vec![f64::NAN];
-            elsewhere.extend_from_slice(operator.numbers());
-            let borrowed = Operator::borrowed(&elsewhere[1..], rows, columns).unwrap();
-            let mut again = vec![f64::NAN; padded(rows)];
-            borrowed.apply(&x, &mut again);
-            assert_eq!(again, y);
-            assert!(Operator::borrowed(&elsewhere, rows, columns).is_none());
             assert_eq!(operator.bytes(), 8 * padded(rows) * columns);
         }
     }

@@ -46,6 +46,7 @@ mod waves;
 #[path = "../../core/model/fixtures.rs"]
 mod fixtures;
 
+pub use bases::Bases;
 pub use conditioning::Conditioning;
 pub use dyadic::Dyadic;
 pub use error::DenseError;

@@ -21,19 +21,18 @@ use super::waves;
 use crate::model::Model;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
-use crate::propagate::{KeptReader, KeptTables, TableArray};
 
 /// Round-off of a wave, relative to that of δ.
 const OF_A_WAVE: f64 = 0.25;
 
 /// The spectral kernel for one model.
-pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
+pub type Spectral<'m> = Dense<'m, SpectralTables>;
 
 /// Tables of this kernel.
 #[derive(Debug)]
-pub struct SpectralTables<'t> {
-    bases: Bases<'t>,
-    stock: ClassTables<SpectralTable<'t>>,
+pub struct SpectralTables {
+    bases: Bases,
+    stock: ClassTables<SpectralTable>,
 }
 
 /// Scratch memory.
@@ -70,23 +69,18 @@ impl<'m> Spectral<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel of a model with stored bases; other arguments as for [`Spectral::new`]. The bases are valid for every
+    /// The kernel of a model with known bases; other arguments as for [`Spectral::new`]. The bases are valid for every
     /// speed, load and half gap, and all excitations with the same number of harmonics.
     ///
     /// # Errors
-    /// As for [`Spectral::new`], or the tables belong to another model.
-    pub fn from_kept(
+    /// As for [`Spectral::new`].
+    pub fn with_bases(
         model: &'m Model,
         cells: u32,
         event_limit: u32,
-        event_grid: Option<u32>,
-        kept: &'m dyn KeptTables,
+        bases: Bases,
     ) -> Result<Self, DenseError> {
-        let cell_model =
-            CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
-        let mut reader = KeptReader::new(kept);
-        let bases = Bases::read(model, &mut reader)?;
-        reader.finish()?;
+        let cell_model = CellModel::new(model, cells, SpectralTables::REACH, event_limit, None)?;
         let tables = SpectralTables::new(&cell_model, bases)?;
         Ok(Self { cell_model, tables })
     }
@@ -108,23 +102,15 @@ impl<'m> Spectral<'m> {
         Ok(Self { cell_model, tables })
     }
 
-    /// The bases of a model as arrays for storage.
-    ///
-    /// # Errors
-    /// The model does not fit tables, or its eigenvectors are nearly parallel.
-    pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
-        super::bases::arrays(model)
-    }
-
     /// Numerical quality of every basis, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.conditioning().collect()
     }
 }
 
-impl<'t> SpectralTables<'t> {
+impl SpectralTables {
     /// The tables at the speed of a model.
-    pub fn new(cell_model: &CellModel<'_>, bases: Bases<'t>) -> Result<Self, DenseError> {
+    pub fn new(cell_model: &CellModel<'_>, bases: Bases) -> Result<Self, DenseError> {
         let grid = &cell_model.grid;
         let make = |g: &Generator, class: usize, touching| {
             let class = &grid.classes[class];
@@ -170,19 +156,19 @@ impl<'t> SpectralTables<'t> {
     }
 }
 
-impl Method for SpectralTables<'_> {
+impl Method for SpectralTables {
     type Scratch = SpectralScratch;
     const REACH: f64 = REACH;
     const FLIES: bool = true;
 
-    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+    fn operators(&self) -> impl Iterator<Item = &Operator> {
         let own = self.stock.all().flat_map(SpectralTable::operators);
         self.bases.operators().chain(own)
     }
 
     fn scratch(&self, _: &CellModel<'_>) -> SpectralScratch {
         let most =
-            |size: fn(&SpectralTable<'_>) -> usize| self.stock.all().map(size).max().unwrap_or(0);
+            |size: fn(&SpectralTable) -> usize| self.stock.all().map(size).max().unwrap_or(0);
         let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
         SpectralScratch {
             at: Coordinates::new(self.stock.all()),

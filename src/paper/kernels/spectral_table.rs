@@ -33,12 +33,12 @@ fn in_resonance(lambda: Complex64, omega: f64) -> bool {
 
 /// One basis, ready for use at one speed.
 #[derive(Debug)]
-pub struct SpectralTable<'t> {
-    basis: Arc<Basis<'t>>,
+pub struct SpectralTable {
+    basis: Arc<Basis>,
     /// −S: the contribution of carried entries to spectral coordinates.
-    steady: Operator<'static>,
+    steady: Operator,
     /// W S: their contribution to the state.
-    response: Operator<'static>,
+    response: Operator,
     /// Number of states, which is the index of f and s b, and the carried entries.
     states: usize,
     carried: usize,
@@ -99,8 +99,8 @@ pub struct Coordinates {
 
 impl Coordinates {
     /// Room for any of these tables.
-    pub fn new<'a>(tables: impl Iterator<Item = &'a SpectralTable<'a>> + Clone) -> Self {
-        let most = |size: fn(&SpectralTable<'_>) -> usize| tables.clone().map(size).max();
+    pub fn new<'a>(tables: impl Iterator<Item = &'a SpectralTable> + Clone) -> Self {
+        let most = |size: fn(&SpectralTable) -> usize| tables.clone().map(size).max();
         let room = |size| vec![0.0; most(size).unwrap_or(0)];
         Self {
             y: room(|table| padded(table.basis.length())),
@@ -118,7 +118,7 @@ struct Excitation {
 }
 
 impl Excitation {
-    fn new(basis: &Basis<'_>, generator: &Generator, late: &[usize]) -> Result<Self, DenseError> {
+    fn new(basis: &Basis, generator: &Generator, late: &[usize]) -> Result<Self, DenseError> {
         let layout = generator.layout();
         let (states, carried) = (2 * layout.modes, layout.dimension() - 2 * layout.modes);
         let (lanes, m, length) = (basis.alpha.len(), basis.slow(), basis.length());
@@ -191,7 +191,7 @@ impl Excitation {
     }
 
     /// W S.
-    fn response(&self, basis: &Basis<'_>, states: usize) -> Mat<f64> {
+    fn response(&self, basis: &Basis, states: usize) -> Mat<f64> {
         let length = basis.length();
         let mut response = Mat::<f64>::zeros(states, self.steady.ncols());
         let mut row = vec![0.0; padded(states)];
@@ -206,13 +206,13 @@ impl Excitation {
     }
 }
 
-impl<'t> SpectralTable<'t> {
+impl SpectralTable {
     /// A basis at the speed of a generator's harmonics, for cells of a length \[s\] in a mesh period \[s\].
     ///
     /// # Errors
     /// An undamped mode is in resonance with a harmonic.
     pub fn new(
-        basis: Arc<Basis<'t>>,
+        basis: Arc<Basis>,
         generator: &Generator,
         duration: f64,
         period: f64,
@@ -272,7 +272,7 @@ impl<'t> SpectralTable<'t> {
     }
 
     /// Operators specific to this speed.
-    pub fn operators(&self) -> [&Operator<'_>; 2] {
+    pub fn operators(&self) -> [&Operator; 2] {
         [&self.steady, &self.response]
     }
 
@@ -347,7 +347,7 @@ impl<'t> SpectralTable<'t> {
 }
 
 /// The generator of the slow group with its late waves and constants.
-fn slow_generator(basis: &Basis<'_>, felt: &Mat<f64>, late: &[usize]) -> Mat<f64> {
+fn slow_generator(basis: &Basis, felt: &Mat<f64>, late: &[usize]) -> Mat<f64> {
     let (lanes, own) = (basis.alpha.len(), basis.slow());
     let size = own + 2 * late.len() + 2;
     let mut g = Mat::<f64>::zeros(size, size);
@@ -413,7 +413,7 @@ fn polynomial(row: &[f64], powers: &[Vec<f64>]) -> Vec<f64> {
 
 /// The deflection of a stretch in closed form.
 pub(super) struct Guard<'t> {
-    pub table: &'t SpectralTable<'t>,
+    pub table: &'t SpectralTable,
     pub amplitudes: [&'t [f64]; 2],
     pub polynomial: [f64; POWERS + 1],
     /// Powers of time in use.

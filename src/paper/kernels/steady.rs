@@ -1,27 +1,25 @@
 //! A mesh cycle of constant contact as one affine map. When may a trajectory use it?
 
-use super::DenseError;
 use super::cell_model::CellModel;
 use super::exits::{DeflectionAt, MarginAt};
 use super::exponential::{self, bound_row};
-use super::matrix::{Operator, dot, numbers_of};
+use super::matrix::{Operator, dot};
 use super::series::BoundRows;
 use super::state_part::StatePart;
 use crate::model::ActiveSet;
 use crate::numerics::linalg;
 use crate::propagate::events::Margin;
-use crate::propagate::{KeptReader, KeptWriter, TableError};
 use faer::Mat;
 
 /// The map of a cycle in contact, for any load and gap.
 #[derive(Debug)]
-pub(super) struct CycleMap<'t> {
-    pub map: Operator<'t>,
+pub(super) struct CycleMap {
+    pub map: Operator,
     /// Bound of |δ| over a cycle as a row for the absolute values of a difference of states.
     reach: Vec<f64>,
 }
 
-impl<'t> CycleMap<'t> {
+impl CycleMap {
     /// The map of a cycle of cells; `increments` are their propagators minus the identity, by class.
     pub fn new(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Self {
         let (layout, grid) = (&cell_model.layout, &cell_model.grid);
@@ -44,31 +42,12 @@ impl<'t> CycleMap<'t> {
             reach,
         }
     }
-
-    /// Writes its numbers.
-    pub fn keep(&self, out: &mut KeptWriter) {
-        out.push("cycle_map", "mixed", self.map.numbers());
-        out.push("cycle_reach", "mixed", &self.reach);
-    }
-
-    /// Reads a map from its numbers.
-    pub fn read(cell_model: &CellModel<'_>, kept: &mut KeptReader<'t>) -> Result<Self, DenseError> {
-        let d = cell_model.layout.dimension();
-        let name = "cycle_map";
-        let numbers = kept.take(name, numbers_of(d, d))?;
-        Ok(Self {
-            map: Operator::borrowed(numbers, d, d).ok_or(TableError::Kept { name })?,
-            reach: kept
-                .take("cycle_reach", cell_model.layout.padded())?
-                .to_vec(),
-        })
-    }
 }
 
 /// The map of a cycle in contact and the steady cycles on both flanks, if there are any.
 #[derive(Debug)]
-pub(super) struct Steady<'t> {
-    cycle: CycleMap<'t>,
+pub(super) struct Steady {
+    cycle: CycleMap,
     flanks: Option<[Flank; 2]>,
 }
 
@@ -81,9 +60,9 @@ struct Flank {
     margin: f64,
 }
 
-impl<'t> Steady<'t> {
+impl Steady {
     /// The steady cycles under the model's load; `cells`: the propagator of a cell of each class.
-    pub fn new(cell_model: &CellModel<'_>, cycle: CycleMap<'t>, cells: &[&Operator<'_>]) -> Self {
+    pub fn new(cell_model: &CellModel<'_>, cycle: CycleMap, cells: &[&Operator]) -> Self {
         let [drive, coast] = [ActiveSet::DRIVE, ActiveSet::COAST]
             .map(|contact| Flank::new(cell_model, &cycle.map, cells, contact));
         let flanks = (drive.zip(coast)).map(|(drive, coast)| [drive, coast]);
@@ -94,7 +73,7 @@ impl<'t> Steady<'t> {
     }
 
     /// The cycle's map.
-    pub fn cycle(&self) -> &CycleMap<'t> {
+    pub fn cycle(&self) -> &CycleMap {
         &self.cycle
     }
 
@@ -120,8 +99,8 @@ impl Flank {
     /// The steady cycle in a contact state; `None` if it does not exist.
     fn new(
         cell_model: &CellModel<'_>,
-        map: &Operator<'_>,
-        cells: &[&Operator<'_>],
+        map: &Operator,
+        cells: &[&Operator],
         contact: ActiveSet,
     ) -> Option<Self> {
         let (layout, model) = (&cell_model.layout, cell_model.model);
@@ -167,7 +146,7 @@ pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
 /// A lower bound of the margin along a cycle in contact \[m\].
 fn smallest_margin(
     cell_model: &CellModel<'_>,
-    cells: &[&Operator<'_>],
+    cells: &[&Operator],
     contact: ActiveSet,
     start: &[f64],
 ) -> f64 {

@@ -3,13 +3,12 @@
 use super::rattle::{CELLS, LIMIT};
 use gearatlas_core::analysis::{Nvh, PointConfig, investigate};
 use gearatlas_core::model::{InitialState, Model, TrajectoryState};
-use gearatlas_core::numerics::random::PointSeed;
 use gearatlas_core::propagate::{Counters, Kernel, Stepping};
 use gearatlas_jobs::manifest::{Job, ManifestText};
 use gearatlas_jobs::store::TableStore;
 use gearatlas_jobs::sweep::Prepared;
 use gearatlas_jobs::sweep::build::point_config;
-use gearatlas_paper::kernels::{Fused, Spectral};
+use gearatlas_paper::kernels::{Bases, Fused, Spectral};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -53,7 +52,7 @@ fn median(measure: impl Fn() -> f64) -> f64 {
     found[REPEATS / 2]
 }
 
-/// Simulated time divided by computing time with kept tables; the state is carried from slice to slice.
+/// Simulated time divided by computing time with known bases; the state is carried from slice to slice.
 fn speed(changes: &[&str]) -> f64 {
     let job = job(
         include_str!("../../../manifests/misalignment-drift.toml"),
@@ -62,14 +61,14 @@ fn speed(changes: &[&str]) -> f64 {
     let parts = Prepared::new(TableStore::in_memory());
     let points = job.points.iter().map(|point| {
         let model = parts.model(&point).expect("a model");
-        (point, Spectral::arrays(&model).expect("tables"))
+        (point, Bases::new(&model).expect("tables"))
     });
     let points: Vec<_> = points.collect();
     let (mut simulated, clock) = (0.0, Instant::now());
     let mut carried: Option<(_, TrajectoryState)> = None;
-    for (point, kept) in &points {
-        let model = parts.model(point).expect("a model");
-        let kernel = Spectral::from_kept(&model, CELLS, LIMIT, None, kept).expect("tables");
+    for (point, bases) in points {
+        let model = parts.model(&point).expect("a model");
+        let kernel = Spectral::with_bases(&model, CELLS, LIMIT, bases).expect("tables");
         let mut trajectory = match carried.take() {
             Some((direction, end)) if direction == point.direction => {
                 TrajectoryState::new(&model, end.state, end.cycle)
@@ -109,10 +108,7 @@ pub fn friction() -> Value {
     let model = Prepared::new(TableStore::in_memory())
         .model(&point)
         .expect("a model");
-    let seed = PointSeed {
-        seed: point.seed,
-        point_id: point.point_id,
-    };
+    let seed = point.random();
     let config = point_config(&point, seed);
     let fused = Fused::new(&model, CELLS, LIMIT).expect("tables");
     let steps = (model.period() / 1e-7).round() as u32;

@@ -35,7 +35,7 @@ pub fn turns() -> Value {
 fn product(dimension: usize, count: usize) -> (f64, usize) {
     let entry = |i: usize, j: usize| ((7 * i + 13 * j) % 19) as f64 / 19.0 - 0.5;
     let matrix = Mat::from_fn(dimension, dimension, entry);
-    let operators: Vec<Operator<'_>> = (0..count).map(|_| Operator::new(matrix.as_ref())).collect();
+    let operators: Vec<Operator> = (0..count).map(|_| Operator::new(matrix.as_ref())).collect();
     let x = vec![0.5; dimension.next_multiple_of(8)];
     let mut y = x.clone();
     let mut at = 0;

@@ -22,7 +22,7 @@ fn products(operators: usize) -> [f64; 2] {
     let matrix = Mat::from_fn(SIZE, SIZE, |i, j| {
         ((7 * i + 3 * j) % 19) as f64 / 19.0 - 0.5
     });
-    let double: Vec<Operator<'_>> = (0..operators)
+    let double: Vec<Operator> = (0..operators)
         .map(|_| Operator::new(matrix.as_ref()))
         .collect();
     let single: Vec<SingleOperator> = (0..operators)

@@ -132,6 +132,9 @@ pub struct VolumeGrowth {
     pub contact: f64,
 }
 
+/// What a kernel found, if the quantity exists.
+type Found<T> = Result<Option<T>, Stop>;
+
 /// The interface of a kernel for one model, for the checks.
 pub trait Propagator {
     /// Advances whole mesh cycles.
@@ -144,27 +147,13 @@ pub trait Propagator {
     fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop>;
 
     /// Relative residual of the energy balance over some cycles; `None` if nothing moved.
-    fn energy_residual(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-        cycles: u64,
-    ) -> Result<Option<f64>, Stop>;
+    fn energy_residual(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> Found<f64>;
 
     /// NVH statistics over some cycles.
-    fn nvh(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-        cycles: u64,
-    ) -> Result<Option<NvhOutcome>, Stop>;
+    fn nvh(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> Found<NvhOutcome>;
 
     /// Multipliers of the one-cycle map at a state.
-    fn multipliers(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-    ) -> Result<Option<Vec<Complex64>>, Stop>;
+    fn multipliers(&self, model: &Model, start: &TrajectoryState) -> Found<Vec<Complex64>>;
 
     /// Growth of the whole tangent space over a multiple of ten cycles.
     fn volume_growth(
@@ -172,7 +161,7 @@ pub trait Propagator {
         model: &Model,
         start: &TrajectoryState,
         cycles: u64,
-    ) -> Result<Option<VolumeGrowth>, Stop>;
+    ) -> Found<VolumeGrowth>;
 
     /// Exponents from tangents and from a twin.
     ///
@@ -246,33 +235,19 @@ impl<K: Kernel + Sync> Propagator for K {
         )
     }
 
-    fn energy_residual(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-        cycles: u64,
-    ) -> Result<Option<f64>, Stop> {
+    fn energy_residual(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> Found<f64> {
         let mut audit = EnergyAudit::new(model);
         let (end, _) = advance_observed(self, start, cycles, &mut audit)?;
         Ok(audit.residual(&end))
     }
 
-    fn nvh(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-        cycles: u64,
-    ) -> Result<Option<NvhOutcome>, Stop> {
+    fn nvh(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> Found<NvhOutcome> {
         let mut nvh = Nvh::new(model, 0);
         advance_observed(self, start, cycles, &mut nvh)?;
         Ok(nvh.outcome())
     }
 
-    fn multipliers(
-        &self,
-        model: &Model,
-        start: &TrajectoryState,
-    ) -> Result<Option<Vec<Complex64>>, Stop> {
+    fn multipliers(&self, model: &Model, start: &TrajectoryState) -> Found<Vec<Complex64>> {
         floquet::multipliers(
             model,
             self,
@@ -289,7 +264,7 @@ impl<K: Kernel + Sync> Propagator for K {
         model: &Model,
         start: &TrajectoryState,
         cycles: u64,
-    ) -> Result<Option<VolumeGrowth>, Stop> {
+    ) -> Found<VolumeGrowth> {
         let norm = EnergyNorm::new(model);
         let mut stream = Stream::new(3, 1, 4);
         let mut growth = TangentGrowth::new(&norm, model.modes(), norm.dimension(), &mut stream);

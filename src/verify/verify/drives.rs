@@ -6,8 +6,8 @@ use super::candidate::Propagator;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
-    Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
-    Release, Stiffness, TorqueRipple, TrajectoryState,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Release,
+    TorqueRipple, TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::FlexibleDrive;
@@ -116,14 +116,8 @@ fn computed_mesh(load: f64) -> Result<Vec<Division>, CheckError> {
     inputs.misalignment = vec![2e-4];
     inputs.torque = vec![load * gears.rated_torque];
     let table = MeshTable::build(&Flanks::new(&gears)?, &inputs, &|_, _| ())?;
-    let division = |piece: &MeshTablePiece| Division {
-        end: piece.end,
-        stiffness: Stiffness::series(piece.stiffness),
-        error: FlankError::series(piece.tangent_error),
-        load_centre: piece.centre,
-        friction: [piece.friction, piece.friction_lever],
-    };
-    Ok(table.cycle(0, 0).pieces().iter().map(division).collect())
+    let cycle = table.cycle(0, 0);
+    Ok((cycle.pieces().iter().map(MeshTablePiece::division)).collect())
 }
 
 /// The points of the default drive's grid.

@@ -105,12 +105,8 @@ impl Line {
         unit: &'static str,
     ) -> Self {
         Self {
-            what: what.into(),
-            against,
-            value,
             bound: Bound::Between(range[0], range[1]),
-            unit,
-            skipped: false,
+            ..Self::at_most(what, against, value, 0.0, unit)
         }
     }
 
@@ -124,14 +120,7 @@ impl Line {
 
     /// The failed line of a check that could not run.
     pub(super) fn failed(trouble: &CheckError) -> Self {
-        Self {
-            what: format!("not carried out: {trouble}"),
-            against: "",
-            value: f64::NAN,
-            bound: Bound::AtMost(0.0),
-            unit: "",
-            skipped: false,
-        }
+        Self::at_most(format!("not carried out: {trouble}"), "", f64::NAN, 0.0, "")
     }
 
     /// Whether the value satisfies its bound.

@@ -100,11 +100,8 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
     } else if holds(TableKind::Trace) {
         head::of_trace(folder)?
     } else {
-        return Err(StoreError::Missing {
-            folder: folder.to_path_buf(),
-            missing: table_path(folder, TableKind::Points, None),
-        }
-        .into());
+        let points = table_path(folder, TableKind::Points, None);
+        return Err(StoreError::missing(folder, points).into());
     };
     // The first picture, the map, needs the axes and motions.
     blocks.mark_for_first_picture(0);

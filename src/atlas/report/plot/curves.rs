@@ -7,6 +7,7 @@ use super::axis::{Axis, padded, range};
 use super::axis_units::AxisUnits;
 use super::branches::{suffix, words};
 use super::canvas::{Canvas, Colour, INK, Place};
+use super::clip::crossing;
 use super::error::PlotError;
 use super::hatch::hatch;
 use super::lambda_map::{largest_of, shade};
@@ -217,28 +218,15 @@ fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, V
 }
 
 /// The parts of a path that lie within a frame.
-fn clipped(path: &[Place], frame: [[f64; 2]; 2]) -> Vec<Vec<Place>> {
+fn clipped(path: &[Place], [across, up]: [[f64; 2]; 2]) -> Vec<Vec<Place>> {
     let mut parts: Vec<Vec<Place>> = Vec::new();
     for pair in path.windows(2) {
-        let (from, run) = (pair[0], [0, 1].map(|i| pair[1][i] - pair[0][i]));
-        let (mut first, mut last) = (0.0_f64, 1.0_f64);
-        for i in 0..2 {
-            let [mut enter, mut leave] = frame[i].map(|edge| (edge - from[i]) / run[i]);
-            if run[i] == 0.0 {
-                let inside = (frame[i][0]..=frame[i][1]).contains(&from[i]);
-                (enter, leave) = if inside { (0.0, 1.0) } else { (1.0, 0.0) };
-            } else if enter > leave {
-                (enter, leave) = (leave, enter);
-            }
-            (first, last) = (first.max(enter), last.min(leave));
-        }
-        if first > last {
+        let Some([from, to]) = crossing(pair[0], pair[1], across, up) else {
             continue;
-        }
-        let [a, b] = [first, last].map(|part| [0, 1].map(|i| from[i] + part * run[i]));
+        };
         match parts.last_mut() {
-            Some(part) if first == 0.0 && part.last() == Some(&a) => part.push(b),
-            _ => parts.push(vec![a, b]),
+            Some(part) if part.last() == Some(&from) => part.push(to),
+            _ => parts.push(vec![from, to]),
         }
     }
     parts

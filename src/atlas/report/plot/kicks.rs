@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, range};
 use super::canvas::{Canvas, Place, SOFT};
+use super::clip::crossing;
 use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
 use super::panel::Panel;
@@ -92,25 +93,16 @@ fn shown(panel: &Panel, at: &Place) -> bool {
     (panel.top..=panel.bottom).contains(&at[1])
 }
 
-/// The straight segments of a path, clipped at the panel's bottom and top.
+/// The parts of a path between the upper and the lower edge of a panel.
 fn parts(panel: &Panel, path: &[Place]) -> Vec<[Place; 2]> {
-    let pairs = path.windows(2).map(|pair| [pair[0], pair[1]]);
-    pairs.filter_map(|pair| within(panel, pair)).collect()
-}
-
-/// The part of a straight line that lies between the panel's bottom and top.
-fn within(panel: &Panel, [from, to]: [Place; 2]) -> Option<[Place; 2]> {
-    let clipped = |[x, y]: Place, other: Place| {
-        let edge = y.clamp(panel.top, panel.bottom);
-        if edge == y || y == other[1] {
-            [x, y]
-        } else {
-            [x + (other[0] - x) * (edge - y) / (other[1] - y), edge]
-        }
-    };
-    let outside = |edge: fn(f64, &Panel) -> bool| edge(from[1], panel) && edge(to[1], panel);
-    let seen = !outside(|y, panel| y < panel.top) && !outside(|y, panel| y > panel.bottom);
-    seen.then(|| [clipped(from, to), clipped(to, from)])
+    let (across, down) = (
+        [f64::NEG_INFINITY, f64::INFINITY],
+        [panel.top, panel.bottom],
+    );
+    let pairs = path.windows(2);
+    pairs
+        .filter_map(|pair| crossing(pair[0], pair[1], across, down))
+        .collect()
 }
 
 #[cfg(test)]
@@ -126,12 +118,12 @@ mod tests {
             Axis::linear("", "1", [0.0, 1.0]),
         );
         let whole = [[10.0, 20.0], [30.0, 90.0]];
-        assert_eq!(within(&panel, whole), Some(whole));
-        let leaving = within(&panel, [[0.0, 50.0], [40.0, -50.0]]);
-        assert_eq!(leaving, Some([[0.0, 50.0], [20.0, 0.0]]));
-        let entering = within(&panel, [[0.0, 150.0], [40.0, 50.0]]);
-        assert_eq!(entering, Some([[20.0, 100.0], [40.0, 50.0]]));
-        assert_eq!(within(&panel, [[0.0, -1.0], [40.0, -50.0]]), None);
-        assert_eq!(within(&panel, [[0.0, 101.0], [40.0, 150.0]]), None);
+        assert_eq!(parts(&panel, &whole), [whole]);
+        let leaving = parts(&panel, &[[0.0, 50.0], [40.0, -50.0]]);
+        assert_eq!(leaving, [[[0.0, 50.0], [20.0, 0.0]]]);
+        let entering = parts(&panel, &[[0.0, 150.0], [40.0, 50.0]]);
+        assert_eq!(entering, [[[20.0, 100.0], [40.0, 50.0]]]);
+        assert!(parts(&panel, &[[0.0, -1.0], [40.0, -50.0]]).is_empty());
+        assert!(parts(&panel, &[[0.0, 101.0], [40.0, 150.0]]).is_empty());
     }
 }

@@ -5,7 +5,7 @@ use super::axis::Axis;
 use super::canvas::Colour;
 use super::cells::{Cells, HEIGHT, MARGIN, notes};
 use super::evidence::Evidence;
-use super::motion::{Motion, cell_sample, counts, key};
+use super::motion::{Motion, cell_key, counts};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::point_style::PointStyle;
@@ -89,15 +89,7 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
                 .extract_if(.., |motion, _| motion.is_hatched())
                 .collect();
             for kinds in [hatched, others] {
-                y += key(
-                    &mut canvas,
-                    [MARGIN, y],
-                    bottom,
-                    &kinds,
-                    |canvas, at, motion| {
-                        cell_sample(canvas, at, &sample(motion));
-                    },
-                );
+                y += cell_key(&mut canvas, [MARGIN, y], bottom, &kinds, sample);
             }
             notes(&mut canvas, y + 2.0, cells_drawn);
             canvas
@@ -124,15 +116,7 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
             let cells_drawn = cells.draw(&mut canvas, slice, |point| class_cell(Motion::of(point)));
             let found = counts(slice.points.iter().copied());
             let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
-            let used = key(
-                &mut canvas,
-                [MARGIN, top],
-                bottom,
-                &found,
-                |canvas, at, motion| {
-                    cell_sample(canvas, at, &class_cell(motion));
-                },
-            );
+            let used = cell_key(&mut canvas, [MARGIN, top], bottom, &found, class_cell);
             notes(&mut canvas, top + used + 2.0, cells_drawn);
             canvas
         },

@@ -13,6 +13,7 @@ mod canvas;
 mod categories;
 mod cells;
 mod class_rows;
+mod clip;
 mod column;
 mod convergence;
 mod curves;

@@ -177,6 +177,20 @@ pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &PointStyle)
     canvas.text(at, &look.text, TICK_SIZE, ink_on(colour), Anchor::Middle);
 }
 
+/// A key whose samples are cells.
+pub(super) fn cell_key(
+    canvas: &mut Canvas,
+    at: Place,
+    bottom: f64,
+    counts: &BTreeMap<Motion, usize>,
+    look: impl Fn(Motion) -> PointStyle,
+) -> f64 {
+    let sample = |canvas: &mut Canvas, at: Place, motion: Motion| {
+        cell_sample(canvas, at, &look(motion));
+    };
+    key(canvas, at, bottom, counts, sample)
+}
+
 /// A sample of a key: a motion's symbol on curves.
 pub(super) fn marker_sample(canvas: &mut Canvas, [x, y]: Place, motion: Motion) {
     let at = [x + 0.5 * SAMPLE[0], y + 0.5 * SAMPLE[1]];

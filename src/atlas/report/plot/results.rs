@@ -104,11 +104,7 @@ impl Results {
 
     /// The head of a table besides the points, without its rows; `None` if it does not exist.
     pub fn head(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
-        match ResultTable::head(&self.folder, kind) {
-            Ok(table) => Ok(Some(table)),
-            Err(StoreError::Missing { .. }) => Ok(None),
-            Err(error) => Err(error.into()),
-        }
+        Ok(StoreError::if_there(ResultTable::head(&self.folder, kind))?)
     }
 
     /// Unit of a column of points.parquet.

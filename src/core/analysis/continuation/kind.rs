@@ -7,6 +7,7 @@ use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+use strum::IntoStaticStr;
 
 /// Component of P_p outside the range of M − I, relative to its length, above which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
@@ -15,7 +16,8 @@ const OUT_OF_RANGE: f64 = 1e-6;
 pub(super) const ON_CIRCLE: f64 = 1e-4;
 
 /// The kind of a bifurcation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Kind {
     /// The branch turns at a parameter value where two orbits meet.
     Fold,
@@ -44,16 +46,7 @@ pub enum Kind {
 impl Kind {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Fold => "fold",
-            Self::BranchPoint => "branch_point",
-            Self::PeriodDoubling => "period_doubling",
-            Self::Torus => "torus",
-            Self::Graze { .. } => "graze",
-            Self::Jump => "jump",
-            Self::Sequence => "sequence",
-            Self::Merging { .. } => "merging",
-        }
+        self.into()
     }
 
     /// The bifurcation of codimension two between two points of a curve, if any.

@@ -13,7 +13,7 @@ mod measure;
 #[cfg(test)]
 mod tests;
 
-use super::called_off::CalledOff;
+use super::called_off::{CalledOff, EndedEarly};
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
@@ -22,6 +22,7 @@ use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
+use strum::IntoStaticStr;
 
 /// Number of a point's first random stream for its twins; smaller numbers are for its tangents and probes.
 const FIRST_STREAM: u64 = 1 << 33;
@@ -53,7 +54,8 @@ pub struct HorizonConfig {
 }
 
 /// A quantity measured over a number of cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum HorizonQuantity {
     /// Distance of twins, by its mean logarithm \[half gaps\], with the spread of the logarithm.
     Separation,
@@ -71,13 +73,7 @@ pub enum HorizonQuantity {
 impl HorizonQuantity {
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Separation => "separation",
-            Self::Exponent => "exponent",
-            Self::Force => "force",
-            Self::ContactForce => "contact_force",
-            Self::Deflection => "deflection",
-        }
+        self.into()
     }
 }
 
@@ -113,21 +109,10 @@ pub struct HorizonOutcome {
     pub measures: Vec<HorizonMeasure>,
 }
 
-/// Why predictability could not be measured.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum HorizonError {
-    /// The work was interrupted.
-    #[error(transparent)]
-    CalledOff(#[from] CalledOff),
-    /// The trajectory or a twin cannot be advanced.
-    #[error(transparent)]
-    Stop(#[from] Stop),
-}
-
 /// Measures the predictability of a chaotic motion from a state on it.
 ///
 /// # Errors
-/// [`HorizonError`] if `called_off` was raised or an integration ended early.
+/// [`EndedEarly`] if `called_off` was raised or an integration ended early.
 pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -135,7 +120,7 @@ pub fn predictability<K: Kernel>(
     config: &HorizonConfig,
     point: PointSeed,
     called_off: &AtomicBool,
-) -> Result<HorizonOutcome, HorizonError> {
+) -> Result<HorizonOutcome, EndedEarly> {
     let mut record = Record::new(model, kernel, start, (config, point), called_off);
     for _ in 0..ALIGN {
         record.cycle()?;
@@ -271,7 +256,7 @@ impl<'a, K: Kernel> Record<'a, K> {
     }
 
     /// One cycle of the trajectory and its tangent.
-    fn cycle(&mut self) -> Result<(), HorizonError> {
+    fn cycle(&mut self) -> Result<(), EndedEarly> {
         CalledOff::check(self.called_off)?;
         let mut means = CycleMeans {
             model: self.model,

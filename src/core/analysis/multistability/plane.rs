@@ -16,30 +16,29 @@
 use crate::analysis::norm::modal_scales;
 use crate::model::{Model, TrajectoryState};
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr};
 
 /// Participation, relative to the root of the sum of squares, below which a mode does not move the mesh:
 /// round-off of the modes of an assembly is about 1e-13.
 const UNFELT: f64 = 1e-9;
 
 /// Quantities that a slice varies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum SliceOf {
     /// Modal displacements.
     Displacement,
     /// Modal velocities.
     Velocity,
     /// Displacement and velocity of one mode.
+    #[strum(serialize = "phase plane")]
     PhasePlane,
 }
 
 impl SliceOf {
     /// The word in manifests and result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Displacement => "displacement",
-            Self::Velocity => "velocity",
-            Self::PhasePlane => "phase plane",
-        }
+        self.into()
     }
 }
 

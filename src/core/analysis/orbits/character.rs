@@ -8,12 +8,14 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 /// Modulus of the leading multiplier from which on a stable orbit counts as near a bifurcation.
 const NEAR_THE_CIRCLE: f64 = 0.9;
 
 /// Bifurcation at which the leading multiplier crosses the unit circle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Bifurcation {
     /// At +1: a fold (saddle-node), or a symmetry that breaks.
     Fold,
@@ -26,11 +28,7 @@ pub enum Bifurcation {
 impl Bifurcation {
     /// The word stored in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Fold => "fold",
-            Self::Flip => "flip",
-            Self::NeimarkSacker => "neimark_sacker",
-        }
+        self.into()
     }
 
     /// The bifurcation that a leading multiplier indicates. `None` if it lies well inside the unit circle: there, a

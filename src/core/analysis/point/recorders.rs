@@ -68,42 +68,27 @@ impl Recorders {
 
     /// Forgets all observations.
     pub(super) fn restart(&mut self) {
-        if let Some(nvh) = &mut self.nvh {
-            nvh.restart();
-        }
-        if let Some(spectra) = &mut self.spectra {
-            spectra.restart();
-        }
+        self.nvh.iter_mut().for_each(Nvh::restart);
+        self.spectra.iter_mut().for_each(Spectra::restart);
         self.poincare.restart();
-        if let Some(outputs) = &mut self.outputs {
-            outputs.restart();
-        }
-        if let Some(power) = &mut self.power {
-            power.restart();
-        }
-        if let Some(orders) = &mut self.orders {
-            orders.restart();
-        }
+        self.outputs.iter_mut().for_each(Outputs::restart);
+        self.power.iter_mut().for_each(Power::restart);
+        self.orders.iter_mut().for_each(Orders::restart);
         self.enough = false;
     }
 
     /// Appends the observations of another trajectory; Poincaré samples remain those of the first.
     pub(super) fn append(&mut self, other: &Self) {
-        if let (Some(nvh), Some(behind)) = (&mut self.nvh, &other.nvh) {
-            nvh.append(behind);
+        fn both<R>(own: &mut Option<R>, behind: &Option<R>, append: fn(&mut R, &R)) {
+            if let (Some(own), Some(behind)) = (own, behind) {
+                append(own, behind);
+            }
         }
-        if let (Some(spectra), Some(behind)) = (&mut self.spectra, &other.spectra) {
-            spectra.append(behind);
-        }
-        if let (Some(outputs), Some(behind)) = (&mut self.outputs, &other.outputs) {
-            outputs.append(behind);
-        }
-        if let (Some(power), Some(behind)) = (&mut self.power, &other.power) {
-            power.append(behind);
-        }
-        if let (Some(orders), Some(behind)) = (&mut self.orders, &other.orders) {
-            orders.append(behind);
-        }
+        both(&mut self.nvh, &other.nvh, Nvh::append);
+        both(&mut self.spectra, &other.spectra, Spectra::append);
+        both(&mut self.outputs, &other.outputs, Outputs::append);
+        both(&mut self.power, &other.power, Power::append);
+        both(&mut self.orders, &other.orders, Orders::append);
     }
 
     /// Whether windows and events are needed.
@@ -195,22 +180,12 @@ impl Observer for Recorders {
         if self.enough {
             return;
         }
-        if let Some(nvh) = &mut self.nvh {
-            nvh.window(window);
-        }
-        if let Some(outputs) = &mut self.outputs {
-            outputs.window(window);
-        }
-        if let Some(power) = &mut self.power {
-            power.window(window);
-        }
+        (self.nvh.iter_mut()).for_each(|own| own.window(window));
+        (self.outputs.iter_mut()).for_each(|own| own.window(window));
+        (self.power.iter_mut()).for_each(|own| own.window(window));
         let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
-        if let Some(spectra) = &mut self.spectra {
-            spectra.window(window, outputs);
-        }
-        if let Some(orders) = &mut self.orders {
-            orders.window(window, outputs);
-        }
+        (self.spectra.iter_mut()).for_each(|own| own.window(window, outputs));
+        (self.orders.iter_mut()).for_each(|own| own.window(window, outputs));
     }
 
     fn event(&mut self, event: &Event) {

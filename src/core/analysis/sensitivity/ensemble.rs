@@ -7,12 +7,12 @@
 //! The slope is unreliable if the error is as large as the slope. It is also unreliable if a step
 //! twice as large gives a slope that differs by more than the errors.
 
-use crate::analysis::called_off::CalledOff;
+use crate::analysis::called_off::{CalledOff, EndedEarly};
 use crate::analysis::modal_series::{integral, padded};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
 use crate::numerics::legendre::transforms24;
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
+use crate::propagate::{Counters, Event, Kernel, Observer, Window};
 use std::sync::atomic::AtomicBool;
 
 /// Averages of a stretch of motion: mean and RMS of the deflection \[m\], mean of the mesh force \[N\] and of
@@ -67,14 +67,14 @@ impl Slope {
 /// Averages of every member at one value of the parameter.
 ///
 /// # Errors
-/// [`MemberError`] of the first member that ends early or is interrupted.
+/// [`EndedEarly`] of the first member that ends early or is interrupted.
 pub fn averages<K: Kernel>(
     model: &Model,
     kernel: &K,
     starts: &[TrajectoryState],
     settings: &Ensemble,
     called_off: &AtomicBool,
-) -> Result<Vec<[f64; 4]>, MemberError> {
+) -> Result<Vec<[f64; 4]>, EndedEarly> {
     let mut workspace = kernel.workspace();
     (starts.iter())
         .map(|start| {
@@ -98,17 +98,6 @@ pub fn averages<K: Kernel>(
             Ok(sums.all())
         })
         .collect()
-}
-
-/// Why a member has no averages.
-#[derive(Debug, thiserror::Error)]
-pub enum MemberError {
-    /// The member cannot be integrated.
-    #[error(transparent)]
-    Stop(#[from] Stop),
-    /// The work was interrupted.
-    #[error(transparent)]
-    CalledOff(#[from] CalledOff),
 }
 
 /// The slope of a quantity between members at `−2, −1, 1, 2` steps of `step`.

@@ -2,6 +2,7 @@
 
 use super::NODES;
 use crate::gear::sharing::MOST_PAIRS;
+use crate::model::{Division, FlankError, Stiffness};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::numerics::roots::sign_changes;
@@ -52,6 +53,19 @@ pub struct MeshTablePiece {
     pub friction: f64,
     /// Mean friction lever Λ₁ \[m\].
     pub friction_lever: f64,
+}
+
+impl MeshTablePiece {
+    /// The piece as a division of the mesh cycle.
+    pub fn division(&self) -> Division {
+        Division {
+            end: self.end,
+            stiffness: Stiffness::series(self.stiffness),
+            error: FlankError::series(self.tangent_error),
+            load_centre: self.centre,
+            friction: [self.friction, self.friction_lever],
+        }
+    }
 }
 
 /// Means over an interval of the mesh cycle.

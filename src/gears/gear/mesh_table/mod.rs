@@ -24,12 +24,14 @@ pub use spec::{CycleDivision, MeshTableSpec};
 
 use super::GearPair;
 use super::sharing::{Contact, MOST_PAIRS};
+use strum::EnumString;
 
 /// Gauss nodes of a piece.
 pub const NODES: usize = 8;
 
 /// Whether slices of the face are elastically coupled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum FaceLaw {
     /// Coupled through teeth and gear bodies, if the law of the pairs describes the coupling.
     Coupled,

@@ -29,8 +29,8 @@ pub(super) fn read(
     dimensions: &[GridDimension],
     faulty: &[String],
 ) -> Option<Carried> {
-    let displacement = section.quantity_or_default("displacement");
-    let order = section.choice_or_default("order")?;
+    let displacement = section.quantity("displacement");
+    let order = section.choice("order")?;
     let directions = match order {
         "sweep-up" => vec![Direction::Up],
         "sweep-down" => vec![Direction::Down],

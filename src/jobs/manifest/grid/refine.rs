@@ -3,7 +3,7 @@
 use super::grid_axis::GridAxis;
 use super::values::MAX_POINTS;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::schema::{self, Kind, MANIFEST};
 use crate::manifest::spec::{Criterion, Refine};
 use crate::numerics::nested_grid::NestedGrid;
@@ -18,15 +18,13 @@ pub(super) fn read(
     ties: &[Vec<usize>],
     whole: bool,
 ) -> Option<Refine> {
-    let Child::Present(section) = grid.child("refine") else {
-        return None;
-    };
+    let section = grid.child("refine")??;
     let levels = section.integer("levels");
     let by = criteria(root, &section);
     let [tolerance, longest] = ["tolerance", "longest_period"]
         .map(|key| section_for_criteria(&section, key, by.as_deref().unwrap_or_default()));
-    let tolerance = tolerance.quantity_or_default("tolerance");
-    let longest = longest.integer_or_default("longest_period");
+    let tolerance = tolerance.quantity("tolerance");
+    let longest = longest.integer("longest_period");
     if super::is_carried(root) {
         let order = Diagnostic::new(
             DiagnosticKind::Inconsistent,
@@ -74,7 +72,7 @@ pub(super) fn read(
 
 /// The criteria of comparison. Reports a criterion that no requested analysis computes.
 fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
-    let words = section.choices_or_default("by")?;
+    let words = section.choices("by")?;
     let named = |criterion: &&Criterion| words.contains(&criterion.name());
     let by: Vec<Criterion> = Criterion::VARIANTS.iter().filter(named).copied().collect();
     let fault = |message: String| {

@@ -126,10 +126,7 @@ pub(super) fn draw(
         }
         return None;
     }
-    let design = match section.choice_or_default("design")? {
-        "saltelli" => Design::Saltelli,
-        _ => Design::Sobol,
-    };
+    let design: Design = section.variant("design")?;
     let count = section.integer("samples")?;
     if drawn.len() > design.most_axes() {
         let message = format!("the grid has {} distributions", drawn.len());

@@ -67,7 +67,7 @@ fn dry_friction(table: &Section, modes: Option<usize>) -> Option<[StructureConta
     let force = table.quantity("force");
     let static_force =
         if table.has("static_force") { table.quantity("static_force") } else { force };
-    let belt_speed = if table.has("belt_speed") { table.quantity("belt_speed") } else { Some(0.0) };
+    let belt_speed = table.quantity("belt_speed");
     let law = FrictionLaw {
         force: force?,
         static_force: static_force?,
@@ -100,7 +100,7 @@ fn contact(table: &Section, modes: Option<usize>) -> Option<(StructureContact, O
     } else {
         contact_law::cyclic(table, gap).map(|law| (law, None))
     };
-    let cycles = if table.has("cycles") { table.integers::<2>("cycles") } else { Some([1, 1]) };
+    let cycles = table.integers::<2>("cycles");
     let (participation, (law, restitution)) = (participation?, law?);
     let own = StructureContact {
         name: name?.to_owned(),

@@ -13,9 +13,9 @@ pub(super) fn read(
     root.each("harmonic_load", |table| {
         let name = table.text("name");
         let force = column(table, "force", modes);
-        let amplitude = table.quantity_or_default("amplitude");
+        let amplitude = table.quantity("amplitude");
         let turns = turns(table);
-        let phase = table.quantity_or_default("phase");
+        let phase = table.quantity("phase");
         let amplitude = amplitude?;
         Some(HarmonicLoad {
             name: name?.to_owned(),

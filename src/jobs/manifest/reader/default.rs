@@ -1,90 +1,39 @@
-//! Keys that may be absent: reads them like others if they are given, otherwise uses the schema's default.
+//! The defaults of keys as values of a file, so that one reader serves given and absent keys.
 
-use super::Section;
-use crate::manifest::schema::Key;
+use crate::manifest::diagnostic::Issues;
+use crate::manifest::schema::{self, DefaultValue, HOUSING_FILE, Key, MANIFEST, MODAL_FILE};
+use crate::manifest::tree::{self, Entry, Value};
+use std::collections::HashMap;
+use std::sync::LazyLock;
+use toml::de::DeTable;
 
-impl Section<'_> {
-    /// The schema's entry of a key of this table.
-    fn key(&self, name: &str) -> &'static Key {
-        self.spec(&self.path_of(name))
+/// All defaults, by their text in the schema.
+static DEFAULTS: LazyLock<HashMap<&'static str, Entry>> = LazyLock::new(|| {
+    let keys = [MANIFEST, MODAL_FILE, HOUSING_FILE]
+        .into_iter()
+        .flat_map(schema::all);
+    keys.filter_map(|key| match key.default {
+        DefaultValue::Value(text) => Some((text, parsed(text))),
+        DefaultValue::Required | DefaultValue::Words(_) => None,
+    })
+    .collect()
+});
+
+fn parsed(text: &str) -> Entry {
+    let file = format!("value = {text}");
+    let Ok(table) = DeTable::parse(&file) else {
+        unreachable!("the default {text} is not a value of a file")
+    };
+    match tree::of_table(0, table, &Issues::default()).value {
+        Value::Table(mut entries) if entries.len() == 1 => entries.remove(0),
+        other => unreachable!("the default {text} is {}", other.type_name()),
     }
+}
 
-    /// A whole number that fits its type, or its default.
-    pub fn integer_or_default<T: TryFrom<u64>>(&self, name: &str) -> Option<T> {
-        if self.has(name) {
-            self.integer(name)
-        } else {
-            T::try_from(self.key(name).default_integer()).ok()
-        }
-    }
-
-    /// `true` or `false`, or its default.
-    pub fn boolean_or_default(&self, name: &str) -> Option<bool> {
-        if self.has(name) {
-            self.boolean(name)
-        } else {
-            Some(self.key(name).default_boolean())
-        }
-    }
-
-    /// A quantity in SI, or its default.
-    pub fn quantity_or_default(&self, name: &str) -> Option<f64> {
-        if self.has(name) {
-            self.quantity(name)
-        } else {
-            Some(self.key(name).default_quantity())
-        }
-    }
-
-    /// One of the schema's words, or its default.
-    pub fn choice_or_default(&self, name: &str) -> Option<&'static str> {
-        if self.has(name) {
-            self.choice(name)
-        } else {
-            Some(self.key(name).default_word())
-        }
-    }
-
-    /// Two quantities in SI, or their default.
-    pub fn pair_or_default(&self, name: &str) -> Option<[f64; 2]> {
-        if self.has(name) {
-            self.pair(name)
-        } else {
-            self.default_list(name).try_into().ok()
-        }
-    }
-
-    /// Two quantities in SI, one for both, or the default of both.
-    pub fn one_or_pair_or_default(&self, name: &str) -> Option<[f64; 2]> {
-        if self.has(name) {
-            self.one_or_pair(name)
-        } else {
-            Some([self.key(name).default_quantity(); 2])
-        }
-    }
-
-    /// A list of whole numbers, or its default.
-    pub fn whole_numbers_or_default(&self, name: &str) -> Option<Vec<u64>> {
-        if self.has(name) {
-            self.whole_numbers(name)
-        } else {
-            let numbers = self.default_list(name).into_iter();
-            Some(numbers.map(|number| number as u64).collect())
-        }
-    }
-
-    /// A list of the schema's words, or its default.
-    pub fn choices_or_default(&self, name: &str) -> Option<Vec<&'static str>> {
-        if self.has(name) {
-            self.choices(name)
-        } else {
-            let elements = self.key(&format!("{name}.*"));
-            Some(self.key(name).default_words(elements))
-        }
-    }
-
-    fn default_list(&self, name: &str) -> Vec<f64> {
-        let elements = self.key(&format!("{name}.*"));
-        self.key(name).default_quantities(elements)
+/// The default of a key; `None` if the key is required, or if its default depends on other keys.
+pub fn default_of(key: &Key) -> Option<&'static Entry> {
+    match key.default {
+        DefaultValue::Value(text) => DEFAULTS.get(text),
+        DefaultValue::Required | DefaultValue::Words(_) => None,
     }
 }

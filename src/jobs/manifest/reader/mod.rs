@@ -4,11 +4,23 @@
 mod default;
 mod value;
 
+pub(super) use default::default_of;
 pub(super) use value::{Given, meant};
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::schema::{self, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value, entries};
+use std::str::FromStr;
+
+/// A struct whose fields are read one by one. All are read before the first missing field makes the result `None`, so
+/// that all faults are found.
+macro_rules! all_of {
+    ($type:ident $(::$variant:ident)? { $($field:ident: $value:expr),+ $(, ..$rest:expr)? $(,)? }) => {{
+        $(let $field = $value;)+
+        Some($type $(::$variant)? { $($field: $field?,)+ $(..$rest)? })
+    }};
+}
+pub(super) use all_of;
 
 /// All values, or `None` if one is missing. Every one is read, so that all faults are found.
 pub(super) fn all_or_none<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
@@ -27,15 +39,6 @@ pub(super) struct Section<'t> {
     schema: Schema,
     /// The list in which faults are recorded.
     pub issues: &'t Issues,
-}
-
-/// A subtable that may be absent.
-#[derive(Debug)]
-pub(super) enum Child<'t> {
-    Absent,
-    /// Not a table; reported.
-    Invalid,
-    Present(Section<'t>),
 }
 
 impl<'t> Section<'t> {
@@ -122,44 +125,36 @@ impl<'t> Section<'t> {
         self.issues.push(diagnostic);
     }
 
-    /// A subtable.
-    pub fn child(&self, name: &str) -> Child<'t> {
+    /// A subtable: `Some(None)` if absent; `None` if the value is not a table, which is reported.
+    pub fn child(&self, name: &str) -> Option<Option<Self>> {
         let Some(entry) = self.entry(name) else {
-            return Child::Absent;
+            return Some(None);
         };
         match self.of_node(&entry.node, self.path_of(name)) {
-            Some(mut section) => {
-                section.span = entry.key_span;
-                Child::Present(section)
-            }
-            None => {
-                _ = self.given(name, |given| given.wrong_type::<()>());
-                Child::Invalid
-            }
+            Some(section) => Some(Some(Self {
+                span: entry.key_span,
+                ..section
+            })),
+            None => self.given(name, |given| given.wrong_type()),
         }
     }
 
-    /// A table without entries, for an optional one.
-    pub fn empty_child(&self, name: &str) -> Section<'t> {
-        Self {
+    /// A subtable; one without entries if it is absent.
+    pub fn child_or_empty(&self, name: &str) -> Option<Self> {
+        let empty = || Self {
             path: self.path_of(name),
-            span: self.span,
-            entries: &[],
-            schema: self.schema,
-            issues: self.issues,
-        }
+            ..self.bare()
+        };
+        Some(self.child(name)?.unwrap_or_else(empty))
     }
 
     /// A required subtable.
     pub fn required_child(&self, name: &str) -> Option<Section<'t>> {
-        match self.child(name) {
-            Child::Present(section) => Some(section),
-            Child::Invalid => None,
-            Child::Absent => {
-                self.missing(name);
-                None
-            }
+        let child = self.child(name)?;
+        if child.is_none() {
+            self.missing(name);
         }
+        child
     }
 
     /// A table as a value.
@@ -176,8 +171,10 @@ impl<'t> Section<'t> {
         }
     }
 
+    /// A key, or its default; reports a key that has neither.
     pub fn required(&self, name: &str) -> Option<&'t Entry> {
-        let entry = self.entry(name);
+        let default = || default_of(self.spec(&self.path_of(name)));
+        let entry = self.entry(name).or_else(default);
         if entry.is_none() {
             self.missing(name);
         }
@@ -230,6 +227,11 @@ impl<'t> Section<'t> {
     /// One of the schema's words for this key, which is required.
     pub fn choice(&self, name: &str) -> Option<&'static str> {
         self.given(name, |given| given.choice())
+    }
+
+    /// The variant that one of the schema's words names.
+    pub fn variant<T: FromStr>(&self, name: &str) -> Option<T> {
+        self.choice(name)?.parse().ok()
     }
 
     /// The elements of a list; `None` if it is not a list or has another length than expected.
@@ -327,6 +329,11 @@ impl<'t> Section<'t> {
     /// Two quantities in SI, `[first, second]`.
     pub fn pair(&self, name: &str) -> Option<[f64; 2]> {
         self.quantities(name, Some(2))?.try_into().ok()
+    }
+
+    /// Three quantities in SI.
+    pub fn triple(&self, name: &str) -> Option<[f64; 3]> {
+        self.quantities(name, Some(3))?.try_into().ok()
     }
 
     /// Two quantities in SI, `[first, second]`, or one for both.
@@ -434,10 +441,9 @@ impl<'t> Section<'t> {
         name: &str,
         read: impl FnOnce(&Section) -> Option<T>,
     ) -> Option<Option<T>> {
-        match self.child(name) {
-            Child::Absent => Some(None),
-            Child::Invalid => None,
-            Child::Present(table) => read(&table).map(Some),
+        match self.child(name)? {
+            Some(table) => read(&table).map(Some),
+            None => Some(None),
         }
     }
 

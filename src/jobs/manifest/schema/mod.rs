@@ -2,7 +2,6 @@
 //! errors about unknown keys, grid axes, messages about accepted values, the manual of the manifest and its JSON
 //! Schema.
 
-mod default;
 mod key;
 mod keys;
 #[cfg(test)]

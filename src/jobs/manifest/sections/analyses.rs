@@ -2,10 +2,10 @@
 
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
-    Analyses, Effort, GrowthNorm, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig,
-    OrderConfig, Signals, SpectrumConfig,
+    Analyses, HorizonConfig, LyapunovConfig, MultistabilityConfig, NvhConfig, OrderConfig, Signals,
+    SpectrumConfig,
 };
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema;
 use crate::manifest::spec::{ModelSpec, RunSpec};
 
@@ -22,26 +22,19 @@ pub(super) fn read(
         poincare::read(table, cycles, carried, retained)
     });
     let nvh = section.optional("nvh", |table| {
-        let harmonics = table.integer_or_default("harmonics");
-        let spectrum = table.optional("spectrum", spectrum);
-        let orders = table.optional("orders", orders);
-        let stop_at_stderr = stop_at_stderr(table);
-        let [bearings, torques, accelerations, meshes, power] =
-            ["bearings", "torques", "accelerations", "meshes", "power"]
-                .map(|name| table.boolean_or_default(name));
-        Some(NvhConfig {
-            harmonics: harmonics?,
-            outputs: Signals {
-                bearings: bearings?,
-                torques: torques?,
-                accelerations: accelerations?,
-                meshes: meshes?,
+        all_of!(NvhConfig {
+            harmonics: table.integer("harmonics"),
+            outputs: all_of!(Signals {
+                bearings: table.boolean("bearings"),
+                torques: table.boolean("torques"),
+                accelerations: table.boolean("accelerations"),
+                meshes: table.boolean("meshes"),
                 ..Signals::NONE
-            },
-            power: power?,
-            spectrum: spectrum?,
-            orders: orders?,
-            stop_at_stderr: stop_at_stderr?,
+            }),
+            power: table.boolean("power"),
+            spectrum: table.optional("spectrum", spectrum),
+            orders: table.optional("orders", orders),
+            stop_at_stderr: stop_at_stderr(table),
         })
     });
     let multistability = section.optional("multistability", |table| {
@@ -80,29 +73,23 @@ pub(super) fn read(
 }
 
 fn spectrum(table: &Section) -> Option<SpectrumConfig> {
-    let signals = signals(table);
-    let highest_order = table.integer_or_default("highest_order");
-    let resolution = table.integer_or_default("resolution");
-    Some(SpectrumConfig {
-        signals: signals?,
-        highest_order: highest_order?,
-        resolution: resolution?,
+    all_of!(SpectrumConfig {
+        signals: signals(table),
+        highest_order: table.integer("highest_order"),
+        resolution: table.integer("resolution"),
     })
 }
 
 fn orders(table: &Section) -> Option<OrderConfig> {
-    let signals = signals(table);
-    let mesh = table.integer_or_default("mesh");
-    let shafts = table.integer_or_default("shafts");
-    Some(OrderConfig {
-        signals: signals?,
-        mesh: mesh?,
-        shafts: shafts?,
+    all_of!(OrderConfig {
+        signals: signals(table),
+        mesh: table.integer("mesh"),
+        shafts: table.integer("shafts"),
     })
 }
 
 pub(super) fn signals(table: &Section) -> Option<Signals> {
-    let words = table.choices_or_default("signals")?;
+    let words = table.choices("signals")?;
     Some(Signals {
         deflection: words.contains(&"deflection"),
         force: words.contains(&"force"),
@@ -119,16 +106,16 @@ fn lyapunov(
     model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
 ) -> Option<LyapunovConfig> {
-    let exponents = table.integer_or_default("exponents");
+    let exponents = table.integer("exponents");
     let stop_at_stderr = stop_at_stderr(table);
-    let align = table.integer_or_default("align");
-    let twin = table.boolean_or_default("twin");
-    let separation = (table.if_effective(twin != Some(false))).quantity_or_default("separation");
-    let course = table.integer_or_default("course");
-    let norm = table.choice_or_default("norm");
-    let effort = table.choice_or_default("effort");
+    let align = table.integer("align");
+    let twin = table.boolean("twin");
+    let separation = (table.if_effective(twin != Some(false))).quantity("separation");
+    let course = table.integer("course");
+    let norm = table.variant("norm");
+    let effort = table.variant("effort");
     let lifetime = lifetime(table, run);
-    let chains = table.boolean_or_default("chains");
+    let chains = table.boolean("chains");
     if twin == Some(false) {
         table.without_effect(
             &["separation"],
@@ -145,14 +132,8 @@ fn lyapunov(
         twin: twin?,
         separation: separation?,
         course: course?,
-        norm: match norm? {
-            "raw" => GrowthNorm::Raw,
-            _ => GrowthNorm::Energy,
-        },
-        effort: match effort? {
-            "survey" => Effort::Survey,
-            _ => Effort::Verified,
-        },
+        norm: norm?,
+        effort: effort?,
         lifetime: lifetime?,
         chains: chains?,
     })
@@ -185,15 +166,11 @@ fn stop_at_stderr(table: &Section) -> Option<Option<f64>> {
 }
 
 fn horizon(table: &Section) -> Option<HorizonConfig> {
-    let twins = table.integer_or_default("twins");
-    let separation = table.quantity_or_default("separation");
-    let cycles = table.integer_or_default("cycles");
-    let averages = table.integer_or_default("averages");
-    Some(HorizonConfig {
-        twins: twins?,
-        separation: separation?,
-        cycles: cycles?,
-        averages: averages?,
+    all_of!(HorizonConfig {
+        twins: table.integer("twins"),
+        separation: table.quantity("separation"),
+        cycles: table.integer("cycles"),
+        averages: table.integer("averages"),
     })
 }
 
@@ -206,20 +183,13 @@ fn multistability(
     retained: Option<usize>,
     run: Option<&RunSpec>,
 ) -> Option<MultistabilityConfig> {
-    let initial_conditions = table.integer_or_default("initial_conditions");
-    let decades = table.quantity_or_default("decades");
-    let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
-    let transient = table.integer_or("transient", as_long_as_run.0);
-    let cycles = table.integer_or(
-        "cycles",
-        as_long_as_run.1.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES),
-    );
-    let slice = table.optional("slice", |table| slice::read(table, retained));
-    Some(MultistabilityConfig {
-        initial_conditions: initial_conditions?,
-        decades: decades?,
-        transient: transient?,
-        cycles: cycles?,
-        slice: slice?,
+    let (transient, cycles) = run.map_or((0, 0), |run| (run.transient, run.cycles));
+    let cycles = cycles.clamp(schema::FEWEST_CYCLES, PROBE_CYCLES);
+    all_of!(MultistabilityConfig {
+        initial_conditions: table.integer("initial_conditions"),
+        decades: table.quantity("decades"),
+        transient: table.integer_or("transient", transient),
+        cycles: table.integer_or("cycles", cycles),
+        slice: table.optional("slice", |table| slice::read(table, retained)),
     })
 }

@@ -10,7 +10,7 @@ use crate::structure::ContactLaw;
 pub(super) fn constant(table: &Section) -> Option<ContactLaw> {
     let gap = table.quantity("gap");
     let stiffness = table.quantity("stiffness");
-    let damping = table.quantity_or_default("damping");
+    let damping = table.quantity("damping");
     Some(ContactLaw {
         gap: gap?,
         damping: damping?,
@@ -38,7 +38,7 @@ pub(in crate::manifest) fn rigid(table: &Section, gap: Option<f64>) -> Option<(C
 
 /// The other properties of a contact with a separate cycle, except stiffness and gap.
 pub(super) fn properties_except_stiffness(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
-    let damping = table.quantity_or_default("damping");
+    let damping = table.quantity("damping");
     let phase = if table.has("phase") { table.quantity("phase") } else { Some(0.0) };
     let error = harmonics(table, "transmission_error");
     Some(ContactLaw {

@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::expression::Expression;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec};
 
@@ -18,13 +18,11 @@ pub(in crate::manifest) fn read(
     (faulty, expressions): (&[String], &[(String, Expression)]),
     retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
-    let section = match root.child("continuation") {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(section) => section,
+    let Some(section) = root.child("continuation")? else {
+        return Some(None);
     };
-    let over = axis(&section, "over", (axes, dimensions), (faulty, expressions));
-    let second = if section.has("second") {
+    let followed = axis(&section, "over", (axes, dimensions), (faulty, expressions));
+    let other = if section.has("second") {
         axis(
             &section,
             "second",
@@ -35,8 +33,8 @@ pub(in crate::manifest) fn read(
     } else {
         Some(None)
     };
-    if let (Some(over), Some(Some(second))) = (over, second)
-        && over == second
+    if let (Some(first), Some(Some(second))) = (followed, other)
+        && first == second
     {
         let message = "`continuation.second` is already the axis along which orbits are followed";
         section
@@ -53,40 +51,29 @@ pub(in crate::manifest) fn read(
             "remove it, or name the axis as `second`",
         );
     }
-    let curves = section.if_effective(two).choice_or_default("curves");
-    let starts = section.integer_or_default("starts");
-    let transient = section.integer_or_default("transient");
-    let cycles = section.integer_or_default("cycles");
-    let longest_period = section.integer_or_default("longest_period");
-    let guesses = section.integer_or_default("guesses");
-    let orbits = section.integer_or_default("orbits");
-    let branches = section.integer_or_default("branches");
-    let step = section.quantity_or_default("step");
-    let states = section.each("states", |table| state(table, retained));
-    Some(Some(ContinuationSpec {
-        over: over?,
-        second: second?,
-        all_curves: curves? == "all",
-        starts: starts?,
-        transient: transient?,
-        cycles: cycles?,
-        longest_period: longest_period?,
-        guesses: guesses?,
-        orbits: orbits?,
-        branches: branches?,
-        step: step?,
-        states: states?,
-    }))
+    let curves = section.if_effective(two).choice("curves");
+    let spec = all_of!(ContinuationSpec {
+        over: followed,
+        second: other,
+        all_curves: curves.map(|curves| curves == "all"),
+        starts: section.integer("starts"),
+        transient: section.integer("transient"),
+        cycles: section.integer("cycles"),
+        longest_period: section.integer("longest_period"),
+        guesses: section.integer("guesses"),
+        orbits: section.integer("orbits"),
+        branches: section.integer("branches"),
+        step: section.quantity("step"),
+        states: section.each("states", |table| state(table, retained)),
+    });
+    spec.map(Some)
 }
 
 fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
-    let at = table.quantity("at");
-    let period = table.integer_or_default("period");
-    let state = modal_state::read(table, retained);
-    Some(GivenState {
-        value: at?,
-        period: period?,
-        state: state?,
+    all_of!(GivenState {
+        value: table.quantity("at"),
+        period: table.integer("period"),
+        state: modal_state::read(table, retained),
     })
 }
 

@@ -6,9 +6,9 @@ use crate::manifest::reader::Section;
 use crate::manifest::spec::ModelSpec;
 
 pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<CovariantConfig> {
-    let vectors = table.integer_or_default("vectors");
-    let cycles = table.integer_or_default("cycles");
-    let align = table.integer_or_default("align");
+    let vectors = table.integer("vectors");
+    let cycles = table.integer("cycles");
+    let align = table.integer("align");
     let config = CovariantConfig {
         vectors: vectors?,
         cycles: cycles?,

@@ -36,7 +36,7 @@ pub(super) fn read(
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let resolution = section.choice_or_default("resolution")?;
+    let resolution = section.choice("resolution")?;
     let pairs = pairs(section, resolution, gears, misalignment);
     let spec = of_drawing(section, gears, continuous, pairs);
     let (pairs, spec) = (pairs?, spec?);
@@ -96,11 +96,11 @@ pub(super) fn of_drawing(
     pairs: Option<Option<u32>>,
 ) -> Option<Option<MeshTableSpec>> {
     let own = &section.if_effective(!matches!(pairs, Some(Some(_))));
-    let segments = if continuous { None } else { own.integer_or_default("segments") };
-    let shaft_tilt = own.boolean_or_default("shaft_tilt");
+    let segments = if continuous { None } else { own.integer("segments") };
+    let shaft_tilt = own.boolean("shaft_tilt");
     let face = face(own, gears);
-    let contact = section.choice_or_default("contact");
-    let resolution = section.choice_or_default("resolution");
+    let contact = section.choice("contact");
+    let resolution = section.choice("resolution");
     let (pairs, face, shaft_tilt) = (pairs?, face?, shaft_tilt?);
     let (contact, resolution) = (contact?, resolution?);
     let Some(gears) = gears else {
@@ -138,10 +138,7 @@ fn face(section: &Section, gears: Option<&GearPair>) -> Option<FaceLaw> {
         );
         return Some(FaceLaw::Independent);
     }
-    Some(match section.choice_or_default("face")? {
-        "independent" => FaceLaw::Independent,
-        _ => FaceLaw::Coupled,
-    })
+    section.variant("face")
 }
 
 /// Number of slices of the face if every pair is a separate spring, otherwise an inner `None`; an outer `None` if a key
@@ -152,7 +149,7 @@ fn pairs(
     gears: Option<&GearPair>,
     misalignment: Option<f64>,
 ) -> Option<Option<u32>> {
-    let slices = section.integer_or_default("slices");
+    let slices = section.integer("slices");
     if resolution != "pairs" {
         section.without_effect(
             &["slices"],

@@ -1,9 +1,9 @@
 //! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
 
 use super::{Context, torque_curve};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
-use crate::model::{DriveShaft, ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
+use crate::model::{ImposedMotion, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
 use std::f64::consts::TAU;
 
 pub(super) fn read(
@@ -93,7 +93,7 @@ pub(super) fn harmonics(section: &Section, name: &str) -> Option<Vec<MeshHarmoni
 fn harmonic(table: &Section) -> Option<(u32, f64, f64)> {
     let harmonic = table.integer("harmonic");
     let amplitude = table.quantity("amplitude");
-    let phase = table.quantity_or_default("phase");
+    let phase = table.quantity("phase");
     Some((harmonic?, amplitude?, phase?))
 }
 
@@ -120,7 +120,7 @@ pub(super) fn errors_of_gears(
     })?;
     let mut whole = teeth.is_some();
     let mut all = Vec::new();
-    if let Child::Present(deviation) = section.child("pitch_deviation") {
+    if let Some(deviation) = section.child("pitch_deviation").flatten() {
         for (gear, name) in names.into_iter().enumerate() {
             if !deviation.has(name) {
                 continue;
@@ -146,7 +146,7 @@ fn order(
     let gear = table.choice(key);
     let order = table.integer("order");
     let amplitude = table.quantity("amplitude");
-    let phase = table.quantity_or_default("phase");
+    let phase = table.quantity("phase");
     let harmonic = MeshHarmonic::new(order?, amplitude?, phase?);
     let Some(cycles) = teeth?[usize::from(gear? == names[1])] else {
         unknown_teeth(table, key);
@@ -207,20 +207,12 @@ fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
 }
 
 fn ripple(table: &Section, source: Option<&StructureSource>) -> Option<TorqueRipple> {
-    let shaft = match table.choice("shaft") {
-        Some("wheel") => Some(DriveShaft::Wheel),
-        Some(_) => Some(DriveShaft::Pinion),
-        None => None,
-    };
-    let order = table.quantity("order");
-    let amplitude = table.quantity("amplitude");
-    let phase = table.quantity_or_default("phase");
-    let ripple = TorqueRipple {
-        shaft: shaft?,
-        order: order?,
-        amplitude: amplitude?,
-        phase: phase?,
-    };
+    let ripple = all_of!(TorqueRipple {
+        shaft: table.variant("shaft"),
+        order: table.quantity("order"),
+        amplitude: table.quantity("amplitude"),
+        phase: table.quantity("phase"),
+    })?;
     torque_curve::turns(table, source, ripple.shaft)?;
     Some(ripple)
 }

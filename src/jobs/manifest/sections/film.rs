@@ -3,7 +3,7 @@
 use super::backlash::MeshContext;
 use super::sliders::{Excluded, exclude, excluded_kernel};
 use crate::gear::OilFilm;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::spec::MeshSpec;
 use crate::model::Film;
 
@@ -36,15 +36,13 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 
 /// The film; an inner `None` without a film, an outer one if there are faults, which have been reported.
 pub(super) fn read(mesh: &Section, drive: MeshContext<'_>) -> Option<Option<Film>> {
-    let section = match mesh.child("film") {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(section) => section,
+    let Some(section) = mesh.child("film")? else {
+        return Some(None);
     };
     let viscosity = section.quantity("viscosity");
-    let widest = section.quantity_or_default("thickness");
-    let least = section.quantity_or_default("least_thickness");
-    let layers = section.integer_or_default("layers");
+    let widest = section.quantity("thickness");
+    let least = section.quantity("least_thickness");
+    let layers = section.integer("layers");
     let (widest, least) = (widest?, least?);
     let refuse = |key: &str, message: String, label: &str, remedy: &'static str| {
         section

@@ -5,7 +5,7 @@ use crate::gear::GearPair;
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::schema::draws_one_gear;
-use crate::numerics::point_course::{BetweenPoints, PointCourse};
+use crate::numerics::point_course::PointCourse;
 
 /// The profiles of both gears over their roll lengths, which the drawing computes from diameters.
 pub(super) fn profiles(section: &Section, pair: Option<&GearPair>) -> Option<[PointCourse; 2]> {
@@ -60,7 +60,7 @@ fn courses(
         let gear = if of_one { Some("gear") } else { table.choice("gear") };
         let at = places(&table, usize::from(gear == Some("wheel")));
         let missing = table.quantities("missing", None);
-        let between = table.choice_or_default("between");
+        let between = table.variant("between");
         let (Some(gear), Some(at), Some(missing), Some(between)) = (gear, at, missing, between)
         else {
             whole = false;
@@ -113,10 +113,7 @@ fn courses(
                 .zip(missing)
                 .map(|(at, missing)| [at, missing])
                 .collect(),
-            between: match between {
-                "monotone" => BetweenPoints::Monotone,
-                _ => BetweenPoints::Linear,
-            },
+            between,
         };
         if of_one {
             found = [course.clone(), course];

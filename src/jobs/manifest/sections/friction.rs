@@ -87,13 +87,13 @@ fn unknown(section: &Section, message: String, remedy: &'static str) {
 
 /// The friction; `None` if it or the drawing has faults, which have been reported.
 pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<FrictionSpec> {
-    if section.choice_or_default("friction_law")? == "constant" {
+    if section.choice("friction_law")? == "constant" {
         section.without_effect(
             &OF_LAW,
             "with a constant coefficient of friction",
             "remove it, or set friction_law = \"schlenk\"",
         );
-        let value = section.quantity_or_default("friction");
+        let value = section.quantity("friction");
         return value.map(FrictionSpec::Constant);
     }
     section.given_twice(
@@ -103,7 +103,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<Friction
     );
     let roughness = section.quantity("roughness");
     let viscosity = section.quantity("oil_viscosity");
-    let oil_factor = section.quantity_or_default("oil_factor");
+    let oil_factor = section.quantity("oil_factor");
     let Some(gears) = drive.gears else {
         if !drive.faulty_drawing {
             let remedy = match drive.source {

@@ -3,10 +3,10 @@
 use super::flank_points;
 use crate::gear::{
     BasicRack, BodyShape, FaceOverhang, FlankCourse, Flanks, GearError, GearPair, Hub, Material,
-    Modification, Plane, Relief, ReliefCourse, Tooth, ToothForm, Undercut, Web,
+    Modification, Plane, Relief, Tooth, ToothForm, Undercut, Web,
 };
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::{Section, all_of};
 use std::f64::consts::FRAC_PI_2;
 
 /// Ratio of face width to tooth thickness on the reference circle above which a face cannot widen: a usual bound of
@@ -16,8 +16,8 @@ const WIDE: f64 = 5.0;
 pub(super) fn read(section: &Section) -> Option<GearPair> {
     let teeth = section.integers::<2>("teeth");
     let module = section.quantity("module");
-    let pressure_angle = section.quantity_or_default("pressure_angle");
-    let helix_angle = section.quantity_or_default("helix_angle");
+    let pressure_angle = section.quantity("pressure_angle");
+    let helix_angle = section.quantity("helix_angle");
     let face = face(section);
     let face_width = face.map(|face| face.width);
     let body_length = section.pair("body_length");
@@ -55,8 +55,8 @@ pub(super) fn read(section: &Section) -> Option<GearPair> {
 
 /// The optional keys; a drawing without any is the default form.
 fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
-    let profile_shift = section.pair_or_default("profile_shift");
-    let thinning = section.one_or_pair_or_default("thinning");
+    let profile_shift = section.pair("profile_shift");
+    let thinning = section.one_or_pair("thinning");
     let centre_distance = section.if_given("centre_distance", Section::quantity);
     let tip_diameter = if section.has("tip_diameter") {
         section.pair("tip_diameter").map(|pair| pair.map(Some))
@@ -80,8 +80,8 @@ pub(super) fn of_one(
     width: Option<f64>,
     pair: Option<&GearPair>,
 ) -> Option<ToothForm> {
-    let profile_shift = section.quantity_or_default("profile_shift");
-    let thinning = section.quantity_or_default("thinning");
+    let profile_shift = section.quantity("profile_shift");
+    let thinning = section.quantity("thinning");
     let tip_diameter = section.if_given("tip_diameter", Section::quantity);
     let shape = shape(section, width.map(|width| [width; 2]));
     let profile_points = flank_points::profiles(section, pair);
@@ -110,8 +110,8 @@ fn shape(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> 
         Some([None; 2])
     };
     let body = bodies(section, body_length);
-    let young_modulus = section.one_or_pair_or_default("young_modulus");
-    let poisson_ratio = section.one_or_pair_or_default("poisson_ratio");
+    let young_modulus = section.one_or_pair("young_modulus");
+    let poisson_ratio = section.one_or_pair("poisson_ratio");
     let [tip_relief, root_relief, end_relief] = reliefs;
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
@@ -143,7 +143,7 @@ struct CommonFace {
 /// The common part of both faces.
 fn face(section: &Section) -> Option<CommonFace> {
     let widths = section.one_or_pair("face_width");
-    let offsets = section.one_or_pair_or_default("face_offset");
+    let offsets = section.one_or_pair("face_offset");
     let (widths, offsets) = (widths?, offsets?);
     let ends: [[f64; 2]; 2] =
         [0, 1].map(|gear| [-0.5, 0.5].map(|side| offsets[gear] + side * widths[gear]));
@@ -175,10 +175,7 @@ fn face(section: &Section) -> Option<CommonFace> {
 /// The plane state. By default it depends on the face width: narrow teeth are free to widen.
 fn plane(section: &Section, size: Option<(f64, f64)>) -> Option<Plane> {
     if section.has("plane") {
-        return Some(match section.choice("plane")? {
-            "strain" => Plane::Strain,
-            _ => Plane::Stress,
-        });
+        return section.variant("plane");
     }
     let (module, width) = size?;
     Some(plane_of(module, width))
@@ -249,33 +246,21 @@ fn bodies(section: &Section, body_length: Option<[f64; 2]>) -> Option<[BodyShape
 }
 
 fn rack(section: &Section) -> Option<BasicRack> {
-    let rack = match section.child("rack") {
-        Child::Absent => section.empty_child("rack"),
-        Child::Invalid => return None,
-        Child::Present(rack) => rack,
-    };
-    let addendum = rack.quantity_or_default("addendum");
-    let dedendum = rack.quantity_or_default("dedendum");
-    let tip_radius = rack.quantity_or_default("tip_radius");
-    Some(BasicRack {
-        addendum: addendum?,
-        dedendum: dedendum?,
-        tip_radius: tip_radius?,
+    let rack = section.child_or_empty("rack")?;
+    all_of!(BasicRack {
+        addendum: rack.quantity("addendum"),
+        dedendum: rack.quantity("dedendum"),
+        tip_radius: rack.quantity("tip_radius"),
     })
 }
 
 fn relief(section: &Section, name: &str) -> Option<[Relief; 2]> {
-    let relief = match section.child(name) {
-        Child::Absent => return Some([Relief::default(); 2]),
-        Child::Invalid => return None,
-        Child::Present(relief) => relief,
+    let Some(relief) = section.child(name)? else {
+        return Some([Relief::default(); 2]);
     };
     let amount = relief.one_or_pair("amount");
     let length = relief.one_or_pair("length");
-    let course = match relief.choice_or_default("course")? {
-        "parabolic" => ReliefCourse::Parabolic,
-        _ => ReliefCourse::Linear,
-    };
+    let course = relief.variant("course")?;
     let (amount, length) = (amount?, length?);
     Some([0, 1].map(|gear| Relief {
         amount: amount[gear],
@@ -286,7 +271,7 @@ fn relief(section: &Section, name: &str) -> Option<[Relief; 2]> {
 
 /// Crowning and slope, under these keys.
 fn modification(section: &Section, keys: [&str; 2]) -> Option<[Modification; 2]> {
-    let [crowning, slope] = keys.map(|key| section.one_or_pair_or_default(key));
+    let [crowning, slope] = keys.map(|key| section.one_or_pair(key));
     let (crowning, slope) = (crowning?, slope?);
     Some([0, 1].map(|gear| Modification {
         crowning: crowning[gear],

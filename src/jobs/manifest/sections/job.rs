@@ -16,7 +16,7 @@ const MAX_NAME: usize = 100;
 pub(in crate::manifest) fn read(root: &Section) -> Option<JobHead> {
     let section = root.required_child("job")?;
     let name = (section.text("name")).and_then(|name| folder_name(&section, name));
-    let seed = section.integer_or_default("seed");
+    let seed = section.integer("seed");
     Some(JobHead {
         name: name?.to_owned(),
         seed: seed?,

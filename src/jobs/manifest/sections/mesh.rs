@@ -11,7 +11,6 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::{Given, Section};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
 use crate::manifest::tree::Value;
-use crate::model::Release;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -54,7 +53,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
         );
     }
     let of_gears = wants_gears(section);
-    let misalignment = (section.if_effective(of_gears)).quantity_or_default("misalignment");
+    let misalignment = (section.if_effective(of_gears)).quantity("misalignment");
     let stiffness = if of_gears {
         drawn_mesh::read(section, drive, misalignment)
     } else {
@@ -77,7 +76,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
     let sliding = laws
         .and_then(|(stiffness, friction)| friction::sliding(section, drive, friction, stiffness));
     let coast = coast::read(section, drive, laws);
-    let release = section.choice_or_default("release");
+    let release = section.variant("release");
     let film = film::read(section, drive);
     let teeth = (stiffness.as_ref().zip(coast.as_ref()))
         .and_then(|laws| tooth_fault::read(section, drive, laws));
@@ -92,10 +91,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
         sliding: sliding?,
         misalignment: misalignment?,
         coast: coast?,
-        release: match release? {
-            "force" => Release::Force,
-            _ => Release::Deflection,
-        },
+        release: release?,
         film: film?,
         teeth: teeth?,
     })
@@ -141,7 +137,7 @@ fn piecewise(section: &Section) -> Option<StiffnessSpec> {
         return Some(StiffnessSpec::Piecewise(values.into()));
     }
     let law = two_levels(section);
-    let segments = section.integer_or_default("segments");
+    let segments = section.integer("segments");
     Some(StiffnessSpec::Piecewise(on_segments(law?, segments?)))
 }
 

@@ -34,9 +34,8 @@ mod train;
 
 use super::grid::is_carried;
 use super::modal_tree::ModalFile;
-use super::reader::{Child, Section};
-use super::spec::{ExcitationSpec, MeshSpec, ModelSpec, StructureSource, Variant};
-use crate::analysis::Analyses;
+use super::reader::Section;
+use super::spec::{MeshSpec, ModelSpec, StructureSource, Variant};
 use crate::shaft::{Housing, Tier};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -118,30 +117,23 @@ pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> 
     };
 
     let source = model.as_ref().map(|model| &model.source);
-    let excitation = match root.child("excitation") {
-        Child::Present(section) => excitation::read(&section, source, mesh.as_ref(), context),
-        Child::Absent => Some(ExcitationSpec::default()),
-        Child::Invalid => None,
-    };
+    let excitation = root.optional("excitation", |section| {
+        excitation::read(section, source, mesh.as_ref(), context)
+    });
     sliders::check(root, model.as_ref());
     film::check(root, mesh.as_ref());
     slices::check_reduction(root, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, retained);
-    let analyses = match root.child("analyses") {
-        Child::Present(section) => {
-            let carried = is_carried(root);
-            analyses::read(&section, model.as_ref(), run.as_ref(), carried)
-        }
-        Child::Absent => Some(Analyses::default()),
-        Child::Invalid => None,
-    };
+    let analyses = root.optional("analyses", |section| {
+        analyses::read(section, model.as_ref(), run.as_ref(), is_carried(root))
+    });
     Some(Variant {
         model: model?,
         mesh: mesh?,
-        excitation: Arc::new(excitation?),
+        excitation: Arc::new(excitation?.unwrap_or_default()),
         run: Arc::new(run?),
-        analyses: Arc::new(analyses?),
+        analyses: Arc::new(analyses?.unwrap_or_default()),
     })
 }
 

@@ -1,15 +1,13 @@
 //! A modal state: `{ displacement = [...], velocity = [...] }`.
 
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::tree::entries;
 use crate::model::InitialState;
 
 pub(super) fn read(state: &Section, retained: Option<usize>) -> Option<InitialState> {
-    let displacement = modal_vector(state, "displacement", retained);
-    let velocity = modal_vector(state, "velocity", retained);
-    Some(InitialState::Modal {
-        displacement: displacement?,
-        velocity: velocity?,
+    all_of!(InitialState::Modal {
+        displacement: modal_vector(state, "displacement", retained),
+        velocity: modal_vector(state, "velocity", retained),
     })
 }
 

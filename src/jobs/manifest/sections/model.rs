@@ -6,7 +6,7 @@ use super::{
     Context, film, friction, gear, ineffective_keys, mesh, oscillator, shafts, tooth_fault, train,
 };
 use crate::gear::GearPair;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::spec::{ModelSpec, StructureSource};
 use crate::manifest::{modal_file, modal_keys};
 use crate::shaft::{FlexibleDrive, RigidDrive, Tier, TrainDrive};
@@ -23,7 +23,7 @@ const FREEDOMS_PER_STATION: usize = 12;
 pub(super) fn read(root: &Section, context: &mut Context) -> Option<ModelSpec> {
     let section = root.required_child("model")?;
     let kind = section.choice("kind");
-    let mta = section.boolean_or_default("mta");
+    let mta = section.boolean("mta");
     match kind {
         Some("modal") => modal(root, &section, context, mta),
         Some("train") => of_train(root, &section, context, mta),
@@ -95,7 +95,7 @@ fn of_train(
     section.without_effect(&own, why, "remove it, or set kind = \"modal\"");
     let remedy = "remove it, or set kind = \"flexible\"";
     root.without_effect(&["gear", "shafts"], why, remedy);
-    let gyroscopic = section.boolean_or_default("gyroscopic");
+    let gyroscopic = section.boolean("gyroscopic");
     let train = root
         .required_child("train")
         .and_then(|section| train::read(&section, context));
@@ -202,10 +202,8 @@ fn modal(
 
 /// Whether `[mesh]` takes its stiffness, friction or film of oil from the drawing of the gears.
 fn mesh_wants_gears(root: &Section) -> bool {
-    match root.child("mesh") {
-        Child::Present(section) => mesh::wants_gears(&section) || needs_drawing(&section),
-        _ => false,
-    }
+    let mesh = root.child("mesh").flatten();
+    mesh.is_some_and(|mesh| mesh::wants_gears(&mesh) || needs_drawing(&mesh))
 }
 
 /// Whether friction, a film of oil or a tooth fault needs the drawing.
@@ -271,7 +269,7 @@ fn damping_of(
             "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
             "remove it, or set a kind with more free motions",
         );
-        let damping = section.bare().quantity_or_default("damping");
+        let damping = section.bare().quantity("damping");
         return Some((damping?, Vec::new()));
     }
     damping(section, modes, RIGID_MODES)
@@ -283,7 +281,7 @@ fn damping(
     modes: Option<usize>,
     rigid: usize,
 ) -> Option<(f64, Vec<(usize, f64)>)> {
-    let damping = section.quantity_or_default("damping");
+    let damping = section.quantity("damping");
     let overrides = damping_overrides(section, modes, rigid);
     Some((damping?, overrides?))
 }
@@ -296,9 +294,9 @@ fn gyroscopic(section: &Section, kind: DriveKind) -> Option<bool> {
             &format!("with kind = \"{}\": its shafts do not tilt", tier.name()),
             "remove it, or set a kind with more free motions",
         );
-        return section.bare().boolean_or_default("gyroscopic");
+        return section.bare().boolean("gyroscopic");
     }
-    section.boolean_or_default("gyroscopic")
+    section.boolean("gyroscopic")
 }
 
 fn damping_overrides(

@@ -3,27 +3,21 @@
 use super::modal_state;
 use crate::analysis::OrbitConfig;
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_of};
 
 pub(super) fn read(table: &Section, retained: Option<usize>) -> Option<OrbitConfig> {
-    let periods = periods(table);
-    let guesses = table.integer_or_default("guesses");
-    let cycles = table.integer_or_default("cycles");
-    let floquet = table.boolean_or_default("floquet");
-    let returns = table.integer_or_default("returns");
-    let states = table.each("states", |state| modal_state::read(state, retained));
-    Some(OrbitConfig {
-        periods: periods?,
-        guesses: guesses?,
-        cycles: cycles?,
-        floquet: floquet?,
-        returns: returns?,
-        states: states?,
+    all_of!(OrbitConfig {
+        periods: periods(table),
+        guesses: table.integer("guesses"),
+        cycles: table.integer("cycles"),
+        floquet: table.boolean("floquet"),
+        returns: table.integer("returns"),
+        states: table.each("states", |state| modal_state::read(state, retained)),
     })
 }
 
 fn periods(table: &Section) -> Option<Vec<u32>> {
-    let values = table.whole_numbers_or_default("periods")?;
+    let values = table.whole_numbers("periods")?;
     if values.is_empty() {
         let path = table.path_of("periods");
         return table

@@ -4,7 +4,7 @@ use super::Context;
 use super::drive_kind::is_kind;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::modal_keys;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::spec::{
     CoastSpec, DampingSpec, FrictionSpec, MeshSpec, ModelSpec, StiffnessSpec, StructureSource,
 };
@@ -48,8 +48,8 @@ pub(super) fn mesh(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec
     let StructureSource::Modal(structure) = &model?.source else {
         return None;
     };
-    let length = match root.child("model") {
-        Child::Present(section) if section.has("length") => section.quantity("length")?,
+    let length = match root.child("model").flatten() {
+        Some(section) if section.has("length") => section.quantity("length")?,
         _ => typical_length(structure),
     };
     if length == 0.0 {

@@ -16,7 +16,7 @@ pub(super) fn read(
 ) -> Option<PoincareConfig> {
     let section = section(table, retained);
     let samples = samples(table, cycles, section.as_ref());
-    let refine = table.integer_or_default("refine");
+    let refine = table.integer("refine");
     if !carried && refine.is_some_and(|halvings| halvings > 0) {
         table.without_effect(
             &["refine"],
@@ -32,10 +32,10 @@ pub(super) fn read(
 }
 
 fn section(table: &Section, retained: Option<usize>) -> Option<PoincareSection> {
-    let name = table.choice_or_default("section");
+    let name = table.choice("section");
     // For an unknown section, phase and surface are still read, so that all faults are found.
     let phase = match name {
-        None | Some("strobe") => table.quantity_or_default("phase"),
+        None | Some("strobe") => table.quantity("phase"),
         Some(_) => None,
     };
     let surface = match name {
@@ -81,8 +81,8 @@ fn surface(table: &Section, retained: Option<usize>) -> Option<Surface> {
         }
     };
     let [displacement, velocity] = [coefficients("displacement"), coefficients("velocity")];
-    let level = table.quantity_or_default("level");
-    let direction = table.choice_or_default("direction");
+    let level = table.quantity("level");
+    let direction = table.choice("direction");
     let (displacement, velocity) = (displacement?, velocity?);
     if displacement.iter().chain(&velocity).all(|a| *a == 0.0) {
         let message =

@@ -3,7 +3,7 @@
 use super::modal_state;
 use crate::analysis::Effort;
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Given, Section};
+use crate::manifest::reader::{Given, Section};
 use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
 use crate::model::InitialState;
@@ -14,18 +14,14 @@ use std::collections::BTreeSet;
 const AUDIT_CYCLES: u64 = 20;
 
 pub(super) fn read(root: &Section, retained: Option<usize>) -> Option<RunSpec> {
-    let section = match root.child("run") {
-        Child::Present(section) => section,
-        Child::Absent => root.empty_child("run"),
-        Child::Invalid => return None,
-    };
-    let transient = section.integer_or_default("transient");
+    let section = root.child_or_empty("run")?;
+    let transient = section.integer("transient");
     let cycles = section.integer_or("cycles", default_cycles(root));
     let kernel = kernel(&section);
     let portable = portable(&section, kernel.as_ref());
     let initial = initial(&section, retained);
-    let settle = section.boolean_or_default("settle");
-    let event_limit = section.integer_or_default("event_limit");
+    let settle = section.boolean("settle");
+    let event_limit = section.integer("event_limit");
     let default_audit = cycles.map_or(AUDIT_CYCLES, |cycles| AUDIT_CYCLES.min(cycles));
     let audit_cycles = section.integer_or("audit_cycles", default_audit);
     let (cycles, audit_cycles) = (cycles?, audit_cycles?);
@@ -66,7 +62,7 @@ fn default_cycles(root: &Section) -> u64 {
 
 /// Whether `instructions` requests those of every processor instead of those of this one.
 fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
-    let portable = section.choice_or_default("instructions")? == "portable";
+    let portable = section.choice("instructions")? == "portable";
     if let Some(KernelSetting::Named(kernel)) = kernel
         && portable
         && kernel.keeps_tables()
@@ -85,7 +81,7 @@ fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
 }
 
 fn kernel(section: &Section) -> Option<KernelSetting> {
-    let chosen = section.choice_or_default("kernel");
+    let chosen = section.choice("kernel");
     let settings = KernelSetting::SETTINGS;
     if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
@@ -100,11 +96,11 @@ fn kernel(section: &Section) -> Option<KernelSetting> {
         Some("volterra") => KernelChoice::Volterra,
         Some("closed_modes") => KernelChoice::ClosedModes,
         Some(_) => KernelChoice::Stepping {
-            steps: section.integer_or_default("steps")?,
+            steps: section.integer("steps")?,
         },
         None => {
             // The key may have no effect; its faults are still reported.
-            section.integer_or_default::<u32>("steps");
+            section.integer::<u32>("steps");
             return None;
         }
     }))
@@ -125,12 +121,7 @@ fn initial(section: &Section, retained: Option<usize>) -> Option<InitialState> {
         Value::Text(text) if text == "static" => Some(InitialState::Static),
         Value::Text(text) if text == "rest" => Some(InitialState::Rest),
         Value::Text(text) => given.not_a_choice(text, &["static", "rest"]),
-        Value::Table(_) => {
-            let Child::Present(state) = section.child("initial") else {
-                return None;
-            };
-            modal_state::read(&state, retained)
-        }
+        Value::Table(_) => modal_state::read(&section.child("initial")??, retained),
         _ => given.wrong_type(),
     }
 }

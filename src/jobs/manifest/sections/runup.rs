@@ -5,7 +5,7 @@ use crate::analysis::run_up::LoadLaw;
 use crate::manifest::columns::{self, Quantities};
 use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::schema::{self, ANY, Key, POSITIVE};
 use crate::manifest::spec::{RunUpLoad, RunUpSpec};
 use crate::numerics::point_course::{BetweenPoints, PointCourse};
@@ -33,17 +33,15 @@ const LOAD_POINTS: ListOf = ListOf {
 
 /// The section; `Some(None)` if there is none, `None` if it is faulty. Relative paths start at `base_dir`.
 pub(in crate::manifest) fn read(root: &Section, base_dir: &Path) -> Option<Option<RunUpSpec>> {
-    let section = match root.child("runup") {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(section) => section,
+    let Some(section) = root.child("runup")? else {
+        return Some(None);
     };
     let course = course(&section, base_dir);
-    let settle = section.quantity_or_default("settle");
-    let sample_rate = section.integer_or_default("sample_rate");
-    let revolutions = section.integer_or_default("revolutions");
+    let settle = section.quantity("settle");
+    let sample_rate = section.integer("sample_rate");
+    let revolutions = section.integer("revolutions");
     let orders = section.if_given("orders", |section, name| section.quantities(name, None));
-    let frequency_step = section.integer_or_default("frequency_step");
+    let frequency_step = section.integer("frequency_step");
     let signals = signals(&section);
     if let (Some(rate), Some(course)) = (sample_rate, &course) {
         fits_in_memory(&section, rate, &course.speed);

@@ -8,7 +8,7 @@
 use super::drive_kind::DriveKind;
 use super::ineffective_keys::has_effect;
 use crate::gear::GearPair;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, Drag, Pedestal, Shaft, Tier};
 
 /// Shafts and their material.
@@ -55,7 +55,7 @@ fn elastic(section: &Section, kind: DriveKind) -> Option<Option<Elastic>> {
         if wanted(key) { section.quantity(key).map(Some) } else { Some(None) }
     };
     let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
-    let shear_coefficient = section.quantity_or_default("shear_coefficient");
+    let shear_coefficient = section.quantity("shear_coefficient");
     let elements = if wanted("elements") { elements(section).map(Some) } else { Some(None) };
     let moduli = young?.zip(shear?);
     if let Some((young, shear)) = moduli {
@@ -101,10 +101,10 @@ fn shaft(
 ) -> Option<(Shaft, Option<[Pedestal; 2]>)> {
     let own = shared.required_child(name)?;
     let diameter = own.quantity("diameter");
-    let inner = own.quantity_or_default("inner_diameter");
+    let inner = own.quantity("inner_diameter");
     let end_inertia = own.quantity("end_inertia");
-    let viscous = own.quantity_or_default("drag");
-    let constant = own.quantity_or_default("drag_torque");
+    let viscous = own.quantity("drag");
+    let constant = own.quantity("drag_torque");
     let either = |key: &str| {
         let section = if own.has(key) { &own } else { shared };
         if own.has(key) && shared.has(key) {
@@ -174,19 +174,15 @@ impl<'t> LayeredTable<'t> {
         name: &str,
         required: bool,
     ) -> Option<Option<Self>> {
-        let common = shared.child(name);
-        let special = section.child(name);
-        let (common, special) = match (common, special) {
-            (Child::Invalid, _) | (_, Child::Invalid) => return None,
-            (Child::Absent, Child::Absent) if required => {
+        let (common, special) = (shared.child(name), section.child(name));
+        let (common, special) = match (common?, special?) {
+            (None, None) if required => {
                 shared.missing(name);
                 return None;
             }
-            (Child::Absent, Child::Absent) => return Some(None),
-            (Child::Present(common), Child::Present(special)) => (common, Some(special)),
-            (Child::Present(only), Child::Absent) | (Child::Absent, Child::Present(only)) => {
-                (only, None)
-            }
+            (None, None) => return Some(None),
+            (Some(common), special) => (common, special),
+            (None, Some(only)) => (only, None),
         };
         Some(Some(Self { common, special }))
     }

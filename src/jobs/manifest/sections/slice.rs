@@ -11,7 +11,7 @@ pub(super) fn read(table: &Section, retained: Option<usize>) -> Option<SliceConf
         of_two_modes(table, retained)
     };
     let extent = table.quantity("extent");
-    let count = table.integer_or_default("count");
+    let count = table.integer("count");
     let (modes, of, speed) = modes?;
     Some(SliceConfig {
         modes: modes.map(|mode| mode as usize - 1),
@@ -36,7 +36,7 @@ fn of_one_mode(table: &Section, retained: Option<usize>) -> Option<Modes> {
 
 fn of_two_modes(table: &Section, retained: Option<usize>) -> Option<Modes> {
     let modes = table.integers::<2>("modes");
-    let of = table.choice_or_default("of");
+    let of = table.variant("of");
     table.without_effect(
         &["speed"],
         "without `mode`",
@@ -55,11 +55,7 @@ fn of_two_modes(table: &Section, retained: Option<usize>) -> Option<Modes> {
             .fail(table.issues);
     }
     let modes = retained_mode(table, "modes", modes, retained)?;
-    let of = match of? {
-        "velocity" => SliceOf::Velocity,
-        _ => SliceOf::Displacement,
-    };
-    Some((modes, of, None))
+    Some((modes, of?, None))
 }
 
 /// The modes, if all are retained.

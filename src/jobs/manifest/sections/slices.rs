@@ -2,7 +2,7 @@
 
 use crate::gear::CycleDivision;
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::spec::{MeshSpec, ModelSpec, StiffnessSpec};
 
 /// Records that springs on several lines cannot share the residual flexibility of omitted modes.
@@ -19,7 +19,7 @@ pub(super) fn check_reduction(root: &Section, model: Option<&ModelSpec>, mesh: O
     if !(sliced && model.mta && model.retained < model.modes) {
         return;
     }
-    if let Child::Present(section) = root.child("model") {
+    if let Some(section) = root.child("model").flatten() {
         let message = "springs of pairs on several slices of the face have different lines of action, so they cannot share \
                  the residual flexibility of the omitted modes";
         section

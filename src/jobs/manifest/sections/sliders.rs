@@ -1,7 +1,7 @@
 //! Reports keys that cannot be combined with dry sliders, rigid stops or dry friction.
 
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::spec::ModelSpec;
 
 /// An excluded key: table, key, excluded values (empty for all), reason, remedy.
@@ -88,7 +88,7 @@ pub(super) fn check(root: &Section, model: Option<&ModelSpec>) {
 /// Reports the given ones among excluded keys.
 pub(super) fn exclude(root: &Section, keys: &[Excluded<'_>], label: &str) {
     for &(table, key, values, why, remedy) in keys {
-        let Child::Present(section) = root.child(table) else {
+        let Some(section) = root.child(table).flatten() else {
             continue;
         };
         if !section.has(key) {

@@ -97,10 +97,10 @@ fn drawn(gears: &GearPair) -> Result<(EvenSharing, f64), GearError> {
 fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
     let gear = table.choice("gear");
     let tooth = table.integer::<u32>("tooth");
-    let stiffness = table.quantity_or_default("stiffness");
-    let crack = table.quantity_or_default("crack");
-    let loss = table.quantity_or_default("loss");
-    let flanks = table.choice_or_default("flanks");
+    let stiffness = table.quantity("stiffness");
+    let crack = table.quantity("crack");
+    let loss = table.quantity("loss");
+    let flanks = table.choice("flanks");
     let gear = usize::from(gear? == "wheel");
     let number = tooth?;
     if number > gears.teeth[gear] {

@@ -4,7 +4,7 @@ use super::Context;
 use crate::manifest::columns;
 use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::schema::{self, ANY, Key};
 use crate::manifest::spec::StructureSource;
 use crate::manifest::tree::{Entry, Value};
@@ -27,20 +27,15 @@ pub(super) fn read(
     source: Option<&StructureSource>,
     context: &mut Context,
 ) -> Option<Vec<TorqueRipple>> {
-    let section = match excitation.child("torque_curve") {
-        Child::Absent => return Some(Vec::new()),
-        Child::Invalid => return None,
-        Child::Present(section) => section,
+    let Some(section) = excitation.child("torque_curve")? else {
+        return Some(Vec::new());
     };
-    let shaft = section.choice_or_default("shaft");
-    let revolutions = section.integer_or_default::<u32>("revolutions");
-    let harmonics = section.integer_or_default("harmonics");
+    let shaft = section.variant("shaft");
+    let revolutions = section.integer::<u32>("revolutions");
+    let harmonics = section.integer("harmonics");
     let points = section.required("points");
     let points = points.and_then(|entry| points_of(entry, excitation.issues, context));
-    let shaft = match shaft? {
-        "wheel" => DriveShaft::Wheel,
-        _ => DriveShaft::Pinion,
-    };
+    let shaft = shaft?;
     turns(&section, source, shaft)?;
     let (mut points, period) = (points?, TAU * f64::from(revolutions?));
     if let ([[first, start], .., [last, end]], false) = (&points[..], points.is_empty()) {

@@ -21,10 +21,10 @@ const POWER: f64 = 1e-9;
 /// Reads the table; `[model]` has the damping of the modes.
 pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDrive> {
     let rated_torque = section.quantity("rated_torque");
-    let young_modulus = section.quantity_or_default("young_modulus");
-    let shear_modulus = section.quantity_or_default("shear_modulus");
-    let density = section.quantity_or_default("density");
-    let shear_coefficient = section.quantity_or_default("shear_coefficient");
+    let young_modulus = section.quantity("young_modulus");
+    let shear_modulus = section.quantity("shear_modulus");
+    let density = section.quantity("density");
+    let shear_coefficient = section.quantity("shear_coefficient");
     if !section.has("shaft") {
         section.missing("shaft");
     }
@@ -98,7 +98,7 @@ fn no_train(section: &Section, error: &TrainError) -> Diagnostic {
 /// The load at which rolling bearings have their stiffness; `Some(None)` without such bearings.
 fn bearing_load(section: &Section, train: &TrainDrive) -> Option<Option<f64>> {
     if train.bearings().any(|bearing| bearing.rolling.is_some()) {
-        return section.quantity_or_default("bearing_load").map(Some);
+        return section.quantity("bearing_load").map(Some);
     }
     let why = "without a bearing from catalogue data";
     let remedy = "remove it, or give a bearing `ball` or `roller`";

@@ -4,6 +4,7 @@ use crate::manifest::distribution::Distribution;
 use crate::numerics::random::Stream;
 use serde::Serialize;
 use sobol_burley::{NUM_DIMENSIONS, sample};
+use strum::{EnumString, IntoStaticStr};
 
 /// Largest number of samples of a sequence, a limit of the crate.
 const MOST_SAMPLES: usize = 1 << 16;
@@ -26,7 +27,8 @@ pub struct Samples {
 }
 
 /// How samples become rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr, EnumString)]
+#[strum(serialize_all = "snake_case")]
 pub enum Design {
     /// One row per sample.
     Sobol,
@@ -39,10 +41,7 @@ pub enum Design {
 impl Design {
     /// Name in manifests and result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Sobol => "sobol",
-            Self::Saltelli => "saltelli",
-        }
+        self.into()
     }
 
     /// Number of rows per sample of `axes` axes.

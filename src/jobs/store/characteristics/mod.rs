@@ -11,13 +11,14 @@ pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, SolverKey};
 pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
-use super::file::{Row, TableFile, create_folder, publish, remove_stale, temporary_file};
+use super::atomic_file::write_atomically;
+use super::file::{Row, TableFile, create_folder, remove_stale};
 use super::run::ProgramRecord;
 use super::table::Table;
 use measurement::Key;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Version of `machine.json`.
@@ -93,13 +94,10 @@ impl Characteristics {
         file.measurements(&self.solver)?;
         file.rows("roofline", RoofRow::table(), &self.roofline)?;
         let path = folder.join(RECORD);
-        let refused = |source| StoreError::io(&path, "write", source);
-        let mut text = serde_json::to_string_pretty(self).map_err(|error| refused(error.into()))?;
+        let mut text = serde_json::to_string_pretty(self)
+            .map_err(|error| StoreError::io(&path, "write", error.into()))?;
         text.push('\n');
-        let mut temporary = temporary_file(folder, ".machine.")?;
-        temporary.write_all(text.as_bytes()).map_err(refused)?;
-        let (file, temporary) = temporary.into_parts();
-        publish(&file, temporary, &path)
+        write_atomically(&path, text.as_bytes())
     }
 
     /// Reads the results that [`Self::write`] wrote.
@@ -109,16 +107,10 @@ impl Characteristics {
     pub fn read(folder: &Path) -> Result<Self, StoreError> {
         let path = folder.join(RECORD);
         let text = fs::read_to_string(&path).map_err(|source| match source.kind() {
-            ErrorKind::NotFound => StoreError::Missing {
-                folder: folder.to_path_buf(),
-                missing: path.clone(),
-            },
+            ErrorKind::NotFound => StoreError::missing(folder, path.clone()),
             _ => StoreError::io(&path, "read", source),
         })?;
-        let foreign = |detail: String| StoreError::Foreign {
-            path: path.clone(),
-            detail,
-        };
+        let foreign = |detail: String| StoreError::foreign(&path, detail);
         // Check the format first: other versions have other fields.
         let Format { format } =
             serde_json::from_str(&text).map_err(|error| foreign(error.to_string()))?;

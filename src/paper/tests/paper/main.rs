@@ -25,9 +25,9 @@ mod row;
 
 mod allocation;
 mod analyses;
+mod bases;
 mod breakpoints;
 mod golden;
-mod kept_tables;
 mod ladder;
 mod ladder_fused;
 mod random;

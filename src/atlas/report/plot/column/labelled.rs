@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::slice;
 
 use super::Source;
-use super::clip::clipped;
 use super::plan::{Axes, Curve, Key, Plan};
 use super::series::Series;
 use super::style::Style;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Anchor, Canvas, INK, Place, SOFT};
+use crate::report::plot::clip::clipped;
 use crate::report::plot::lettering::{fitted, text_width};
 use crate::report::plot::marker::Marker;
 use crate::report::plot::over_axis::LEFT;

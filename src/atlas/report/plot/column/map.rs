@@ -7,7 +7,7 @@ use crate::report::plot::canvas::{Colour, INK};
 use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
-use crate::report::plot::motion::{Motion, cell_sample, counts, key};
+use crate::report::plot::motion::{Motion, cell_key, counts};
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::point_style::PointStyle;
 use crate::report::plot::ramp::{bar, viridis};
@@ -89,17 +89,11 @@ pub(super) fn draw(
         let mut marked = counts(slice.points.iter().copied());
         marked.retain(|motion, _| motion.is_marked());
         let bottom = HEIGHT[1] - 50.0;
-        y += key(
-            &mut canvas,
-            [MARGIN, y],
-            bottom,
-            &marked,
-            |canvas, at, motion| {
-                let hatched = motion.is_hatched();
-                let plain = PointStyle::plain(NONE, if hatched { "" } else { "?" });
-                cell_sample(canvas, at, &PointStyle { hatched, ..plain });
-            },
-        );
+        y += cell_key(&mut canvas, [MARGIN, y], bottom, &marked, |motion| {
+            let hatched = motion.is_hatched();
+            let plain = PointStyle::plain(NONE, if hatched { "" } else { "?" });
+            PointStyle { hatched, ..plain }
+        });
         notes(&mut canvas, y, found);
         let name = format!(
             "{}{}{}",

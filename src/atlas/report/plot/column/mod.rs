@@ -1,7 +1,6 @@
 //! Pictures of any column: curves over one axis or a map over two axes. Curves can compare several columns, values of a
 //! second axis and results folders.
 
-mod clip;
 mod curves;
 mod labelled;
 mod map;

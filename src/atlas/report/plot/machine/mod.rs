@@ -8,6 +8,7 @@ mod solver;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, SOFT};
+use super::lettering::spread_out;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::Picture;
 use crate::report::size_text;
@@ -62,26 +63,13 @@ fn draw_curves(canvas: &mut Canvas, panel: &Panel, curves: &[Curve]) {
 /// Names to the right of a panel, as near to their heights as possible without overlap.
 fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colour)>) {
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut places: Vec<f64> = ends.iter().map(|(y, ..)| *y).collect();
-    spread_out(&mut places, [panel.top, panel.bottom]);
+    let wanted: Vec<f64> = ends.iter().map(|(y, ..)| *y).collect();
+    let places = spread_out(&wanted, LABEL_STEP, [panel.top, panel.bottom]);
     for ((y, name, colour), place) in ends.into_iter().zip(places) {
         let from = [panel.right + 3.0, y];
         let to = [panel.right + 14.0, place];
         canvas.line(&[from, to], colour, 1.0);
         canvas.label([panel.right + 18.0, place + 0.35 * TICK_SIZE], name, colour);
-    }
-}
-
-/// Moves ascending places apart to [`LABEL_STEP`], within bounds if there is room.
-fn spread_out(places: &mut [f64], [low, high]: [f64; 2]) {
-    for i in 1..places.len() {
-        places[i] = places[i].max(places[i - 1] + LABEL_STEP);
-    }
-    if let Some(last) = places.last_mut() {
-        *last = last.min(high.max(low));
-    }
-    for i in (1..places.len()).rev() {
-        places[i - 1] = places[i - 1].min(places[i] - LABEL_STEP);
     }
 }
 

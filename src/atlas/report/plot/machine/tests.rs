@@ -180,15 +180,3 @@ fn a_record_without_figures_has_no_pictures() {
     empty.roofline.clear();
     assert_eq!(pictures(&empty), []);
 }
-
-#[test]
-fn labels_are_moved_apart_within_their_panel() {
-    let mut places = [100.0, 101.0, 102.0, 299.0, 300.0];
-    spread_out(&mut places, [0.0, 300.0]);
-    assert!(
-        places.windows(2).all(|p| p[1] - p[0] >= LABEL_STEP - 1e-9),
-        "{places:?}"
-    );
-    assert!(places[4] <= 300.0);
-    spread_out(&mut [], [0.0, 1.0]);
-}

@@ -2,7 +2,7 @@
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::housing_file;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::schema::{nearest, quoted};
 use crate::manifest::sections::Context;
 use crate::shaft::{HousingJoint, JoinedHousing};
@@ -13,19 +13,10 @@ pub(super) fn read(
     context: &mut Context,
     shafts: &[Section],
 ) -> Option<Option<JoinedHousing>> {
-    let housing = match section.child("housing") {
-        Child::Absent => None,
-        Child::Invalid => return None,
-        Child::Present(table) => {
-            let file = table.text("file")?;
-            Some(housing_file::load(
-                section.issues,
-                context,
-                file,
-                table.span_of("file"),
-            )?)
-        }
-    };
+    let housing = section.optional("housing", |table| {
+        let (file, span) = (table.text("file")?, table.span_of("file"));
+        housing_file::load(section.issues, context, file, span)
+    })?;
     let nodes = housing.iter().flat_map(|own| &own.nodes);
     let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
     let mut joints = Vec::new();

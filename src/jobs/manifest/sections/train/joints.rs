@@ -2,17 +2,16 @@
 
 use super::no_train;
 use super::parts::{Parts, Planets, TIGHT};
-use super::shaft::triple;
 use crate::gear::{EvenSharing, Flanks, GearPair, InternalPair, MeshTableSpec};
 use crate::manifest::diagnostic::{DiagnosticKind, Issues};
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema::OF_MESH;
 use crate::manifest::sections::excitation::errors_of_gears;
 use crate::manifest::sections::{contact_law, drawn_mesh};
 use crate::model::{Division, MOST_CONTACTS, MeshHarmonic};
 use crate::shaft::{
-    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, StageSide, Stop, TrainDrive,
-    TrainError, TrainMesh,
+    DrawnLaw, GearPlace, Hysteresis, MeshLaw, ShaftCoupling, Stage, Stop, TrainDrive, TrainError,
+    TrainMesh,
 };
 use crate::structure::SliderPart;
 use std::f64::consts::{PI, TAU};
@@ -152,7 +151,7 @@ fn mesh(
     train: &TrainDrive,
 ) -> Option<TrainMesh> {
     let gears = parts.gears(table, "gears");
-    let friction = table.quantity_or_default("friction");
+    let friction = table.quantity("friction");
     let drawing = gears.and_then(|gears| {
         if gears.iter().any(|&gear| train.gear(gear).internal) {
             let drives = !train.gear(gears[0]).internal;
@@ -261,7 +260,7 @@ fn drawn_or_given(
     (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
     drawing: Option<&Drawing>,
 ) -> Option<Stiffness> {
-    let law = table.choice_or_default("law")?;
+    let law = table.choice("law")?;
     if law == "given" {
         let why = "with law = \"given\"";
         table.without_effect(&OF_DRAWING, why, "remove it, or set law = \"table\"");
@@ -298,7 +297,7 @@ fn drawn_or_given(
             );
         }
     };
-    if table.choice_or_default("resolution")? == "pairs" {
+    if table.choice("resolution")? == "pairs" {
         let only = "only the first mesh can have springs of pairs";
         return refuse(
             "resolution",
@@ -306,7 +305,7 @@ fn drawn_or_given(
             "resolution = \"secant\" or \"mean_load\"",
         );
     }
-    let misalignment = table.quantity_or_default("misalignment");
+    let misalignment = table.quantity("misalignment");
     let continuous = law == "continuous";
     let spec = drawn_mesh::of_drawing(table, Some(&pair), continuous, Some(None));
     Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
@@ -368,16 +367,13 @@ pub(super) fn couplings(section: &Section, parts: &Parts) -> Option<Vec<ShaftCou
         } else {
             shafts.map(|[first, _]| vec![parts.shafts[first].length(), 0.0])
         };
-        let stiffness =
-            ["radial", "axial", "tilt", "twist"].map(|key| table.quantity_or_default(key));
-        let damping = table.quantity_or_default("damping");
+        let stiffness = ["radial", "axial", "tilt", "twist"].map(|key| table.quantity(key));
+        let damping = table.quantity("damping");
         let stages = table.each("stages", stage);
         let hysteresis = table.each("hysteresis", |table| {
-            let stiffness = table.quantity("stiffness");
-            let limit = table.quantity("limit");
-            Some(Hysteresis {
-                stiffness: stiffness?,
-                limit: limit?,
+            all_of!(Hysteresis {
+                stiffness: table.quantity("stiffness"),
+                limit: table.quantity("limit"),
             })
         });
         let [radial, axial, tilt, twist] = stiffness;
@@ -393,15 +389,9 @@ pub(super) fn couplings(section: &Section, parts: &Parts) -> Option<Vec<ShaftCou
 }
 
 fn stage(table: &Section) -> Option<Stage> {
-    let side = match table.choice_or_default("side") {
-        Some("forward") => Some(StageSide::Forward),
-        Some("backward") => Some(StageSide::Backward),
-        Some(_) => Some(StageSide::Both),
-        None => None,
-    };
-    Some(Stage {
-        law: contact_law::constant(table)?,
-        side: side?,
+    all_of!(Stage {
+        side: table.variant("side"),
+        law: contact_law::constant(table),
     })
 }
 
@@ -410,12 +400,7 @@ pub(super) fn stops(section: &Section, parts: &Parts) -> Option<Vec<Stop>> {
     section.each("stop", |table| {
         let shaft = parts.shaft(table, "shaft");
         let at = table.quantity("at");
-        let direction = if table.has("direction") {
-            triple(table, "direction", [0.0; 3])
-        } else {
-            table.missing("direction");
-            None
-        };
+        let direction = table.triple("direction");
         let law = contact_law::constant(table);
         let direction = direction?;
         if direction == [0.0; 3] {

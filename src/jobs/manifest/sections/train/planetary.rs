@@ -50,10 +50,9 @@ pub(super) fn read(
 
 /// The common name of the planets of every set; names must differ between sets.
 fn names(tables: &[Section], issues: &Issues, shafts: &[TrainShaft]) -> Option<Vec<String>> {
-    let names = tables.iter().map(|table| {
-        let given = table.has("name");
-        if given { table.text("name") } else { Some("planet") }.map(str::to_owned)
-    });
+    let names = tables
+        .iter()
+        .map(|table| table.text("name").map(str::to_owned));
     let names = all_or_none(names)?;
     let of_shaft = |shaft: &TrainShaft| {
         let gears = shaft.gears.iter().map(|gear| gear.name.clone());
@@ -92,7 +91,7 @@ fn set(
     (named, names): (usize, &[String]),
 ) -> Option<(Planets, Option<f64>)> {
     let carrier = carrier(table, (&shafts[..named], &drawn[..named]), names);
-    let at = table.quantity_or_default("at");
+    let at = table.quantity("at");
     let angles = angles(table);
     let gear = shaft::planet(table, density);
     let width = gear.as_ref().map(|(gear, _)| gear.width);

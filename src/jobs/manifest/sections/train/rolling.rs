@@ -1,51 +1,38 @@
 //! The tables `ball` and `roller` of a bearing: its catalogue data.
 
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::{Section, all_of};
 use crate::shaft::{RollingBearing, RollingElement};
 
 /// The rolling elements of a bearing, which replace the radial keys `springs`; `Some(None)` without rolling elements.
 pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBearing>> {
     let kind = if table.has("ball") { "ball" } else { "roller" };
-    let own = match table.child(kind) {
-        Child::Absent => return Some(None),
-        Child::Invalid => return None,
-        Child::Present(own) => own,
+    let Some(own) = table.child(kind)? else {
+        return Some(None);
     };
     table.given_twice(springs, kind, "give the radial stiffness");
     if kind == "ball" {
         table.given_twice(&["roller"], kind, "describe the rolling elements");
     }
-    let count = own.integer("count");
-    let diameter = own.quantity("diameter");
-    let pitch_diameter = own.quantity("pitch_diameter");
-    let contact_angle = own.quantity_or_default("contact_angle");
-    let clearance = own.quantity_or_default("clearance");
-    let element = if kind == "ball" {
-        let conformity =
-            if own.has("conformity") { own.pair("conformity") } else { Some([0.52, 0.53]) };
-        let young_modulus = own.quantity_or_default("young_modulus");
-        let poisson_ratio = own.quantity_or_default("poisson_ratio");
-        RollingElement::Ball {
-            diameter: diameter?,
-            conformity: conformity?,
-            young_modulus: young_modulus?,
-            poisson_ratio: poisson_ratio?,
-        }
-    } else {
-        RollingElement::Roller {
-            diameter: diameter?,
-            length: own.quantity("length")?,
-        }
-    };
-    let bearing = RollingBearing {
-        // The schema bounds the number far below the range of u32.
-        count: count?,
-        pitch_diameter: pitch_diameter?,
-        contact_angle: contact_angle?,
-        clearance: clearance?,
-        element,
-    };
+    let bearing = all_of!(RollingBearing {
+        count: own.integer("count"),
+        pitch_diameter: own.quantity("pitch_diameter"),
+        contact_angle: own.quantity("contact_angle"),
+        clearance: own.quantity("clearance"),
+        element: if kind == "ball" {
+            all_of!(RollingElement::Ball {
+                diameter: own.quantity("diameter"),
+                conformity: own.pair("conformity"),
+                young_modulus: own.quantity("young_modulus"),
+                poisson_ratio: own.quantity("poisson_ratio"),
+            })
+        } else {
+            all_of!(RollingElement::Roller {
+                diameter: own.quantity("diameter"),
+                length: own.quantity("length"),
+            })
+        },
+    })?;
     if let Err(error) = bearing.law() {
         return own
             .whole_fault(DiagnosticKind::Inconsistent, error.to_string())

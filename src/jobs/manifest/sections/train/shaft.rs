@@ -4,9 +4,9 @@ use super::hubs::{check_hub_distances, hub_is_on_shaft, hubs_leave_bearings};
 use super::rolling;
 use crate::gear::{GearPair, ToothForm};
 use crate::manifest::diagnostic::DiagnosticKind;
-use crate::manifest::reader::{Section, all_or_none};
+use crate::manifest::reader::{Section, all_of, all_or_none};
 use crate::manifest::sections::gear;
-use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
+use crate::shaft::{Bearing, Disc, Drag, LooseGear, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
 /// Difference between the diameters of a ring's body and its pitch circle, in modules.
@@ -28,30 +28,16 @@ fn shaft(
     names: &mut BTreeSet<String>,
 ) -> Option<(TrainShaft, Vec<ToothForm>)> {
     let name = unused_name(table, names);
-    let origin = triple(table, "origin", [0.0; 3]);
-    let direction = triple(table, "direction", [0.0, 0.0, 1.0]);
-    let motion = match table.choice_or_default("motion") {
-        Some("rotation") => Some(Motion::Rotation),
-        Some("lateral") => Some(Motion::Lateral),
-        Some("none") => Some(Motion::None),
-        Some(_) => Some(Motion::All),
-        None => None,
-    };
+    let origin = table.triple("origin");
+    let direction = table.triple("direction");
+    let motion = table.variant("motion");
     let sections = table.each("sections", section);
     let element = table.if_given("element", Section::quantity);
-    let torque_at = table.quantity_or_default("torque_at");
-    let output = table.quantity_or_default("output");
+    let torque_at = table.quantity("torque_at");
+    let output = table.quantity("output");
     let drag = drag(table);
-    let discs = table.each("discs", |table| {
-        let at = table.quantity("at");
-        let body = body(table);
-        Some((at?, body?))
-    });
-    let bearings = table.each("bearings", |table| {
-        let at = table.quantity("at");
-        let bearing = bearing(table);
-        Some((at?, bearing?))
-    });
+    let discs = placed(table, "discs", body);
+    let bearings = placed(table, "bearings", bearing);
     let sections = sections?;
     let gears = table.each("gears", |table| {
         toothed_on_shaft(table, (&sections, density), names)
@@ -85,6 +71,18 @@ fn shaft(
     Some((shaft, drawn))
 }
 
+/// Parts of a shaft with their positions.
+fn placed<T>(
+    table: &Section,
+    name: &str,
+    read: impl Fn(&Section) -> Option<T>,
+) -> Option<Vec<(f64, T)>> {
+    table.each(name, |table| {
+        let (at, part) = (table.quantity("at"), read(table));
+        Some((at?, part?))
+    })
+}
+
 /// A name that no other shaft or gear has.
 fn unused_name(table: &Section, names: &mut BTreeSet<String>) -> Option<String> {
     let name = table.text("name")?.to_owned();
@@ -100,18 +98,10 @@ fn unused_name(table: &Section, names: &mut BTreeSet<String>) -> Option<String> 
         .fail(table.issues)
 }
 
-pub(super) fn triple(table: &Section, key: &str, default: [f64; 3]) -> Option<[f64; 3]> {
-    if table.has(key) {
-        table.quantities(key, Some(3))?.try_into().ok()
-    } else {
-        Some(default)
-    }
-}
-
 fn section(table: &Section) -> Option<ShaftSection> {
     let length = table.quantity("length");
     let outer = table.quantity("outer");
-    let inner = table.quantity_or_default("inner");
+    let inner = table.quantity("inner");
     let (outer, inner) = (outer?, inner?);
     if inner >= outer {
         let message = format!(
@@ -132,22 +122,17 @@ fn section(table: &Section) -> Option<ShaftSection> {
 }
 
 fn body(table: &Section) -> Option<Disc> {
-    let polar = table.quantity("polar_inertia");
-    let transverse = table.quantity_or_default("transverse_inertia");
-    let mass = table.quantity_or_default("mass");
-    Some(Disc {
-        mass: mass?,
-        transverse_inertia: transverse?,
-        polar_inertia: polar?,
+    all_of!(Disc {
+        polar_inertia: table.quantity("polar_inertia"),
+        transverse_inertia: table.quantity("transverse_inertia"),
+        mass: table.quantity("mass"),
     })
 }
 
 fn drag(table: &Section) -> Option<Drag> {
-    let viscous = table.quantity_or_default("drag");
-    let constant = table.quantity_or_default("drag_torque");
-    Some(Drag {
-        viscous: viscous?,
-        constant: constant?,
+    all_of!(Drag {
+        viscous: table.quantity("drag"),
+        constant: table.quantity("drag_torque"),
     })
 }
 
@@ -157,10 +142,10 @@ fn bearing(table: &Section) -> Option<Bearing> {
         Some(None) => table.quantity(key),
         _ => Some(0.0),
     });
-    let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity_or_default(key));
-    let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"]
-        .map(|key| table.quantity_or_default(key));
-    let cross = ["cross_xy", "cross_yx"].map(|key| table.quantity_or_default(key));
+    let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity(key));
+    let damping =
+        ["damping_x", "damping_xy", "damping_yx", "damping_y"].map(|key| table.quantity(key));
+    let cross = ["cross_xy", "cross_yx"].map(|key| table.quantity(key));
     let [xx, xy, yx, yy] = damping;
     Some(Bearing {
         x: x?,
@@ -181,7 +166,7 @@ fn toothed_on_shaft(
 ) -> Option<(TrainGear, ToothForm)> {
     let name = unused_name(table, names);
     let at = table.quantity("at");
-    let internal = table.boolean_or_default("internal");
+    let internal = table.boolean("internal");
     let outer = table.if_given("outer", Section::quantity);
     let loose = table.optional("loose", loose);
     let bore = at.and_then(|at| ShaftSection::at(sections, at));
@@ -211,8 +196,8 @@ fn toothed_on_shaft(
 
 /// A planet of `[[train.planetary]]`, and its drawing data.
 pub(super) fn planet(table: &Section, density: f64) -> Option<(TrainGear, ToothForm)> {
-    let name = if table.has("name") { table.text("name") } else { Some("planet") };
-    let bore = table.quantity_or_default("bore");
+    let name = table.text("name");
+    let bore = table.quantity("bore");
     let (gear, drawn) = toothed(table, density, (bore?, None, false))?;
     let gear = TrainGear {
         name: name?.to_owned(),
@@ -231,8 +216,8 @@ fn toothed(
     let teeth = table.integer("teeth");
     let module = table.quantity("module");
     let width = table.quantity("width");
-    let pressure_angle = table.quantity_or_default("pressure_angle");
-    let helix_angle = table.quantity_or_default("helix_angle");
+    let pressure_angle = table.quantity("pressure_angle");
+    let helix_angle = table.quantity("helix_angle");
     let given = table.optional("body", body);
     let gear = || {
         Some(TrainGear {
@@ -332,7 +317,7 @@ pub(super) fn pair_of(gears: [&TrainGear; 2], rated_torque: f64) -> GearPair {
 }
 
 fn loose(table: &Section) -> Option<LooseGear> {
-    let [x, y, axial, tilt] = ["x", "y", "axial", "tilt"].map(|key| table.quantity_or_default(key));
+    let [x, y, axial, tilt] = ["x", "y", "axial", "tilt"].map(|key| table.quantity(key));
     let rolling = rolling::read(table, &["x", "y"]);
     let drag = drag(table);
     Some(LooseGear {

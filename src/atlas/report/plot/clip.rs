@@ -1,7 +1,7 @@
 //! The part of a curve that lies within its panel.
 
-use crate::report::plot::canvas::Place;
-use crate::report::plot::panel::Panel;
+use super::canvas::Place;
+use super::panel::Panel;
 
 /// Clips a polyline at a panel. Places beyond it move to its edge, and places whose lines do not cross the panel become
 /// gaps.
@@ -27,7 +27,12 @@ pub(super) fn clipped(places: &[Place], panel: &Panel) -> Vec<Place> {
 }
 
 /// The part of a straight line within a rectangle (Liang and Barsky 1984); `None` if it is empty.
-fn crossing(from: Place, to: Place, across: [f64; 2], down: [f64; 2]) -> Option<[Place; 2]> {
+pub(super) fn crossing(
+    from: Place,
+    to: Place,
+    across: [f64; 2],
+    down: [f64; 2],
+) -> Option<[Place; 2]> {
     let (mut start, mut end) = (0.0_f64, 1.0_f64);
     for (axis, [low, high]) in [across, down].into_iter().enumerate() {
         let length = to[axis] - from[axis];
