@@ -98,9 +98,11 @@ def test_a_run_of_a_converted_drive_is_that_of_the_drive(hidden, tmp_path):
     changed = {"grid.load": {"values": [0.3, 0.6]}, "run.cycles": 400}
     mine = gearatlas.run(modal, set=changed, progress=False).points
     theirs = gearatlas.run(drawn, set=changed, progress=False).points
-    assert mine["class"].tolist() == theirs["class"].tolist()
+    # After 400 cycles the verdict on motions that do not repeat (chaotic, or not converged) may hang on round-off.
     repeats = np.isin(theirs["class"], ["steady_contact", "periodic"])
     assert repeats.sum() >= 3
+    assert (np.isin(mine["class"], ["steady_contact", "periodic"]) == repeats).all()
+    assert (mine["class"] == theirs["class"])[repeats].all()
     for column in (
         "deflection_mean",
         "deflection_rms",
