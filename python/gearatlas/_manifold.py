@@ -100,10 +100,8 @@ class _Outwards:
             return self.map(points, self.cycles)
         found = guesses.copy()
         for _ in range(_NEWTON_STEPS):
-            image = self.map.image(found, self.cycles, jacobian=True)
-            assert image.jacobian is not None
-            off = (image.states - points)[:, self.felt]
-            slope = image.jacobian[:, self.felt][:, :, self.felt]
+            images, slope = self._images(found)
+            off = (images - points)[:, self.felt]
             usable = np.isfinite(off).all(axis=1) & np.isfinite(slope).all(axis=(1, 2))
             change = np.full_like(off, np.nan)
             change[usable] = np.linalg.solve(slope[usable], off[usable][:, :, np.newaxis])[:, :, 0]
@@ -117,10 +115,14 @@ class _Outwards:
 
     def _slope(self, state: Floats) -> Floats:
         """Derivative of the map at a state."""
-        image = self.map.image(state, self.cycles, jacobian=True)
-        assert image.jacobian is not None
-        slope: Floats = image.jacobian[0][np.ix_(self.felt, self.felt)]
+        slope: Floats = self._images(state)[1][0]
         return slope
+
+    def _images(self, states: Floats) -> tuple[Floats, Floats]:
+        """Images of states under the map, and its derivatives there."""
+        image = self.map.image(states, self.cycles, jacobian=True)
+        assert image.jacobian is not None
+        return image.states, image.jacobian[:, self.felt][:, :, self.felt]
 
     def _gaps(self, points: Floats) -> Floats:
         gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
@@ -205,7 +207,7 @@ class _Surface(_Outwards):
 
     def grown(self, length: float, step: float, most: int) -> Floats:
         angles = np.linspace(0.0, 1.0, 64, endpoint=False)
-        states = np.stack([self._first(ring, angles) for ring in range(self.rings)])
+        states = self._rays(angles, self.rings)
         while True:
             grown = np.concatenate([states, self._next(states, angles)[np.newaxis]])
             while len(after := self._coarse(grown[-1], angles, step)):
@@ -240,9 +242,7 @@ class _Surface(_Outwards):
             return self._mapped(points, self._first(self.rings, angles))
         # The inverse map is nearly linear between neighbouring rings.
         guesses = states[-1].copy()
-        slopes = self.map.image(guesses, self.cycles, jacobian=True).jacobian
-        assert slopes is not None
-        slopes = slopes[:, self.felt][:, :, self.felt]
+        _, slopes = self._images(guesses)
         usable = np.isfinite(slopes).all(axis=(1, 2))
         apart = (points - states[-self.rings - 1])[usable][:, self.felt, np.newaxis]
         guesses[np.ix_(usable, self.felt)] += np.linalg.solve(slopes[usable], apart)[:, :, 0]
