@@ -42,7 +42,7 @@ pub struct Recurrence {
     excitation_repeats: bool,
     /// Number of states: a stretch as long as the longest period, and its image.
     kept: usize,
-    /// One after another.
+    /// The states, one after another.
     states: Vec<f64>,
     /// Length of a state.
     length: usize,

@@ -9,11 +9,11 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// Number of known tables above which those that nobody uses are forgotten.
+/// If more tables are known, those that no kernel uses are forgotten.
 const MOST_PLACES: usize = 1 << 14;
 
-/// Largest number of the most recently used tables, and their bytes, where [`TABLES_AT_HAND`] tables take less: a plane of
-/// small structures reads every file once.
+/// Largest number of recently used small tables in memory, and their total size. A plane of small structures then reads
+/// every file once. The latest [`TABLES_AT_HAND`] tables stay in memory at any size.
 const MOST_SMALL_TABLES: usize = 256;
 const MOST_SMALL_BYTES: usize = 1 << 20;
 

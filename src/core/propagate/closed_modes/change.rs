@@ -137,7 +137,8 @@ impl ClosedModes<'_> {
         &self.stops[(cycle % self.stops.len() as u64) as usize]
     }
 
-    /// Updates the states in which open contacts close at a time of a cycle.
+    /// Passes the earlier breakpoints of open contacts. Then [`Workspace::closed`] has the state in which a contact closes at
+    /// this time of a cycle.
     pub(super) fn pass_unfelt_stops(&self, cycle: u64, time: f64, w: &mut Workspace) {
         let stops = self.stops(cycle);
         while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time < time) {

@@ -148,7 +148,8 @@ fn map_states<V: Vector, const COUNT: usize>(
     COUNT
 }
 
-/// Maps some lane groups of rows and returns the number of rows. The order of the sums of a state is the same in every batch.
+/// Maps some lane groups of rows and returns the number of rows. The order of the sums of a state is the same in every
+/// batch.
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],

@@ -59,7 +59,7 @@ pub struct ClosedModes<'m> {
     /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
     stops: Vec<Vec<CycleStop>>,
-    /// State, if closed, and line of every contact at the start of each mesh cycle of a base period.
+    /// State (if it is closed) and line of every contact at the start of each mesh cycle of a base period.
     starts: Vec<Vec<(usize, usize)>>,
     /// (cos, sin) of all frequencies up to each node.
     turns: Vec<Vec<[f64; 2]>>,

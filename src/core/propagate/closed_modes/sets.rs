@@ -156,7 +156,7 @@ impl Sets {
         })
     }
 
-    /// State and line of every contact at the start of each mesh cycle of a base period. The state holds if the contact is
+    /// State and line of every contact at the start of each mesh cycle of a base period. The state applies if the contact is
     /// closed.
     pub fn starts(&self, model: &Model) -> Vec<Vec<(usize, usize)>> {
         let of_cycle = |cycle: u64| {

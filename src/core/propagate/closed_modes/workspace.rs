@@ -167,7 +167,7 @@ impl Workspace {
         [&first[..modes], &second[..modes]]
     }
 
-    /// Begins a cycle with the given states, if closed, and lines of the contacts.
+    /// Begins a cycle. `starts` has the state of every contact if it is closed, and its line.
     pub fn begin(&mut self, starts: &[(usize, usize)]) {
         for (contact, &(state, line)) in starts.iter().enumerate() {
             self.closed[contact] = state;
