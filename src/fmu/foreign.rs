@@ -132,7 +132,7 @@ impl StatePointer {
     pub fn free(self) -> Result<(), Refusal> {
         let place = std::mem::replace(self.place()?, std::ptr::null_mut());
         if !place.is_null() {
-            // SAFETY: this type made it, and the importer has it no more.
+            // SAFETY: this type made it, and the importer no longer holds it.
             drop(unsafe { Box::from_raw(place) });
         }
         Ok(())

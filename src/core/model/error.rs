@@ -85,7 +85,8 @@ pub enum ModelError {
         contacts: Vec<usize>,
         /// Largest size of a pull or an overlap \[m\].
         excess: f64,
-        /// Part of the friction, and of unsymmetric terms, at which there is no equilibrium.
+        /// Fraction of the friction and of the unsymmetric springs at which there is no equilibrium. The search raises
+        /// it from 0 to 1.
         friction: f64,
         /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
         untried: Option<[usize; 2]>,

@@ -56,7 +56,7 @@ fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
     }
 }
 
-/// Path of a file that a key names.
+/// Path in the FMU for the file that this key of the manifest names.
 fn place(key: &str) -> String {
     match key {
         "model.file" => "files/modes.toml".to_owned(),

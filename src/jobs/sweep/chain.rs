@@ -303,7 +303,8 @@ impl Search<'_> {
             Some(level_change([near.level?, far?], half_gap))
         };
         let at_first = change(near, level).filter(|change| {
-            // Halving decides if the previous change is unknown or of another kind.
+            // Compare with the previous change only if it is known and of the same kind. Otherwise any notable change
+            // counts, and halving the interval decides.
             let step = near.step.filter(|_| near.alike || halvings == 0);
             let stands_out = |step| *change > STANDS_OUT * step;
             *change > NOTABLE && step.map_or(halvings > 0, stands_out)

@@ -15,7 +15,7 @@ const STAGES: usize = 8;
 /// Largest number of changes of contact state allowed in a mesh cycle.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
-/// A change of a contact.
+/// An opening or closing of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// Mesh cycle.
@@ -172,7 +172,7 @@ impl Integration<'_> {
         Ok(())
     }
 
-    /// Updates lines and gaps, at which contacts may open and close.
+    /// Opens and closes contacts whose line, gap or stiffness changes at this mesh phase.
     fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();

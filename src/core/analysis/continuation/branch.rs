@@ -169,7 +169,7 @@ impl HalfBranch {
     }
 }
 
-/// Follows a branch in one direction from the last of some orbits.
+/// Follows a branch in one direction from the last of its known `orbits`.
 fn half_branch(
     map: &mut impl CycleMap,
     span: &Span,

@@ -129,7 +129,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         Ok(())
     }
 
-    /// The coordinates of a state.
+    /// The unknowns of Newton's method for a state: its components with weight in the energy norm, scaled.
     pub fn coordinates(&self, state: &[f64]) -> Vec<f64> {
         let mut state = state.to_vec();
         self.built.norm.project(&mut state);

@@ -4,10 +4,10 @@ use crate::analysis::outcome::{Class, Status};
 use crate::numerics::proportion::wilson_interval;
 use serde::{Deserialize, Serialize};
 
-/// A share of a point's probes.
+/// Fraction of the probes of a point that end on one attractor, with its 95 % interval.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BasinShare {
-    /// The share \[1\].
+    /// The fraction \[1\].
     pub share: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,

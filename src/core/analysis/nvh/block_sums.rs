@@ -25,8 +25,8 @@ impl<const N: usize> Summable for [f64; N] {
     }
 }
 
-/// Sums over stretches of `length` units each. If there are [`MOST`] stretches, neighbouring ones are joined,
-/// and the length doubles.
+/// Sums over stretches of `length` units each; the caller chooses the unit, such as a mesh cycle. If there are
+/// [`MOST`] stretches, neighbouring ones are joined, and the length doubles.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct BlockSums<T> {
     complete: Vec<T>,
@@ -61,7 +61,7 @@ impl<T: Summable> BlockSums<T> {
         &mut self.current
     }
 
-    /// Ends a unit, and the present stretch if it is complete.
+    /// Counts one unit as complete. If it was the last one of the present stretch, the next stretch starts.
     pub(in crate::analysis) fn advance(&mut self) {
         self.filled += 1;
         if self.filled < self.length {

@@ -86,7 +86,7 @@ fn is_crossed_first(check: &BlockCheck<'_>, open: u32) -> bool {
         })
 }
 
-/// Deflections of some lines at the nodes, from one row per coordinate and input.
+/// Deflections of these lines at the nodes of a block of time: a table row times its coordinate or input, summed.
 #[inline(always)]
 fn nodes<V: Vector, const L: usize>(check: &mut BlockCheck<'_>, lines: [usize; L]) {
     let system = check.system;

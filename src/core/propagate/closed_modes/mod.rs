@@ -211,7 +211,7 @@ fn suited(model: &Model) -> Result<(Sets, TableSize), TableError> {
     }
 }
 
-/// The systems of a model and their kept bases.
+/// The sets of closed contacts of a model, with their modal bases from the stored tables.
 fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>), TableError> {
     let sets = Sets::new(model)?;
     let mut reader = KeptReader::new(kept);

@@ -1,4 +1,4 @@
-//! Data that a kernel keeps for the sets that it has reached, by their numbers.
+//! Data that a kernel stores for the sets of closed contacts that have occurred, by the number of the set.
 
 use std::sync::OnceLock;
 
@@ -39,7 +39,7 @@ impl<S> Slots<S> {
         self.cells[home..].iter().chain(&self.cells[..home])
     }
 
-    /// The data of a set, if it was reached.
+    /// The data of a set, if it has occurred.
     #[inline]
     pub fn get(&self, set: usize) -> Option<&S> {
         if self.direct_cells {
@@ -73,7 +73,7 @@ impl<S> Slots<S> {
         None
     }
 
-    /// Number of sets that were reached.
+    /// Number of sets that have occurred.
     pub fn count(&self) -> usize {
         self.cells
             .iter()

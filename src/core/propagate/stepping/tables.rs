@@ -26,11 +26,11 @@ pub(super) struct ContactTable {
 pub(super) struct MidStepContact {
     /// Its segment in the mesh cycle.
     pub segment: usize,
-    /// Whether it may open or close at the start of the step, at a prescribed time.
+    /// Whether its line or gap changes at the start of the step, so that it may open or close there.
     pub turned: bool,
     /// Stiffness \[N/m\].
     pub stiffness: f64,
-    /// Decay rate of its force under its impulse \[1/s\].
+    /// Rate at which its force decays because its own impulse changes the deflection \[1/s\].
     pub decay: f64,
 }
 

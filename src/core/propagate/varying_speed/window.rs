@@ -86,7 +86,7 @@ pub struct WindowSeries {
     pub answers: Vec<Delayed>,
     /// The closed contacts.
     pub closed: Vec<Closed>,
-    /// Force of each of these \[N\].
+    /// Force of each closed contact \[N\].
     pub forces: Vec<Powers>,
     /// Laws of all contacts.
     pub laws: Vec<ContactCourse>,

@@ -36,7 +36,7 @@ pub struct Grid {
     pub flight_end_cell: Vec<usize>,
     /// Segment of the contact on every stretch.
     pub segment_of_stretch: Vec<usize>,
-    /// Whether a contact may open or close at the start of a stretch, at a prescribed time.
+    /// Whether a line or a gap changes at the start of a stretch, so that a contact may open or close there.
     pub turned: Vec<bool>,
     /// Length Δ of every stretch's cells \[s\].
     pub lengths: Vec<f64>,
@@ -48,7 +48,7 @@ struct GridSection {
     end: f64,
     /// Segment of the contact.
     segment: usize,
-    /// Whether a contact may open or close at its start, at a prescribed time.
+    /// Whether a line or a gap changes at its start, so that a contact may open or close there.
     turned: bool,
 }
 

@@ -3,10 +3,10 @@
 use crate::model::{Model, STIFFNESS_TERMS};
 pub use crate::propagate::vectors::{LANES, Lanes, Row, Series, TERMS, interpolation};
 
-/// The constants of a chunk of blocks.
+/// Constants of a chunk: [`LANES`] blocks (modal oscillators) that vector instructions treat together.
 #[derive(Debug, Clone, Copy)]
 pub struct BlockChunk {
-    /// Traceless part M, row by row.
+    /// Traceless part M of the matrix of each block \[1/s\] ([`crate::model::Block::traceless`]), row by row.
     pub traceless: [Lanes; 4],
     /// Gain w of the deflection.
     pub deflection: [Lanes; 2],

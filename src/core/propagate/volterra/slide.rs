@@ -115,8 +115,8 @@ impl Volterra<'_> {
         Some(turn + 0.5 * (limit - turn) * (x + 1.0))
     }
 
-    /// Moves the sliders with slips among these contacts, at a time \[s\] of a mesh cycle, for trajectory and
-    /// tangents.
+    /// Moves every slider whose slip contact is in `slips` to the end of its slip, at a time \[s\] of a mesh cycle,
+    /// for trajectory and tangents.
     pub(super) fn let_slide(
         &self,
         slips: ActiveSet,

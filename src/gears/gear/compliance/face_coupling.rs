@@ -82,9 +82,9 @@ impl FaceCoupling {
         waves(self.face_width / lowest) - 1
     }
 
-    /// `C_nm` of a pair at position s \[m\], clamped to the path of contact, n and m from 1 on, symmetric
-    /// \[m²/N\]: displacement where the line of force crosses the centre line of either tooth, as for
-    /// the plane gears. `None` if the numbers are not finite.
+    /// Matrix `C_nm` of the waves n, m ≥ 1 for a pair at position s \[m\], symmetric \[m²/N\]. Positions beyond the
+    /// path of contact count as its end. As for plane gears, the displacement is taken where the line of force crosses
+    /// the centre line of each tooth. `None` if the numbers are not finite.
     pub fn of_pair(&self, s: f64) -> Option<Mat<f64>> {
         Some(self.solved()?.own.at(s))
     }

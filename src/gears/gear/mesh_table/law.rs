@@ -173,14 +173,15 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
         flanks.face_coupling().is_some() && (is_misaligned || uneven())
     }
 
-    /// The law at a phase. The search for the contact starts from the contact of the column `near`, if given.
+    /// Stiffness, load shares and errors at a mesh phase, under every load of the table. The search for the contact
+    /// starts from the contact of the column `near`, if given.
     pub fn column(&self, phase: f64, near: Option<&Column>) -> Result<Column, MeshTableError> {
         let cells = (self.cells(phase, near))
             .map_err(|source| MeshTableError::Sharing { phase, source })?;
         Ok(Column { phase, cells })
     }
 
-    /// The law at several phases, each starting from the one before.
+    /// The columns at several phases; the search at each starts from the contact at the phase before.
     pub fn columns(
         &self,
         phases: impl IntoIterator<Item = f64>,

@@ -9,7 +9,7 @@ use crate::shaft::drive::{Motion, Support};
 use crate::shaft::error::ShaftError;
 use std::collections::BTreeSet;
 
-/// A train in an assembly.
+/// The finite-element assembly of a train, and the nodes of its parts in it.
 #[derive(Debug)]
 pub(super) struct Assembled {
     pub assembly: Assembly,
@@ -177,7 +177,7 @@ impl TrainDrive {
             .collect()
     }
 
-    /// The element between the first two of some nodes of a flexible shaft.
+    /// The torsion spring between the first two of these nodes of a flexible shaft, given with their positions \[m\].
     fn torsion(&self, shaft: &TrainShaft, nodes: &[(f64, usize)]) -> Option<Torsion> {
         let [(from, first), (to, second), ..] = *nodes else {
             return None;

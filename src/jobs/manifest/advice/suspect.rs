@@ -62,7 +62,7 @@ const DENSITY: [f64; 2] = [300.0, 2e4];
 /// Young's modulus \[Pa\], from soft plastic to tungsten carbide.
 const YOUNG: [f64; 2] = [1e8, 8e11];
 
-/// Keys with messages about them.
+/// Keys with values that no gear drive has, each with a message about its value.
 pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(String, String)> {
     let mut found = Words(Vec::new());
     let gears = variant.model.source.gears();
