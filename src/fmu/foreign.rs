@@ -54,7 +54,7 @@ impl<T: Copy> ImporterValues<T> {
         match (count, self.0.is_null()) {
             (0, _) => Ok(&[]),
             (_, true) => Err(Refusal::error("a list is a null pointer")),
-            // SAFETY: the importer handed it over as so many values.
+            // SAFETY: the importer passed the pointer with this number of values.
             (_, false) => Ok(unsafe { std::slice::from_raw_parts(self.0, count) }),
         }
     }
@@ -71,7 +71,7 @@ impl<T: Copy> RequestedValues<T> {
         match (count, self.0.is_null()) {
             (0, _) => Ok(&mut []),
             (_, true) => Err(Refusal::error("a list is a null pointer")),
-            // SAFETY: the importer handed it over as room for so many values, which nothing else here refers to.
+            // SAFETY: the importer passed the pointer as room for so many values, to which nothing else here refers.
             (_, false) => Ok(unsafe { std::slice::from_raw_parts_mut(self.0, count) }),
         }
     }

@@ -26,6 +26,6 @@ impl Format {
 pub enum Lists {
     /// Into numbered columns, one per element.
     Wide,
-    /// Into a table of their own, one row per element.
+    /// Into a separate table with one row per element.
     Long,
 }

@@ -49,7 +49,7 @@ impl Plane {
                 }
             }
         }
-        // A computed place between the corners of a smaller cell.
+        // A computed place stands for itself, also where it lies on the edge of a smaller cell.
         for ([row, column], index) in known {
             stands[row * columns + column] = index;
         }

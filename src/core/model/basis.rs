@@ -19,10 +19,10 @@ type Generators = Vec<[[f64; 2]; 2]>;
 pub struct Basis {
     /// Indices of the structure's rigid modes.
     rigid: Vec<usize>,
-    /// Rows: the rigid motions in use, in the structure's rigid modes (orthogonal). First those that
-    /// deflect no contact, then those that deflect further contacts; the last one deflects the mesh.
+    /// Orthonormal rigid motions, one per row, in terms of the structure's rigid modes. The first rows deflect no
+    /// contact, the next ones deflect further contacts, and the last one deflects the mesh.
     turned: Vec<Vec<f64>>,
-    /// Number of rigid motions in use that deflect no contact.
+    /// Number of these rows that deflect no contact.
     unfelt: usize,
     /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
@@ -302,9 +302,9 @@ fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
 
-/// Orthonormal rows that span the rigid modes: the last one along the first of the `felt` rotations,
-/// the one before it in the plane of the first two, and so on. Also returns the number of rows orthogonal to
-/// all of these rotations.
+/// Orthonormal rows that span the rigid modes: the last one along the first of the rotations `felt`, which deflect a
+/// contact or receive a torque, the one before it in the plane of the first two, and so on. Also returns the number of
+/// rows orthogonal to all of these rotations.
 fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
     let n = rigid.len();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();

@@ -88,10 +88,10 @@ impl Changes {
         }
     }
 
-    /// Counts one more window, from a time \[s\] of a mesh cycle with a period \[s\].
+    /// Counts a window that starts at a time \[s\] of a mesh cycle with a period \[s\].
     ///
     /// # Errors
-    /// [`Stop::Stuck`] if grid and events do not explain so many windows.
+    /// [`Stop::Stuck`] if there are more windows than grid and events explain.
     pub fn take(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
         self.windows += 1;
         let accounted = 1 + self.planned + u64::from(self.met);

@@ -32,7 +32,7 @@ impl StructureContact {
         let suffixes = SliderPart::ALL.map(|(_, suffix)| suffix);
         let mut suffixes = suffixes.into_iter();
         parts.map(|(part, force)| {
-            // The force of a slip. For the stick, the force per newton that its line shows.
+            // A slip has a constant force. The line of the stick shows the force itself, so its stiffness is 1.
             let mut series = [0.0; 8];
             series[0] = force;
             let law = ContactLaw {

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! where f₀ is the part without a crack and c the deflection per force that a crack adds ([`RootCrack`]), as long as
-//! all pairs of the mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
-//! cycle, the least common multiple of the teeth.
+//! all pairs of the mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat
+//! after the hunting cycle, the least common multiple of the teeth.
 
 use super::{EvenSharing, RootCrack};
 use crate::model::{Division, FlankError};

@@ -1,7 +1,7 @@
 //! Names of variables by the structured convention of FMI: parts between dots. A part that is not an identifier has
 //! quotes.
 
-/// A part of a name.
+/// A part of a name, in quotes if it is not an identifier.
 pub fn part(name: &str) -> String {
     let first = |c: char| c.is_ascii_alphabetic() || c == '_';
     let plain = name.starts_with(first) && name.chars().all(|c| first(c) || c.is_ascii_digit());

@@ -259,13 +259,13 @@ impl StoreError {
         }
     }
 
-    /// A file that a folder lacks.
+    /// The error for a file that is missing from a folder.
     pub fn missing(folder: &Path, missing: PathBuf) -> Self {
         let folder = folder.to_path_buf();
         Self::Missing { folder, missing }
     }
 
-    /// What was read; `None` if the folder lacks it.
+    /// The result of reading; `None` if the file is missing.
     ///
     /// # Errors
     /// Those of the result, except a missing file.

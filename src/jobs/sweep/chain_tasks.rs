@@ -54,8 +54,8 @@ impl ChainSelection {
         }
     }
 
-    /// Those of these chains that contain one of `points`: each point starts from the end of the previous one, so
-    /// chains are computed as a whole.
+    /// Only the chains that contain one of `points`. Chains are computed as a whole, because each point starts from the
+    /// end of the previous one.
     pub fn with(&self, points: &BTreeSet<u64>) -> Self {
         let of = |id: &u64| *id as usize / self.length;
         let wanted: BTreeSet<usize> = points.iter().map(of).collect();

@@ -27,7 +27,7 @@ fn needed_meshes(
 ) -> impl Iterator<Item = (PointSpec, Arc<MeshTableSpec>)> {
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
     let any = job.points.variants().iter().any(tabled);
-    // The specification is kept, so that its address stays in use.
+    // The key contains the address of the specification. Keep the specification, so that no other gets this address.
     let mut spec_of = HashMap::new();
     let points = points.into_iter().take_while(move |_| any);
     points.filter_map(move |id| {

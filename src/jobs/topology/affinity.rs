@@ -19,7 +19,7 @@ pub enum TableDistance {
     Elsewhere,
 }
 
-/// The tables that each node has at hand.
+/// The tables that each NUMA node has at hand, that is, has used last.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeTables {
     /// Tables at hand of every node, most recently used first.

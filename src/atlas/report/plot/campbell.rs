@@ -42,7 +42,7 @@ pub struct ModeLine {
 /// An excitation whose frequency is proportional to the speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ray {
-    /// `2 × mesh`.
+    /// Name of the excitation, such as `2 × mesh`.
     pub name: String,
     /// Periods per revolution of the pinion.
     pub order: f64,
@@ -96,9 +96,9 @@ impl Contacts {
 pub struct Resonance {
     /// Pinion speed \[rad/s\].
     pub speed: f64,
-    /// \[Hz\]
+    /// Natural frequency at the crossing \[Hz\].
     pub frequency: f64,
-    /// `2 × mesh`.
+    /// The crossing excitation, such as `2 × mesh`.
     pub excitation: String,
     /// Contact state of its mode.
     pub contacts: Contacts,

@@ -99,7 +99,7 @@ impl Amount {
 pub(crate) struct Unit {
     /// Number of these units in one SI unit.
     pub factor: f64,
-    /// `µm`.
+    /// The unit as text, such as `µm`.
     pub text: String,
 }
 

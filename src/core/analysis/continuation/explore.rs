@@ -310,7 +310,7 @@ fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbi
     false
 }
 
-/// Whether a branch passes a given orbit just before its own orbit number `last`. `start` is one of the strobes of
+/// Whether a branch passes a given orbit just before its orbit number `last`. `start` is one of the strobes of
 /// the given orbit.
 fn passes(
     map: &mut impl CycleMap,

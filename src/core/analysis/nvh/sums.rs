@@ -172,8 +172,8 @@ pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
-/// Influence of the sums of a stretch on statistics: the averages of all stretches, and the derivatives from
-/// these.
+/// How the sums of one stretch change the statistics, for their standard errors: the averages over all stretches, at
+/// which the statistics are linearised.
 struct Influence<'a> {
     total: &'a Sums,
     /// Averages of powers of the deflection.

@@ -1,4 +1,5 @@
-//! When are systems built? When a motion first reaches them, and beforehand if there are few.
+//! When are the systems of sets of closed contacts built? When a motion first closes the set, and beforehand if there
+//! are few sets.
 
 use super::ClosedModes;
 use super::excitation::unresonant;
@@ -11,7 +12,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
 impl<'m> ClosedModes<'m> {
-    /// A system that was entered.
+    /// The stored data of a set of closed contacts, for which [`Self::enter`] has been called.
     #[inline]
     pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
         match self.slots.get(set) {

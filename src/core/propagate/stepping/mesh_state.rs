@@ -54,7 +54,8 @@ impl Change {
             return None;
         }
         let [level, goal] = [old, new].map(|mesh| side * mesh.gap[0]);
-        // A compressed contact closes by its push. A contact that never pulls always opens by its push.
+        // With release at zero force, a contact that is compressed already closes where its push becomes positive, and
+        // every contact opens where its push vanishes.
         let on_surface = !by_force || (closes && side * (old.deflection - level) <= 0.0);
         let (left, change) = if on_surface {
             let change = (new.deflection - old.deflection) - (goal - level);

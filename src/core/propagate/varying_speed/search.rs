@@ -47,7 +47,7 @@ pub struct WindowEvent {
 struct Candidate {
     margin: Powers,
     noise: f64,
-    /// Whether it is zero at the start of the window.
+    /// Whether the margin is zero at the start of the window because the contact has just opened or closed there.
     known: bool,
     met: EventCause,
 }

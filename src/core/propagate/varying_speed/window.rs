@@ -20,7 +20,7 @@ pub struct Closed {
     pub contact: usize,
     /// Its line.
     pub line: usize,
-    /// Index of the line among the lines in use.
+    /// Index of its line in [`WindowSeries::lines`].
     pub place: usize,
     /// Its direction.
     pub direction: usize,
@@ -66,7 +66,7 @@ pub struct WindowSeries {
     pub components: [Aligned; 2],
     /// The components at the end of the window.
     pub end: [Aligned; 2],
-    /// Deflections of the lines in use \[m\].
+    /// Deflection of every line of the model \[m\]; unused for lines that no contact has.
     pub deflections: Vec<Powers>,
     /// Sum of the absolute contributions to a deflection at the start of the window \[m\].
     pub sizes: Vec<f64>,
@@ -76,13 +76,13 @@ pub struct WindowSeries {
     pub waves: Vec<[Powers; 2]>,
     /// Factors of the ripples.
     pub ripples: Vec<Powers>,
-    /// Lines in use, each with a direction along it.
+    /// The lines that some contact has, each with a direction of force along it.
     pub lines: Vec<[usize; 2]>,
     /// Line of every contact.
     pub line_of: Vec<usize>,
-    /// `j! δ_j` without errors, for the lines in use.
+    /// Deflections of `lines` without their transmission errors: `j!` times the coefficient of the j-th power.
     pub seen: Vec<Powers>,
-    /// Responses to forces of the closed contacts, for the lines in use; one entry per contact and line.
+    /// Responses of `lines` to forces of the closed contacts; one entry per contact and line.
     pub answers: Vec<Delayed>,
     /// The closed contacts.
     pub closed: Vec<Closed>,

@@ -120,8 +120,8 @@ impl FaceCoupling {
             let place = |x: &f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
             rule.nodes.iter().map(place).collect()
         };
-        // First the positions of a pair alone. Then, for each distance, those of a pair with another ahead, and those
-        // of the other.
+        // The first positions are those of a single pair. Then follow, for each distance of two pairs, the positions
+        // of the pair behind and those of the pair ahead.
         let ranges: Vec<[f64; 2]> = (0..MOST_PAIRS)
             .map(|ahead| [start, (end - ahead as f64 * base_pitch).max(start)])
             .collect();

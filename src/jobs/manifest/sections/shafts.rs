@@ -167,7 +167,8 @@ struct LayeredTable<'t> {
 }
 
 impl<'t> LayeredTable<'t> {
-    /// The layers of one name. The outer `None` is a fault; the inner one is an optional table that is in neither.
+    /// Both layers of the table `name`. The outer `None` means a reported fault. The inner `None` means that neither
+    /// layer has the table, which is optional.
     fn read(
         shared: &Section<'t>,
         section: &Section<'t>,

@@ -230,8 +230,9 @@ impl<'a> SolidRing<'a> {
         out
     }
 
-    /// Adds the compliance of a harmonic around the body to that of the waves of forces on the feet of the teeth. `sense` is −1 if the harmonic runs in the opposite direction,
-    /// which changes the sign of the coupling between tangential and other directions.
+    /// Adds the compliance of a harmonic around the body to that of the waves of forces on the feet of the teeth.
+    /// `sense` is −1 if the harmonic runs in the opposite direction, which changes the sign of the coupling between
+    /// tangential and other directions.
     fn add(&self, wave: &mut Mat<f64>, harmonic: &Mat<f64>, transforms: &[f64], sense: f64) {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
         // Start of each direction in the harmonic and in the modes, its number of waves, and whether it is tangential.
