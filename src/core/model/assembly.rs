@@ -83,10 +83,10 @@ impl Assembly<'_> {
         let coast = match &drive.coast {
             None => None,
             Some(coast) => {
-                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
-                let springs = flank_springs::of_flank(&coast.mesh, &coast.further, own)?;
+                let of_coast_flank = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                let springs = flank_springs::of_flank(&coast.mesh, &coast.further, of_coast_flank)?;
                 let side = Side {
-                    flank: self.turned(own),
+                    flank: self.turned(of_coast_flank),
                     error: self.errors(&coast.transmission_error),
                     on_bearings: bearing::on_each(structure, |share| match structure.coast {
                         Some(_) => share.coast,
@@ -218,16 +218,20 @@ impl Assembly<'_> {
         flank_springs: usize,
         directions: &mut Directions,
     ) -> Result<Contact, ModelError> {
-        let own =
+        let structure_contact =
             &structure_contacts::with_complete_law(&self.structure.contacts[number], self.drive)?;
-        let release = match (own.law.slider, own.law.stop, own.law.dry_friction) {
+        let release = match (
+            structure_contact.law.slider,
+            structure_contact.law.stop,
+            structure_contact.law.dry_friction,
+        ) {
             (Some(SliderPart::Spring), ..) => Release::Stick,
             (Some(_), ..) => Release::Slip,
             (_, Some(StopPart::Impact { .. }), _) => Release::Impact,
             (_, Some(StopPart::Rest), _) => Release::Rest,
             (.., Some(FrictionPart::Stick { .. })) => Release::Grip,
             (.., Some(_)) => Release::Rub,
-            (None, None, None) => release(self.drive.release, own.law.damping),
+            (None, None, None) => release(self.drive.release, structure_contact.law.damping),
         };
         let slider = (self.sliders.iter())
             .find(|slider| slider.has(flank_springs + number))
@@ -236,7 +240,14 @@ impl Assembly<'_> {
             share.contacts.get(number).copied().unwrap_or_default()
         });
         let to = (self.basis, self.blocks, slider);
-        structure_contacts::contact(own, release, self.period, directions, &on_bearings, to)
+        structure_contacts::contact(
+            structure_contact,
+            release,
+            self.period,
+            directions,
+            &on_bearings,
+            to,
+        )
     }
 }
 

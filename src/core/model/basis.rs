@@ -76,8 +76,8 @@ impl Basis {
             .map(|(c, g)| c + speed * g)
             .collect();
         let mut stiffness = coupling.stiffness.clone();
-        for (own, frame) in stiffness.iter_mut().zip(&structure.frame.stiffness) {
-            *own += speed * speed * frame;
+        for (entry, frame) in stiffness.iter_mut().zip(&structure.frame.stiffness) {
+            *entry += speed * speed * frame;
         }
         for matrix in [&mut damping, &mut stiffness] {
             basis.turn_matrix(matrix);
@@ -289,7 +289,7 @@ fn bordered(matrix: &[f64], modes: usize, added: usize, diagonal: f64) -> Vec<f6
         }
     }
     for half in 0..halves {
-        for i in (0..added).map(|own| place(half * modes) + modes + own) {
+        for i in (0..added).map(|offset| place(half * modes) + modes + offset) {
             out[i * wide + i] = diagonal;
         }
     }

@@ -46,15 +46,15 @@ impl Model {
     /// a prescribed time: its line or its gap changes there.
     pub fn changes_direction(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
         let count = contact.cycles.len() as u64;
-        let own = contact.cycle(cycle);
+        let mesh_cycle = contact.cycle(cycle);
         let before = match segment.checked_sub(1) {
-            Some(before) => &own.segments[before],
+            Some(before) => &mesh_cycle.segments[before],
             None => {
                 let earlier = contact.cycle(cycle % count + count - 1);
                 &earlier.segments[earlier.segments.len() - 1]
             }
         };
-        let after = &own.segments[segment];
+        let after = &mesh_cycle.segments[segment];
         self.line(before) != self.line(after) || !(before.error.is_none() && after.error.is_none())
     }
 
@@ -65,7 +65,7 @@ impl Model {
             let mut segments = contact.cycle(cycle).segments.iter();
             let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
             (segments.position(starts))
-                .is_some_and(|own| self.changes_direction(contact, cycle, own))
+                .is_some_and(|segment| self.changes_direction(contact, cycle, segment))
         })
     }
 

@@ -29,7 +29,7 @@ pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result
     let bounds: Vec<f64> = contacts.iter().map(least).collect();
     let is_solid =
         |contact: &Contact| contact.release != Release::Film && !contact.release.of_friction();
-    let solid = || (contacts.iter().enumerate()).filter(|(_, own)| is_solid(own));
+    let solid = || (contacts.iter().enumerate()).filter(|(_, contact)| is_solid(contact));
     for (i, one) in solid() {
         let facing = solid().filter(|(j, c)| *j > i && c.side != one.side);
         for (_, other) in facing.filter(|(j, _)| bounds[i] + bounds[*j] < 0.0) {

@@ -120,9 +120,9 @@ impl Directions {
                     .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
                     .collect();
                 let gains = basis.gains(blocks, &w, &g);
-                let own = self.add(gains, -friction * lever, error, on_bearings);
-                last = Some((law, own));
-                own
+                let index = self.add(gains, -friction * lever, error, on_bearings);
+                last = Some((law, index));
+                index
             })
             .collect()
     }

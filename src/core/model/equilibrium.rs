@@ -149,7 +149,7 @@ impl Model {
         // Oil carries no static load.
         let solid = || (0..self.contacts.len()).filter(|&contact| !self.is_of_film(contact));
         let all: Vec<RotatedStaticContact> = solid()
-            .map(|own| RotatedStaticContact::of(self, own))
+            .map(|contact| RotatedStaticContact::of(self, contact))
             .collect();
         let pushes = force.is_finite() && all[flank].side * force >= 0.0;
         let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
@@ -180,11 +180,13 @@ impl Model {
         let load = self.load_on_modes();
         let at_load = self.elastic_response(&load);
         let under = |force: &dyn Fn(&RotatedStaticContact) -> Vec<f64>| -> Vec<Vec<f64>> {
-            let forces = all.iter().map(|own| self.elastic_response(&force(own)));
+            let forces = all
+                .iter()
+                .map(|rotated| self.elastic_response(&force(rotated)));
             forces.collect()
         };
-        let given = under(&|own| own.force.clone());
-        let given_smooth = under(&|own| own.deflection.clone());
+        let given = under(&|rotated| rotated.force.clone());
+        let given_smooth = under(&|rotated| rotated.deflection.clone());
         let gives = |i: usize, j: usize, given: &[Vec<f64>]| {
             all[i].side * all[j].side * dot(&all[i].deflection, &given[j])
         };
@@ -204,8 +206,8 @@ impl Model {
         let from = self.sought_from(all, modes, rigid_motions);
         let found = rest::static_state(&smooth, &whole, &from)?;
         let mut modes = at_load;
-        for ((own, force), given) in all.iter().zip(&found.forces).zip(&given) {
-            rest::add(&mut modes, -own.side * force, given);
+        for ((rotated, force), given) in all.iter().zip(&found.forces).zip(&given) {
+            rest::add(&mut modes, -rotated.side * force, given);
         }
         for (&r, place) in rigid_motions.iter().zip(&found.place) {
             modes[r] = *place;

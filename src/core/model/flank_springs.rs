@@ -37,20 +37,26 @@ fn in_series_with_flexibility(
             ..*division
         };
         let all = springs.iter();
-        return Ok(all.map(|own| own.iter().map(alone).collect()).collect());
+        return Ok(all
+            .map(|spring| spring.iter().map(alone).collect())
+            .collect());
     }
     let first = springs[0];
     let mut out = vec![Vec::with_capacity(first.len()); springs.len()];
     for (place, at_first) in first.iter().enumerate() {
         let together: Option<Vec<&Division>> = (springs.iter())
-            .map(|own| own.get(place).filter(|own| on_one_line(at_first, own)))
+            .map(|spring| {
+                spring
+                    .get(place)
+                    .filter(|spring| on_one_line(at_first, spring))
+            })
             .collect();
         let joined = (together
             .filter(|_| springs.iter().all(|spring| spring.len() == first.len())))
         .and_then(|together| joined(&together, flexibility))
         .ok_or(ModelError::SpringsApart { flexibility })?;
-        for (own, division) in out.iter_mut().zip(joined) {
-            own.push(division);
+        for (spring, division) in out.iter_mut().zip(joined) {
+            spring.push(division);
         }
     }
     Ok(out)

@@ -33,9 +33,11 @@ pub struct DryFriction {
 fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), ModelError> {
     let gains = |friction: &DryFriction| &directions[friction.direction].gains[..];
     let mut rows: Vec<Vec<f64>> = (all.iter())
-        .map(|own| {
+        .map(|friction| {
             (all.iter())
-                .map(|other| pushed(gains(own), gains(other)) / (own.push * other.push).sqrt())
+                .map(|other| {
+                    pushed(gains(friction), gains(other)) / (friction.push * other.push).sqrt()
+                })
                 .collect()
         })
         .collect();
@@ -68,11 +70,11 @@ impl DryFriction {
         directions: &[Direction],
     ) -> Result<Vec<Self>, ModelError> {
         let mut all = Vec::new();
-        for (own, stick) in structure.contacts.iter().zip(before..) {
+        for (contact, stick) in structure.contacts.iter().zip(before..) {
             let Some(FrictionPart::Stick {
                 static_force,
                 belt_speed,
-            }) = own.law.dry_friction
+            }) = contact.law.dry_friction
             else {
                 continue;
             };

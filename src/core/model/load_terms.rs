@@ -66,13 +66,13 @@ impl Model {
                 .for_each(|inputs| inputs[block] = [0.0; 2]);
         }
         let share = |bearing: &crate::structure::BearingGain| {
-            let own = &bearing.left_out;
-            let [pinion, wheel] = own.shaft_torques;
+            let left_out = &bearing.left_out;
+            let [pinion, wheel] = left_out.shaft_torques;
             [
-                own.torque * structure.rated_force,
-                own.constant_load,
-                own.load_by_speed,
-                own.frame_load,
+                left_out.torque * structure.rated_force,
+                left_out.constant_load,
+                left_out.load_by_speed,
+                left_out.frame_load,
                 pinion,
                 wheel,
             ]

@@ -118,8 +118,8 @@ impl Output {
         let [mut gain, _] = basis.output(&basis.turn(&torque.gain));
         if !torque.rate_gain.is_empty() {
             let [_, by_velocity] = basis.output(&basis.turn(&torque.rate_gain));
-            for (gain, own) in gain.iter_mut().zip(by_velocity) {
-                *gain = [gain[0] + own[0], gain[1] + own[1]];
+            for (gain, rate_gain) in gain.iter_mut().zip(by_velocity) {
+                *gain = [gain[0] + rate_gain[0], gain[1] + rate_gain[1]];
             }
         }
         Self {

@@ -158,9 +158,10 @@ impl Contacts {
 
     /// Round-off of the stretch of a contact \[m\].
     pub fn noise(&self, contact: usize, forces: &[f64], place: &[f64]) -> f64 {
-        let own = &self.contacts_at_rest[contact];
-        let moved = dot_of_moduli(&own.along, place) + dot_of_moduli(&own.yielding, forces);
-        ROUND_OFF * (own.size + moved)
+        let static_contact = &self.contacts_at_rest[contact];
+        let moved = dot_of_moduli(&static_contact.along, place)
+            + dot_of_moduli(&static_contact.yielding, forces);
+        ROUND_OFF * (static_contact.size + moved)
     }
 
     /// The contacts that a state stretches.
@@ -183,9 +184,9 @@ impl Contacts {
         let (count, order) = (among.len(), among.len() + constrained.len());
         let matrix = Mat::from_fn(order, order, |i, j| match (i < count, j < count) {
             (true, true) => {
-                let own = &self.contacts_at_rest[among[i]];
-                let spring = if i == j { 1.0 / own.stiffness } else { 0.0 };
-                own.yielding[among[j]] + spring
+                let static_contact = &self.contacts_at_rest[among[i]];
+                let spring = if i == j { 1.0 / static_contact.stiffness } else { 0.0 };
+                static_contact.yielding[among[j]] + spring
             }
             (true, false) => -dot(
                 &self.contacts_at_rest[among[i]].along,
@@ -260,9 +261,9 @@ impl Contacts {
         self.contacts_at_rest
             .iter()
             .enumerate()
-            .any(|(contact, own)| {
-                let felt = SAME_MOTION * dot_of_moduli(&own.along, &rest.drift);
-                !rest.closed.holds(contact) && dot(&own.along, &rest.drift) > felt
+            .any(|(contact, static_contact)| {
+                let felt = SAME_MOTION * dot_of_moduli(&static_contact.along, &rest.drift);
+                !rest.closed.holds(contact) && dot(&static_contact.along, &rest.drift) > felt
             })
     }
 
@@ -294,10 +295,10 @@ impl Contacts {
     fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
         let stretches = self.stretches(forces, place);
         let given: Vec<f64> = (self.contacts_at_rest.iter())
-            .map(|own| dot(&own.yielding, way[0]))
+            .map(|static_contact| dot(&static_contact.yielding, way[0]))
             .collect();
         let rates: Vec<f64> = (self.contacts_at_rest.iter().zip(&given))
-            .map(|(own, given)| dot(&own.along, way[1]) - given)
+            .map(|(static_contact, given)| dot(&static_contact.along, way[1]) - given)
             .collect();
         let [elastic, stiffening] = [dot(forces, &given), dot(way[0], &given)];
         let constant = elastic - dot(&self.load, way[1]);

@@ -18,7 +18,7 @@ impl Slider {
     /// The sliders of a structure, whose contacts follow `before` others. Their blocks follow those of its modes.
     pub(super) fn of_structure(structure: &ModalStructure, before: usize) -> Vec<Self> {
         let parts = structure.contacts.iter().zip(before..);
-        let starts = parts.filter(|(own, _)| own.law.slider == Some(SliderPart::Forwards));
+        let starts = parts.filter(|(contact, _)| contact.law.slider == Some(SliderPart::Forwards));
         (starts.zip(structure.modes()..))
             .map(|((_, forwards), block)| Self { block, forwards })
             .collect()

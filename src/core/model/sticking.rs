@@ -8,15 +8,15 @@ const ROUND_OFF: f64 = 1e-13;
 impl Model {
     /// The element of dry friction to which a contact belongs.
     pub fn friction_of(&self, contact: usize) -> Option<DryFriction> {
-        let own = |friction: &&DryFriction| friction.has(contact);
-        self.frictions.iter().find(own).copied()
+        let has_contact = |friction: &&DryFriction| friction.has(contact);
+        self.frictions.iter().find(has_contact).copied()
     }
 
     /// Speed v of sliding of a state, given by its first and second components \[m/s\], and its round-off.
     pub fn sliding_speed(&self, friction: DryFriction, [first, second]: [&[f64]; 2]) -> [f64; 2] {
         let gains = self.directions[friction.direction].gains.iter();
-        let terms = gains.zip(first.iter().zip(second)).map(|(own, (x, y))| {
-            let [a, b] = [own.rate[0] * x, own.rate[1] * y];
+        let terms = gains.zip(first.iter().zip(second)).map(|(gain, (x, y))| {
+            let [a, b] = [gain.rate[0] * x, gain.rate[1] * y];
             [a + b, a.abs() + b.abs()]
         });
         let u = friction.belt_speed;
@@ -38,28 +38,30 @@ impl Model {
         let (first, second) = state.split_at(self.blocks.len());
         for &friction in &self.frictions {
             let [speed, noise] = self.sliding_speed(friction, [first, second]);
-            let own = if speed.abs() <= noise {
+            let to_close = if speed.abs() <= noise {
                 friction.stick()
             } else {
                 friction.slip_towards(speed)
             };
-            active = active.toggled(own);
+            active = active.toggled(to_close);
         }
         // Elements are released one at a time, the one with the largest excess first.
         loop {
             let forces = self.forces_of_constraints(segments, active, at, state);
             let overcome = (self.frictions.iter().zip(&forces[self.stops.len()..]))
-                .filter(|(own, force)| active.holds(own.stick()) && force.abs() > own.static_force)
+                .filter(|(friction, force)| {
+                    active.holds(friction.stick()) && force.abs() > friction.static_force
+                })
                 .max_by(|(a, f), (b, g)| {
                     let excess = [f.abs() - a.static_force, g.abs() - b.static_force];
                     excess[0].total_cmp(&excess[1])
                 });
-            let Some((own, force)) = overcome else {
+            let Some((friction, force)) = overcome else {
                 return active;
             };
             active = active
-                .toggled(own.stick())
-                .toggled(own.slip_towards(*force));
+                .toggled(friction.stick())
+                .toggled(friction.slip_towards(*force));
         }
     }
 }

@@ -69,8 +69,8 @@ impl Stop {
         directions: &[Direction],
     ) -> Result<Vec<Self>, ModelError> {
         let mut all = Vec::new();
-        for (own, impact) in structure.contacts.iter().zip(before..) {
-            let Some(StopPart::Impact { restitution }) = own.law.stop else {
+        for (contact, impact) in structure.contacts.iter().zip(before..) {
+            let Some(StopPart::Impact { restitution }) = contact.law.stop else {
                 continue;
             };
             let inside = (0.0..=1.0).contains(&restitution);
@@ -141,17 +141,20 @@ impl Directions {
         on_bearings: Vec<f64>,
     ) -> usize {
         let push = pushed(gains, gains);
-        let direct: Vec<[f64; 2]> = gains.iter().map(|own| own.rate.map(|r| r / push)).collect();
-        let of_block = |(block, (own, direct)): (&Block, (&MeshGain, &[f64; 2]))| {
-            let acceleration = MeshGain::new(block, *direct, own.mesh_input).rate;
-            MeshGain::new(block, acceleration, own.mesh_input)
+        let direct: Vec<[f64; 2]> = gains
+            .iter()
+            .map(|gain| gain.rate.map(|r| r / push))
+            .collect();
+        let of_block = |(block, (gain, direct)): (&Block, (&MeshGain, &[f64; 2]))| {
+            let acceleration = MeshGain::new(block, *direct, gain.mesh_input).rate;
+            MeshGain::new(block, acceleration, gain.mesh_input)
         };
         let resting = blocks.iter().zip(gains.iter().zip(&direct));
         let resting = resting.map(of_block).collect();
         let curved: Vec<TransmissionErrorHarmonic> = (error.iter())
-            .map(|own| TransmissionErrorHarmonic {
-                amplitude: -own.amplitude * own.angular_frequency.powi(2) / push,
-                ..*own
+            .map(|harmonic| TransmissionErrorHarmonic {
+                amplitude: -harmonic.amplitude * harmonic.angular_frequency.powi(2) / push,
+                ..*harmonic
             })
             .collect();
         let direction = self.add(resting, 0.0, &curved, on_bearings);

@@ -26,8 +26,8 @@ fn halves(state: &mut [f64]) -> [&mut [f64]; 2] {
 impl Model {
     /// The stop to which a contact belongs.
     pub fn stop_of(&self, contact: usize) -> Option<Stop> {
-        let own = |stop: &&Stop| stop.impact == contact || stop.rest() == contact;
-        self.stops.iter().find(own).copied()
+        let has_contact = |stop: &&Stop| stop.impact == contact || stop.rest() == contact;
+        self.stops.iter().find(has_contact).copied()
     }
 
     /// Whether a contact is the rest on a rigid stop.
@@ -52,8 +52,10 @@ impl Model {
 
     /// The direction along which a contact moves on a segment. For a constraint it is the direction of its force.
     pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
-        let constraint = self.constraints().find(|own| own.contact == contact);
-        constraint.map_or(segment.direction, |own| own.direction)
+        let constraint = self
+            .constraints()
+            .find(|constraint| constraint.contact == contact);
+        constraint.map_or(segment.direction, |constraint| constraint.direction)
     }
 
     /// All constraints of the structure: stops, then dry friction.
@@ -76,7 +78,9 @@ impl Model {
             return 0.0;
         }
         let direct = self.lines[line].direct.iter().zip(&force.gains);
-        direct.map(|(row, own)| product(*row, own.mesh_input)).sum()
+        direct
+            .map(|(row, gain)| product(*row, gain.mesh_input))
+            .sum()
     }
 
     /// Direct contribution of constant inputs and ripples to the quantity that a line shows, at a time \[s\] within a
@@ -85,7 +89,7 @@ impl Model {
         let rows = &self.lines[line].direct;
         let constant = rows.iter().zip(&self.blocks);
         let constant: f64 = constant
-            .map(|(row, own)| product(*row, own.static_input))
+            .map(|(row, block)| product(*row, block.static_input))
             .sum();
         let of_ripple = |ripple: &super::Ripple| {
             self.direct_increase(line, &ripple.input) * ripple.phase_at(cycle, time).cos()
@@ -102,11 +106,11 @@ impl Model {
     pub fn deflection_along(&self, direction: usize, [first, second]: [&[f64]; 2]) -> [f64; 2] {
         let gains = self.directions[direction].gains.iter();
         let parts = gains.zip(first.iter().zip(second));
-        parts.fold([0.0; 2], |sum, (own, (x, y))| {
+        parts.fold([0.0; 2], |sum, (gain, (x, y))| {
             let pair = [*x, *y];
             [
-                sum[0] + product(own.deflection, pair),
-                sum[1] + product(own.rate, pair),
+                sum[0] + product(gain.deflection, pair),
+                sum[1] + product(gain.rate, pair),
             ]
         })
     }
@@ -115,7 +119,7 @@ impl Model {
     /// ρ times the impulse.
     pub fn push_along(&self, direction: usize, impulse: f64, parts: [&mut [f64]; 2]) {
         let along = self.directions[direction].gains.iter();
-        subtract_column(along.map(|own| own.mesh_input), impulse, parts);
+        subtract_column(along.map(|gain| gain.mesh_input), impulse, parts);
     }
 
     /// Subtracts a multiple of `A g`, where A includes the dampers of closed contacts. δ falls by ρ times the amount.
@@ -130,9 +134,9 @@ impl Model {
         let gains = &self.directions[direction].gains;
         let moved = self.blocks.iter().zip(gains);
         let moved =
-            moved.map(|(block, own)| block.generator.map(|row| product(row, own.mesh_input)));
+            moved.map(|(block, gain)| block.generator.map(|row| product(row, gain.mesh_input)));
         subtract_column(moved, amount, [&mut *first, &mut *second]);
-        let springs = active.iter().filter(|own| self.is_spring(*own));
+        let springs = active.iter().filter(|contact| self.is_spring(*contact));
         for segment in springs.map(|contact| &segments[contact]) {
             let own = self.gains(segment);
             let damped = -segment.damping * pushed(own, gains) * amount;
@@ -156,19 +160,19 @@ impl Model {
         active: ActiveSet,
     ) -> (Vec<(Constraint, f64)>, f64) {
         let gains = |direction: usize| &self.directions[direction].gains[..];
-        let own = gains(stop.direction);
+        let stop_gains = gains(stop.direction);
         let mut constraints = self.active_constraints(active);
         constraints.retain(|other| self.is_rest(other.contact));
         loop {
             let moved: Vec<f64> = (constraints.iter())
-                .map(|other| -pushed(gains(other.direction), own))
+                .map(|other| -pushed(gains(other.direction), stop_gains))
                 .collect();
             let shares = self.forces_against(&constraints, &moved);
             let least = (0..shares.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
-            let Some(pulls) = least.filter(|own| shares[*own] < 0.0) else {
+            let Some(pulls) = least.filter(|index| shares[*index] < 0.0) else {
                 let contributions = constraints.iter().zip(&shares);
-                let contributions =
-                    contributions.map(|(other, share)| share * pushed(own, gains(other.direction)));
+                let contributions = contributions
+                    .map(|(other, share)| share * pushed(stop_gains, gains(other.direction)));
                 let push = stop.push + contributions.sum::<f64>();
                 return (constraints.into_iter().zip(shares).collect(), push);
             };
@@ -184,15 +188,15 @@ impl Model {
         [first, second]: [&mut [f64]; 2],
     ) {
         let rates: Vec<f64> = (constraints.iter().zip(levels))
-            .map(|(own, level)| {
-                self.deflection_along(own.direction, [&*first, &*second])[1] - level
+            .map(|(constraint, level)| {
+                self.deflection_along(constraint.direction, [&*first, &*second])[1] - level
             })
             .collect();
-        for (own, impulse) in constraints
+        for (constraint, impulse) in constraints
             .iter()
             .zip(self.forces_against(constraints, &rates))
         {
-            self.push_along(own.direction, impulse, [&mut *first, &mut *second]);
+            self.push_along(constraint.direction, impulse, [&mut *first, &mut *second]);
         }
     }
 
@@ -206,17 +210,23 @@ impl Model {
         [first, second]: [&mut [f64]; 2],
     ) {
         let excess: Vec<f64> = (constraints.iter().zip(levels))
-            .map(|(own, (level, _))| {
-                let deflection = self.deflection_along(own.direction, [&*first, &*second])[0];
+            .map(|(constraint, (level, _))| {
+                let deflection =
+                    self.deflection_along(constraint.direction, [&*first, &*second])[0];
                 level.map_or(0.0, |level| deflection - level)
             })
             .collect();
         if levels.iter().any(|(level, _)| level.is_some()) {
-            for (own, amount) in constraints
+            for (constraint, amount) in constraints
                 .iter()
                 .zip(self.forces_against(constraints, &excess))
             {
-                self.shift_along(own.direction, amount, closed, [&mut *first, &mut *second]);
+                self.shift_along(
+                    constraint.direction,
+                    amount,
+                    closed,
+                    [&mut *first, &mut *second],
+                );
             }
         }
         let rates: Vec<f64> = levels.iter().map(|level| level.1).collect();
@@ -254,8 +264,8 @@ impl Model {
     ) {
         let constraints = self.active_constraints(active);
         let forces = self.holding_forces(&constraints, (cycle, time), slope);
-        for (own, force) in constraints.iter().zip(forces) {
-            self.push_along(own.direction, force, halves(slope));
+        for (constraint, force) in constraints.iter().zip(forces) {
+            self.push_along(constraint.direction, force, halves(slope));
         }
     }
 
@@ -268,14 +278,15 @@ impl Model {
     ) -> Vec<f64> {
         let n = self.blocks.len();
         let accelerations: Vec<f64> = (constraints.iter())
-            .map(|own| {
-                let direction = &self.directions[own.direction];
+            .map(|constraint| {
+                let direction = &self.directions[constraint.direction];
                 let gains = direction.gains.iter().enumerate();
-                let deflection = gains.map(|(i, own)| product(own.rate, [slope[i], slope[n + i]]));
+                let deflection =
+                    gains.map(|(i, gain)| product(gain.rate, [slope[i], slope[n + i]]));
                 let line = &self.lines[direction.line];
-                let error_accelerations = (line.transmission_error.iter()).map(|own| {
-                    let turned = own.turned(cycle, time) + own.phase;
-                    own.amplitude * own.angular_frequency.powi(2) * turned.cos()
+                let error_accelerations = (line.transmission_error.iter()).map(|harmonic| {
+                    let turned = harmonic.turned(cycle, time) + harmonic.phase;
+                    harmonic.amplitude * harmonic.angular_frequency.powi(2) * turned.cos()
                 });
                 deflection.chain(error_accelerations).sum()
             })
@@ -289,7 +300,7 @@ impl Model {
             [] => Vec::new(),
             [only] => vec![removed[0] / only.push],
             _ => {
-                let gains = |own: usize| &self.directions[constraints[own].direction].gains[..];
+                let gains = |index: usize| &self.directions[constraints[index].direction].gains[..];
                 let matrix = Mat::from_fn(constraints.len(), constraints.len(), |i, j| {
                     pushed(gains(i), gains(j))
                 });
@@ -307,7 +318,7 @@ impl Model {
         (cycle, time): (u64, f64),
         state: &[f64],
     ) -> Vec<f64> {
-        let contacts = self.constraints().map(|own| own.contact);
+        let contacts = self.constraints().map(|constraint| constraint.contact);
         let without = contacts.fold(ActiveSet::FREE, ActiveSet::toggled);
         let mut slope = vec![0.0; state.len()];
         self.derivative(

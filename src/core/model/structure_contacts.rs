@@ -62,13 +62,17 @@ impl Division {
         let each = |any: bool| divisions.iter().filter(move |_| any);
         ContactLaw {
             stiffness: each(true)
-                .map(|own| (own.end, *own.stiffness.coefficients()))
+                .map(|division| (division.end, *division.stiffness.coefficients()))
                 .collect(),
             friction: each(friction != 0.0)
-                .map(|own| own.friction.map(|part| friction * part))
+                .map(|division| division.friction.map(|part| friction * part))
                 .collect(),
-            centres: each(off_middle).map(|own| own.load_centre).collect(),
-            lacking: each(lacking).map(|own| *own.error.coefficients()).collect(),
+            centres: each(off_middle)
+                .map(|division| division.load_centre)
+                .collect(),
+            lacking: each(lacking)
+                .map(|division| *division.error.coefficients())
+                .collect(),
             ..ContactLaw::default()
         }
     }
@@ -93,7 +97,7 @@ impl ContactLaw {
             error: self
                 .error
                 .iter()
-                .map(|own| own.with_phase_lead(turned))
+                .map(|harmonic| harmonic.with_phase_lead(turned))
                 .collect(),
             ..Division::law(divisions, friction)
         })
@@ -107,7 +111,7 @@ fn divisions(law: &ContactLaw) -> Vec<Division> {
             end,
             stiffness: Stiffness::series(series),
             error: (law.lacking.get(piece))
-                .map_or(FlankError::NONE, |own| FlankError::series(*own)),
+                .map_or(FlankError::NONE, |error| FlankError::series(*error)),
             load_centre: law.centres.get(piece).copied().unwrap_or_default(),
             friction: law.friction.get(piece).copied().unwrap_or_default(),
         })

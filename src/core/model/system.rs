@@ -138,7 +138,7 @@ impl Model {
             .collect();
 
         let imposed = drive.imposed_motion.iter();
-        let imposed = imposed.map(|own| own.torque(structure, period));
+        let imposed = imposed.map(|motion| motion.torque(structure, period));
         let torques: Vec<TorqueRipple> = (drive.torque_ripple.iter().copied().map(Ok))
             .chain(imposed)
             .collect::<Result<_, _>>()?;
@@ -421,8 +421,8 @@ fn mean_load(
         (speed, &structure.load_by_speed),
         (speed * speed, &structure.frame.load),
     ] {
-        for (load, own) in load.iter_mut().zip(rotate_any(basis, column)) {
-            *load += factor * own;
+        for (load, value) in load.iter_mut().zip(rotate_any(basis, column)) {
+            *load += factor * value;
         }
     }
     load

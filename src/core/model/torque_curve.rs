@@ -52,8 +52,11 @@ impl TorqueCurve {
             }
         });
         let all: Vec<TorqueRipple> = harmonics.collect();
-        let most = all.iter().map(|own| own.amplitude).fold(0.0, f64::max);
-        let counts = |own: &TorqueRipple| own.amplitude > 1e-12 * most;
+        let most = all
+            .iter()
+            .map(|ripple| ripple.amplitude)
+            .fold(0.0, f64::max);
+        let counts = |ripple: &TorqueRipple| ripple.amplitude > 1e-12 * most;
         all.into_iter().filter(counts).collect()
     }
 }

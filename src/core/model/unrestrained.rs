@@ -23,7 +23,7 @@ impl Model {
             .filter_map(|slider| Some((slider.block, is_deflected(slider.spring()).next()?)))
             .collect();
         let is_restrained = |mode: usize| {
-            let others = (0..self.contacts.len()).filter(|&own| !self.is_of_slider(own));
+            let others = (0..self.contacts.len()).filter(|&other| !self.is_of_slider(other));
             others.flat_map(is_deflected).any(|along| {
                 let largest = along.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
                 along[mode].abs() > UNFELT * largest

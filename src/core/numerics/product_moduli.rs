@@ -69,7 +69,10 @@ pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Ve
     for _ in 0..most {
         let sweep = Sweep::new(factors, basis)?;
         if let Some(now) = sweep.logarithms() {
-            let done = now.iter().take(wanted).all(|(own, _)| own.error <= enough);
+            let done = now
+                .iter()
+                .take(wanted)
+                .all(|(logarithm, _)| logarithm.error <= enough);
             found = Some(now);
             if done {
                 break;
@@ -77,9 +80,9 @@ pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Ve
         }
         basis = sweep.end;
     }
-    let whole = |(own, of_factors): (Logarithm, f64)| Logarithm {
-        error: own.error + of_factors,
-        ..own
+    let whole = |(logarithm, of_factors): (Logarithm, f64)| Logarithm {
+        error: logarithm.error + of_factors,
+        ..logarithm
     };
     found.map(|all| all.into_iter().map(whole).collect())
 }
@@ -166,9 +169,9 @@ impl Sweep {
         let coupled = self.coupling(first).max(self.coupling(last));
         for value in eigenvalues(block.as_ref())? {
             let modulus = value.norm();
-            let own = Logarithm::blurred(modulus, round_off(&block, modulus) + coupled);
-            let value = own.value + largest;
-            all.push((Logarithm { value, ..own }, of_factors));
+            let logarithm = Logarithm::blurred(modulus, round_off(&block, modulus) + coupled);
+            let value = logarithm.value + largest;
+            all.push((Logarithm { value, ..logarithm }, of_factors));
         }
         Some(())
     }

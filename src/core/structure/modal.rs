@@ -421,12 +421,13 @@ impl BearingGain {
         let [pinion, wheel] = known.shaft_torques;
         OmittedModeForces {
             drive: flank(known.drive, &structure.drive_flank()),
-            coast: (structure.coast.as_ref()).map_or(known.coast, |own| flank(known.coast, own)),
+            coast: (structure.coast.as_ref())
+                .map_or(known.coast, |coast| flank(known.coast, coast)),
             contacts: (structure.contacts.iter().enumerate())
-                .map(|(number, own)| {
+                .map(|(number, contact)| {
                     let before = known.contacts.get(number).copied().unwrap_or_default();
-                    let [along, lever] = &own.rubbing;
-                    let columns = [&own.force, &own.tilt, along, lever];
+                    let [along, lever] = &contact.rubbing;
+                    let columns = [&contact.force, &contact.tilt, along, lever];
                     std::array::from_fn(|i| share(before[i], columns[i]))
                 })
                 .collect(),
@@ -441,7 +442,7 @@ impl BearingGain {
             harmonic_loads: each(
                 &known.harmonic_loads,
                 (structure.harmonic_loads.iter())
-                    .map(|own| own.force.as_slice())
+                    .map(|contact| contact.force.as_slice())
                     .collect(),
             ),
         }

@@ -28,7 +28,7 @@ impl ModalStructure {
     pub fn sliders(&self) -> usize {
         let springs = self.contacts.iter();
         springs
-            .filter(|own| own.law.slider == Some(SliderPart::Spring))
+            .filter(|contact| contact.law.slider == Some(SliderPart::Spring))
             .count()
     }
 }

@@ -133,11 +133,11 @@ impl EvenSharing {
                 f64::from(u8::from((0.0..self.contact_ratio).contains(&middle)))
             }
         };
-        let own = line(since);
+        let this_pair = line(since);
         let others = (-half).floor() as i32..=(self.contact_ratio + half).ceil() as i32;
         let phase = since.rem_euclid(1.0);
         let all: f64 = others.map(|number| line(phase + f64::from(number))).sum();
-        own / all
+        this_pair / all
     }
 
     /// Mean over a stretch of the mesh cycle that contains no end of [`Self::direction_breaks`].

@@ -234,10 +234,14 @@ impl FlankLaw for Flanks {
         let (path, cos) = (self.path(), self.base_helix_angle.cos());
         let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();
         if let Some(section) = &self.normal_section {
-            let own = section.path();
-            let ends = [(own.start, path.start), (own.end, path.end)].into_iter();
-            let early = ends.filter(|(own, end)| *own != end / cos);
-            kinks.extend(early.map(|(own, _)| own * cos));
+            let section_path = section.path();
+            let ends = [
+                (section_path.start, path.start),
+                (section_path.end, path.end),
+            ]
+            .into_iter();
+            let early = ends.filter(|(place, end)| *place != end / cos);
+            kinks.extend(early.map(|(place, _)| place * cos));
         }
         kinks
     }
@@ -266,7 +270,7 @@ impl Flanks {
     /// leads, end relief, courses through points.
     pub fn lead(&self, z: f64) -> f64 {
         let form = &self.pair.form;
-        let own = |gear: usize| {
+        let of_gear = |gear: usize| {
             let (ends, overhang) = (form.end_relief[gear], &form.overhang[gear]);
             let [z, half] = overhang.to_gear_face(z, self.face_width);
             form.lead[gear].at(z / half)
@@ -274,7 +278,7 @@ impl Flanks {
                 + ends.at(half + z)
                 + form.lead_points[gear].at(z)
         };
-        own(0) + own(1)
+        of_gear(0) + of_gear(1)
     }
 
     /// Positions along the line of action where relief has a kink \[m\].

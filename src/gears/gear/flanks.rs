@@ -224,9 +224,9 @@ impl Flanks {
         let last_roll =
             [0, 1].map(|index| LAST_ROLL * Tooth::pointed_roll(&section, index, counts[index]));
         let tooth = |index: usize| {
-            let own = &self.teeth[index];
+            let this_tooth = &self.teeth[index];
             let radius = 0.5 * pair.module * counts[index];
-            let addendum = own.tip_radius - own.reference_radius;
+            let addendum = this_tooth.tip_radius - this_tooth.reference_radius;
             let last = radius * section.pressure_angle.cos() * last_roll[index].hypot(1.0);
             Tooth::cut(&section, index, counts[index], last.min(radius + addendum))
         };
@@ -356,9 +356,9 @@ impl Flanks {
 
 /// The tip edges of pinion and wheel on their mates' flanks.
 fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipContact; 2] {
-    [[0, 1], [1, 0]].map(|[own, mate]| TipContact {
-        base_radius: teeth[own].base_radius,
-        tip_roll: teeth[own].tip_roll,
+    [[0, 1], [1, 0]].map(|[gear, mate]| TipContact {
+        base_radius: teeth[gear].base_radius,
+        tip_roll: teeth[gear].tip_roll,
         mate_base_radius: teeth[mate].base_radius,
         mate_form_roll: teeth[mate].form_roll,
         centre_distance,

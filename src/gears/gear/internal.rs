@@ -139,8 +139,8 @@ impl InternalPair {
         if ring <= gear {
             return Err(InternalError::TooFewTeeth { gear, ring });
         }
-        let [own, outer] = self.base_radii();
-        let (distance, least) = (self.centre_distance, outer - own);
+        let [gear_base, outer] = self.base_radii();
+        let (distance, least) = (self.centre_distance, outer - gear_base);
         if distance <= least {
             return Err(InternalError::TooNear { distance, least });
         }
@@ -154,10 +154,10 @@ impl InternalPair {
     pub fn half_gap(&self) -> Result<f64, InternalError> {
         let working = self.operating_pressure_angle()?;
         let bent = involute(self.pressure_angle) - involute(working);
-        let [own, ring] = self.reference_radii();
+        let [gear_radius, ring] = self.reference_radii();
         let shift = |x: f64| self.module * (0.5 * PI + 2.0 * x * self.pressure_angle.tan());
         let [x1, x2] = self.profile_shift;
-        let tooth = (shift(x1) - self.thinning[0]) / (2.0 * own);
+        let tooth = (shift(x1) - self.thinning[0]) / (2.0 * gear_radius);
         let space = (shift(-x2) + self.thinning[1]) / (2.0 * ring);
         let [r1, r2] = self.base_radii().map(|base| base / working.cos());
         let backlash = 2.0 * (r2 * (space + bent) - r1 * (tooth + bent));
@@ -170,11 +170,11 @@ impl InternalPair {
     /// As [`Self::operating_pressure_angle`].
     pub fn contact_ratio(&self) -> Result<f64, InternalError> {
         let working = self.operating_pressure_angle()?;
-        let [own, ring] = [0, 1].map(|i| {
+        let [gear, ring] = [0, 1].map(|i| {
             let (tip, base) = (self.tip_radius[i], self.base_radii()[i]);
             (tip * tip - base * base).max(0.0).sqrt()
         });
-        let path = own - ring + self.centre_distance * working.sin();
+        let path = gear - ring + self.centre_distance * working.sin();
         Ok(path / (PI * self.module * self.pressure_angle.cos()))
     }
 
@@ -198,9 +198,9 @@ impl InternalPair {
         let tip = self.tip_radius[1];
         let ring = (tip * tip - ring_base * ring_base).max(0.0).sqrt();
         let approach = base * working.tan() - (ring - self.centre_distance * working.sin());
-        let own = self.reference_radii()[0];
+        let gear_radius = self.reference_radii()[0];
         let shift = 0.5 * PI + 2.0 * self.profile_shift[0] * self.pressure_angle.tan();
-        let half_angle = (self.module * shift - self.thinning[0]) / (2.0 * own)
+        let half_angle = (self.module * shift - self.thinning[0]) / (2.0 * gear_radius)
             + involute(self.pressure_angle)
             - involute(working);
         let pitch = PI * self.module * self.pressure_angle.cos();
@@ -239,8 +239,8 @@ impl InternalPair {
         let apart = (ring_tip * ring_tip - gear_tip * gear_tip - a * a) / (2.0 * a * gear_tip);
         let cosine = (a * a + ring_tip * ring_tip - gear_tip * gear_tip) / (2.0 * a * ring_tip);
         if apart.abs() < 1.0 && cosine.abs() < 1.0 {
-            let own = apart.acos() + at_tip(gear_base, gear_tip) - involute(working);
-            let ring = ratio * own + involute(working) - at_tip(ring_base, ring_tip);
+            let gear_angle = apart.acos() + at_tip(gear_base, gear_tip) - involute(working);
+            let ring = ratio * gear_angle + involute(working) - at_tip(ring_base, ring_tip);
             let overlap = cosine.acos() - ring;
             if overlap > 0.0 {
                 return Err(InternalError::Tips { overlap });

@@ -169,7 +169,7 @@ impl MeshSprings {
         let counts = self
             .stretches
             .iter()
-            .flat_map(|own| &own.springs)
+            .flat_map(|column| &column.springs)
             .map(Vec::len);
         counts.max().unwrap_or(0)
     }

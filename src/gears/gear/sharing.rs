@@ -145,7 +145,9 @@ impl LoadSharing {
             ramps,
             spans: Vec::new(),
             knots,
-            on_path: std::array::from_fn(|pair| pairs.get(pair).is_some_and(|own| own.on_path)),
+            on_path: std::array::from_fn(|pair| {
+                pairs.get(pair).is_some_and(|this_pair| this_pair.on_path)
+            }),
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
             above_least: [1.0; MOST_PAIRS],
             coupled: None,
@@ -273,7 +275,7 @@ impl LoadSharing {
                 pair: ramp.pair,
                 stiffness: total,
                 gap: 0.5 * (ramp.low + ramp.high),
-                share: ramp.stiffness.map(|own| own / total),
+                share: ramp.stiffness.map(|stiffness| stiffness / total),
             }
         })
     }

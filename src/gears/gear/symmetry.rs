@@ -50,14 +50,14 @@ impl GearPair {
     fn path_to_tip(&self, gear: usize) -> Result<f64, GearError> {
         let tangent = self.operating_pressure_angle()?.tan();
         let radii = self.base_radii();
-        let (own, mate) = (radii[gear], radii[1 - gear]);
+        let (radius, mate) = (radii[gear], radii[1 - gear]);
         let tip = Tooth::tip_radius_of(self, gear)?;
-        let length = ((tip / own).powi(2) - 1.0).max(0.0).sqrt() * own - own * tangent;
+        let length = ((tip / radius).powi(2) - 1.0).max(0.0).sqrt() * radius - radius * tangent;
         if length <= 0.0 {
             return Err(GearError::TipBelowForm {
                 gear: gear + 1,
                 tip_diameter: 2.0 * tip.abs(),
-                form_diameter: 2.0 * own.abs() * tangent.hypot(1.0),
+                form_diameter: 2.0 * radius.abs() * tangent.hypot(1.0),
             });
         }
         // The line of action continues beyond the base circle of a ring.

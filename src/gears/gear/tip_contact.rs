@@ -75,7 +75,7 @@ impl TipContact {
     /// Distance behind the end of the path at which the gap reaches `gap` \[m\], limited by the mate's fillet and
     /// by `furthest` \[m\].
     pub fn reach(&self, gap: f64, furthest: f64) -> f64 {
-        let inside = |beyond: f64| self.gap(beyond).is_some_and(|own| own <= gap);
+        let inside = |beyond: f64| self.gap(beyond).is_some_and(|tip_gap| tip_gap <= gap);
         if inside(furthest) {
             return furthest;
         }

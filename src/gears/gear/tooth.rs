@@ -113,9 +113,9 @@ impl Tooth {
         let mut tooth = Self::cut(&section, index, pair.signed_teeth()[index], tip_radius)?;
         // Coefficients of a drawing are in normal modules.
         let cos = pair.helix_angle.cos();
-        tooth.undercut = tooth.undercut.map(|own| Undercut {
-            shift: own.shift / cos,
-            limit: own.limit / cos,
+        tooth.undercut = tooth.undercut.map(|undercut| Undercut {
+            shift: undercut.shift / cos,
+            limit: undercut.limit / cos,
         });
         Ok(tooth)
     }
@@ -317,8 +317,11 @@ impl Tooth {
             None => spread / pair.module - sum,
             Some(_) => 0.0,
         };
-        let own = pair.form.profile_shift[index];
-        Ok(pair.pitch_radii()[index] + pair.module * (pair.form.rack.addendum + own + alteration))
+        let shift = pair.form.profile_shift[index];
+        Ok(
+            pair.pitch_radii()[index]
+                + pair.module * (pair.form.rack.addendum + shift + alteration),
+        )
     }
 
     /// Thickness along the circle of a radius between base and tip, negative for a ring \[m\].

@@ -75,8 +75,8 @@ impl Banded {
         for column in 0..x.ncols() {
             for i in 0..self.size {
                 let (first, row) = self.row(i);
-                let (below, own) = row.split_at(row.len() - 1);
-                let mut sum = own[0] * x[(i, column)];
+                let (below, diagonal) = row.split_at(row.len() - 1);
+                let mut sum = diagonal[0] * x[(i, column)];
                 for (j, a) in (first..).zip(below) {
                     sum += a * x[(j, column)];
                     out[(j, column)] += a * x[(i, column)];
@@ -92,8 +92,8 @@ impl Banded {
         let mut out = vec![0.0; self.size];
         for i in 0..self.size {
             let (first, row) = self.row(i);
-            let (below, own) = row.split_at(row.len() - 1);
-            out[i] += (own[0] * x[i]).abs();
+            let (below, diagonal) = row.split_at(row.len() - 1);
+            out[i] += (diagonal[0] * x[i]).abs();
             for (j, a) in (first..).zip(below) {
                 out[i] += (a * x[j]).abs();
                 out[j] += (a * x[i]).abs();

@@ -214,14 +214,14 @@ impl RollingLaw {
 
     /// Adds a ball between grooves of these radii \[m\]; returns its force \[N\].
     fn ball(&self, moved: &Ring, angle: f64, grooves: [f64; 2], sum: &mut RollingLoad) -> f64 {
-        let own = &self.bearing;
-        let diameter = own.element.diameter();
-        let (sin, cos) = own.contact_angle.sin_cos();
+        let bearing = &self.bearing;
+        let diameter = bearing.element.diameter();
+        let (sin, cos) = bearing.contact_angle.sin_cos();
         let apart = grooves[0] + grooves[1] - diameter;
-        let radius = 0.5 * own.pitch_diameter + (grooves[0] - 0.5 * diameter) * cos;
+        let radius = 0.5 * bearing.pitch_diameter + (grooves[0] - 0.5 * diameter) * cos;
         let [radial, axial] = directions(angle, radius);
         let reach = [
-            apart * cos - 0.5 * own.clearance + dot(&radial, moved),
+            apart * cos - 0.5 * bearing.clearance + dot(&radial, moved),
             apart * sin + dot(&axial, moved),
         ];
         let length = reach[0].hypot(reach[1]);
@@ -234,18 +234,18 @@ impl RollingLaw {
 
     /// Adds the slices of a roller of this length \[m\]; returns its force \[N\].
     fn roller(&self, moved: &Ring, angle: f64, length: f64, sum: &mut RollingLoad) -> f64 {
-        let own = &self.bearing;
-        let (sin, cos) = own.contact_angle.sin_cos();
+        let bearing = &self.bearing;
+        let (sin, cos) = bearing.contact_angle.sin_cos();
         let slices = (0..SLICES).map(|slice| {
             let place = length * ((slice as f64 + 0.5) / SLICES as f64 - 0.5);
             // The lever arm of the normal force about the middle of the bearing.
             let [radial, mut axial] = directions(angle, 1.0);
-            let arm = 0.5 * own.pitch_diameter * sin - place;
+            let arm = 0.5 * bearing.pitch_diameter * sin - place;
             axial[2] = sin;
             axial[3] *= arm;
             axial[4] *= arm;
             let gradient = combined([&radial, &axial], [cos, 1.0]);
-            let approach = dot(&gradient, moved) - 0.5 * own.clearance * cos;
+            let approach = dot(&gradient, moved) - 0.5 * bearing.clearance * cos;
             self.press(approach, &gradient, None, sum)
         });
         slices.sum()

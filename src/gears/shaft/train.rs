@@ -283,8 +283,8 @@ impl TrainDrive {
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
         let mut pair = pair.clone();
         for (bore, place) in pair.form.bore.iter_mut().zip(gears) {
-            let own = ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at);
-            *bore = bore.or(own.map(|section| section.outer));
+            let section = ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at);
+            *bore = bore.or(section.map(|section| section.outer));
         }
         pair
     }
@@ -342,8 +342,8 @@ impl TrainDrive {
         let speeds = self.layout()?.speeds;
         let group = self.connected();
         let mut dragged = Vec::new();
-        for (shaft, own) in self.shafts.iter().enumerate() {
-            if own.drag.viscous > 0.0 {
+        for (shaft, train_shaft) in self.shafts.iter().enumerate() {
+            if train_shaft.drag.viscous > 0.0 {
                 dragged.push(group[shaft]);
             }
         }
@@ -355,7 +355,10 @@ impl TrainDrive {
             }
         }
         let free = self.free_of_contacts(&group);
-        Ok(free.iter().filter(|own| dragged.contains(own)).count())
+        Ok(free
+            .iter()
+            .filter(|rotation| dragged.contains(rotation))
+            .count())
     }
 
     /// The group of every body: bodies connected by contacts or couplings share one.
@@ -374,8 +377,8 @@ impl TrainDrive {
         let mut group: Vec<usize> = (0..bodies).collect();
         for joint in joints {
             let [one, two] = joint.map(|body| group[body]);
-            for own in group.iter_mut().filter(|own| **own == two) {
-                *own = one;
+            for number in group.iter_mut().filter(|number| **number == two) {
+                *number = one;
             }
         }
         group

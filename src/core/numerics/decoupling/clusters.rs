@@ -18,10 +18,10 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
         left = others;
         if cluster.len() > 1 {
             let sum: c64 = cluster.iter().map(|k| values[*k]).sum();
-            let own = eigenvectors(a, sum / cluster.len() as f64, cluster.len(), size);
+            let separated = eigenvectors(a, sum / cluster.len() as f64, cluster.len(), size);
             for (column, k) in cluster.into_iter().enumerate() {
                 for i in 0..a.nrows() {
-                    vectors[(i, k)] = own[(i, column)];
+                    vectors[(i, k)] = separated[(i, column)];
                 }
             }
         }

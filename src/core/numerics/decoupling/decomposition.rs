@@ -13,7 +13,7 @@ use faer::{Mat, Side};
 /// this scaling a conservative structure, gyroscopic or not, has orthogonal eigenvectors. Rigid modes take
 /// the rate of their drag, and cross stiffness raises the scale of a mode that it stiffens.
 pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]) -> Vec<f64> {
-    let own = |i: usize| frequency[i].max(coupling[1][(i, i)].abs().sqrt());
+    let frequency_of = |i: usize| frequency[i].max(coupling[1][(i, i)].abs().sqrt());
     let largest = |i: usize, only_rigid: bool| {
         let others = part.iter().filter(|j| !only_rigid || frequency[**j] == 0.0);
         others
@@ -23,9 +23,13 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
     let scale = |i: usize| {
         let cross = part.iter().filter(|j| **j != i).map(|j| {
             let s = coupling[1][(i, *j)].abs().max(coupling[1][(*j, i)].abs());
-            if own(*j) > 0.0 { s.sqrt().min(s / own(*j)) } else { s.sqrt() }
+            if frequency_of(*j) > 0.0 {
+                s.sqrt().min(s / frequency_of(*j))
+            } else {
+                s.sqrt()
+            }
         });
-        let scale = cross.fold(own(i), f64::max);
+        let scale = cross.fold(frequency_of(i), f64::max);
         if frequency[i] > 0.0 {
             return scale;
         }
@@ -120,11 +124,11 @@ pub(super) fn decompose(
     let mut inverse = t.partial_piv_lu().inverse();
     // One step of Newton's method with a compensated residual recovers the last digits.
     let defect = Mat::from_fn(2 * m, 2 * m, |i, j| {
-        let own = if i == j { 1.0 } else { 0.0 };
+        let identity = if i == j { 1.0 } else { 0.0 };
         compensated(
             (0..2 * m)
                 .map(|k| (-inverse[(i, k)], t[(k, j)]))
-                .chain([(own, 1.0)]),
+                .chain([(identity, 1.0)]),
         )
     });
     inverse = &inverse + &defect * &inverse;

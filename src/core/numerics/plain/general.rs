@@ -197,9 +197,9 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
         }
         let (mut x, mut y) = (h[at(n, n)], h[at(n - 1, n - 1)]);
         let mut w = h[at(n, n - 1)] * h[at(n - 1, n)];
-        let own = of_two(x, y, w);
+        let pair = of_two(x, y, w);
         if l + 1 == n {
-            [values[n - 1], values[n]] = own;
+            [values[n - 1], values[n]] = pair;
             end -= 2;
             steps = 0;
             continue;
@@ -218,9 +218,9 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             let s: f64 = next_to_end.map(|place| h[place].abs()).iter().sum();
             x = at_end + 0.75 * s;
             (y, w) = (x, -0.4375 * s * s);
-        } else if own[1].im == 0.0 {
+        } else if pair[1].im == 0.0 {
             // Of two real ones use the nearer one twice: both would keep nearly double eigenvalues from separating.
-            let nearer = own[1].re;
+            let nearer = pair[1].re;
             (x, y, w) = (nearer, nearer, 0.0);
         }
         let mut m = n - 2;
@@ -274,12 +274,12 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             p += s;
             let (a, b, c) = (p / s, q / s, r / s);
             (q, r) = (q / p, r / p);
-            let own = Reflection { q, r, a, b, c };
+            let reflection = Reflection { q, r, a, b, c };
             let (columns, rows) = (k..n + 1, l..n.min(k + 3) + 1);
             if last {
-                own.of_two(h, size, k, columns, rows)
+                reflection.of_two(h, size, k, columns, rows)
             } else {
-                own.of_three(h, size, k, columns, rows)
+                reflection.of_three(h, size, k, columns, rows)
             }
         }
     }

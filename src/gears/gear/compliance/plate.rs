@@ -153,8 +153,8 @@ impl Plate {
         let held_place = linalg::product(inverse.as_ref(), place_moves.as_ref());
         for (i, &row) in modes.iter().enumerate() {
             for (j, &column) in modes.iter().enumerate() {
-                let own = if i == j { 1.0 } else { 0.0 };
-                self.stiffness[(row, column)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) - own;
+                let unit = if i == j { 1.0 } else { 0.0 };
+                self.stiffness[(row, column)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) - unit;
             }
         }
         for index in 0..count {
@@ -341,15 +341,16 @@ impl Part<'_> {
                 contracted[(row, index)] *= poisson_ratio;
             }
         }
-        let own = [along_x, along_y].map(|part| linalg::product(part.as_ref(), part.transpose()));
+        let squares =
+            [along_x, along_y].map(|part| linalg::product(part.as_ref(), part.transpose()));
         let cross = linalg::product(contracted.as_ref(), along_x.transpose());
         let first = along_x.nrows();
         Mat::from_fn(self.freedoms(), self.freedoms(), |i, j| {
             match (i < first, j < first) {
-                (true, true) => own[0][(i, j)],
+                (true, true) => squares[0][(i, j)],
                 (false, true) => cross[(i - first, j)],
                 (true, false) => cross[(j - first, i)],
-                (false, false) => own[1][(i - first, j - first)],
+                (false, false) => squares[1][(i - first, j - first)],
             }
         })
     }

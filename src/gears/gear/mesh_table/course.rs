@@ -77,16 +77,16 @@ impl MeshTableCycle {
         let mut first = 0;
         while first + 1 < ends.len() {
             let mut last = first + 1;
-            let mut own = exact.part([ends[first], ends[last]]);
+            let mut fitted = exact.part([ends[first], ends[last]]);
             while let Some(&end) = ends.get(last + 1) {
                 let Some(longer) = exact.joined([ends[first], end]) else {
                     break;
                 };
-                (own, last) = (longer, last + 1);
+                (fitted, last) = (longer, last + 1);
             }
-            course.stiffness_error = course.stiffness_error.max(own.errors[0]);
-            course.turning_error = course.turning_error.max(own.errors[1]);
-            course.pieces.push(own.piece);
+            course.stiffness_error = course.stiffness_error.max(fitted.errors[0]);
+            course.turning_error = course.turning_error.max(fitted.errors[1]);
+            course.pieces.push(fitted.piece);
             first = last;
         }
         course
@@ -118,13 +118,13 @@ impl<'a> Exact<'a> {
     /// Ends of the table's pieces and of their equal parts, none longer than the shortest piece of a course.
     fn ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0];
-        for own in self.cycle.breaks.windows(2) {
-            let length = own[1] - own[0];
+        for piece in self.cycle.breaks.windows(2) {
+            let length = piece[1] - piece[0];
             let parts = (length / self.accuracy.shortest - 1e-9).ceil().max(1.0);
             for part in 1..parts as usize {
-                ends.push(own[0] + length * part as f64 / parts);
+                ends.push(piece[0] + length * part as f64 / parts);
             }
-            ends.push(own[1]);
+            ends.push(piece[1]);
         }
         ends
     }
@@ -147,8 +147,9 @@ impl<'a> Exact<'a> {
             *series = found.0;
             error = error.max(found.1);
         }
-        let own = self.fitted(ends, &samples, series, error * length);
-        (length <= self.accuracy.shortest || own.errors[1] <= self.accuracy.turning).then_some(own)
+        let fitted = self.fitted(ends, &samples, series, error * length);
+        (length <= self.accuracy.shortest || fitted.errors[1] <= self.accuracy.turning)
+            .then_some(fitted)
     }
 
     fn fitted(

@@ -223,7 +223,7 @@ fn kink<L: FlankLaw>(
     let positive = |margins: &[f64]| -> Vec<bool> { margins.iter().map(|m| *m >= 0.0).collect() };
     let (mut low, mut high) = (before.phase, after.phase);
     let [mut at_low, mut at_high] = [before, &after].map(|column| of(column));
-    let own = positive(&at_low);
+    let sign_at_low = positive(&at_low);
     let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
         // Zero of the first margin, by linear interpolation between the ends.
@@ -234,7 +234,7 @@ fn kink<L: FlankLaw>(
         let part = crossings.map(|(a, b)| a / (a - b)).fold(1.0, f64::min);
         let at = between([low, high], part, (width, round));
         let found = of(&law.column(at, Some(*before))?);
-        if positive(&found) == own {
+        if positive(&found) == sign_at_low {
             (low, at_low) = (at, found)
         } else {
             (high, at_high) = (at, found)
@@ -249,15 +249,15 @@ fn kink<L: FlankLaw>(
 /// from the middle is limited such that the search takes at most one step more than bisection (Oliveira & Takahashi
 /// 2020). `width` is the initial interval, `round` the number of steps done.
 fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 {
-    let (own, middle) = (high - low, 0.5 * (low + high));
-    let line = low + part * own;
-    let shift = (0.2 * own * own / width).max(0.5 * ROUND_OFF);
+    let (length, middle) = (high - low, 0.5 * (low + high));
+    let line = low + part * length;
+    let shift = (0.2 * length * length / width).max(0.5 * ROUND_OFF);
     let nearer = if shift < (middle - line).abs() {
         line + shift.copysign(middle - line)
     } else {
         middle
     };
-    let room = (width * 0.5_f64.powi(round) - 0.5 * own).max(0.0);
+    let room = (width * 0.5_f64.powi(round) - 0.5 * length).max(0.0);
     nearer.clamp(middle - room, middle + room)
 }
 

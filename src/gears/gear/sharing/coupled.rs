@@ -123,9 +123,9 @@ impl Coupled {
         };
         let mut compliance = Mat::zeros(pairs.len() * waves, pairs.len() * waves);
         for (i, pair) in pairs.iter().enumerate() {
-            let own = face_coupling.of_pair(pair.position).ok_or(unknown(i))?;
+            let single = face_coupling.of_pair(pair.position).ok_or(unknown(i))?;
             let uniform = pair.compliance() - pair.contact;
-            write_block(&mut compliance, [i, i], waves, uniform, &own);
+            write_block(&mut compliance, [i, i], waves, uniform, &single);
             for (j, coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
                 let ahead = face_coupling.coupling(pair.position, j - i);
                 let ahead = ahead.ok_or(unknown(i))?;
@@ -372,10 +372,10 @@ impl Coupled {
         for j in 0..size {
             let column = self.root.col_as_slice(j);
             for first in (j / waves * waves..size).step_by(waves) {
-                let (own, out) = (first..first + waves, &mut carried[first..first + waves]);
+                let (range, out) = (first..first + waves, &mut carried[first..first + waves]);
                 out.fill(0.0);
-                for (k, factor) in own.clone().zip(&column[own.clone()]) {
-                    let products = &patch.products.col_as_slice(k)[own.clone()];
+                for (k, factor) in range.clone().zip(&column[range.clone()]) {
+                    let products = &patch.products.col_as_slice(k)[range.clone()];
                     for (out, product) in out.iter_mut().zip(products) {
                         *out += product * factor;
                     }

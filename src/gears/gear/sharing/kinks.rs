@@ -20,8 +20,8 @@ impl LoadSharing {
         let slices = if self.even { self.face.slices } else { 1 };
         for zone in self.ramps.chunks(slices * self.pairs) {
             let of = |pair: usize| {
-                let own = zone.iter().filter(move |ramp| ramp.pair == pair);
-                own.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], ramp| {
+                let ramps = zone.iter().filter(move |ramp| ramp.pair == pair);
+                ramps.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], ramp| {
                     [low.min(ramp.low), high.max(ramp.high)]
                 })
             };

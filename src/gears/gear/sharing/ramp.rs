@@ -255,8 +255,8 @@ impl<'a> ContactSequence<'a> {
     fn gains(&self) -> [f64; MOST_PAIRS] {
         let mut joined = (0..MOST_PAIRS).filter(|&pair| self.joined[pair]);
         if let (Some(alone), None) = (joined.next(), joined.next()) {
-            let own = 1.0 / self.compliance[alone][alone];
-            return std::array::from_fn(|pair| if pair == alone { own } else { 0.0 });
+            let gain = 1.0 / self.compliance[alone][alone];
+            return std::array::from_fn(|pair| if pair == alone { gain } else { 0.0 });
         }
         let scale = self.compliance[0][0];
         // The others are decoupled by a diagonal entry.

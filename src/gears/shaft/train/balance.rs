@@ -107,9 +107,9 @@ impl EquilibriumProblem<'_> {
         let mut displacement = DVector::zeros(size);
         let mut tangent = DMatrix::zeros(size, size);
         let mut at = 0;
-        for own in self.all {
-            let rows = own.rows.len();
-            own.add_force(
+        for element in self.all {
+            let rows = element.rows.len();
+            element.add_force(
                 at,
                 &moved.as_slice()[at..at + rows],
                 &mut displacement,

@@ -112,9 +112,10 @@ impl TrainDrive {
         let lost = solved.is_err();
         let mut at = 0;
         let mut found = Vec::new();
-        for own in &all {
-            let rows = own.rows.len();
-            if let Some((number, moved, bears)) = own.rolling(&moved.as_slice()[at..at + rows]) {
+        for element in &all {
+            let rows = element.rows.len();
+            if let Some((number, moved, bears)) = element.rolling(&moved.as_slice()[at..at + rows])
+            {
                 let name = assembled.supports[number].0.clone();
                 found.push((number, LoadedBearing { name, moved, bears }));
             }
@@ -128,22 +129,22 @@ impl TrainDrive {
             };
             far(a).total_cmp(&far(b))
         });
-        if let Some((_, own)) = farthest.filter(|_| lost) {
+        if let Some((_, element)) = farthest.filter(|_| lost) {
             return Err(ShaftError::Train(TrainError::BearingsGiveWay {
-                bearing: own.name.clone(),
-                moved: own.moved,
+                bearing: element.name.clone(),
+                moved: element.moved,
                 load,
             }));
         }
-        for (number, own) in &found {
+        for (number, element) in &found {
             let rolling = assembled.supports[*number].1.stiffness.rolling;
             let angle = rolling.map_or(0.0, |rolling| rolling.contact_angle);
-            let [x, y, thrust, ..] = own.bears.load;
+            let [x, y, thrust, ..] = element.bears.load;
             // The sign of a thrust within round-off is meaningless.
             if angle != 0.0 && angle.signum() * thrust < -NO_THRUST * x.hypot(y) {
                 return Err(ShaftError::Train(TrainError::AgainstAngle {
-                    bearing: own.name.clone(),
-                    thrust: own.bears.load[2],
+                    bearing: element.name.clone(),
+                    thrust: element.bears.load[2],
                     angle: angle.to_degrees(),
                 }));
             }
@@ -220,10 +221,13 @@ impl TrainDrive {
         }
 
         let mut stiffness = self.linear_part(meshes, matrices, layout, assembled);
-        let rows = || all.iter().flat_map(|own| &own.rows);
-        let typical: Vec<f64> = all.iter().flat_map(|own| own.typical.clone()).collect();
-        for (row, own) in rows().zip(&typical) {
-            add_spring(&mut stiffness, row, *own);
+        let rows = || all.iter().flat_map(|element| &element.rows);
+        let typical: Vec<f64> = all
+            .iter()
+            .flat_map(|element| element.typical.clone())
+            .collect();
+        for (row, typical_stiffness) in rows().zip(&typical) {
+            add_spring(&mut stiffness, row, *typical_stiffness);
         }
         let Some(lower) = cholesky(&stiffness) else {
             let springs = rows().zip(typical.iter().copied());
@@ -257,8 +261,8 @@ impl TrainDrive {
         assembled: &Assembled,
     ) -> ShaftError {
         let mut with_springs = matrices.clone();
-        for (row, own) in springs {
-            add_spring(&mut with_springs.stiffness, row, own);
+        for (row, stiffness) in springs {
+            add_spring(&mut with_springs.stiffness, row, stiffness);
         }
         let rigid = self.rotations();
         match Modes::lowest(&with_springs.mass, &with_springs.stiffness, rigid, rigid) {
@@ -282,21 +286,21 @@ impl TrainDrive {
         let further = self.meshes.iter().map(|mesh| {
             let width = mesh.gears.map(|place| self.gear(place).width);
             let width = width[0].min(width[1]);
-            let own = match &mesh.law {
+            let mean_stiffness = match &mesh.law {
                 MeshLaw::OfFirst { .. } => of_first,
                 MeshLaw::Own(flanks) => mean(&flanks[0]),
                 MeshLaw::Drawn(_) => MESH * width,
             };
-            (mesh.gears, mesh.pressure_angle, own)
+            (mesh.gears, mesh.pressure_angle, mean_stiffness)
         });
         let meshes = std::iter::once((self.gears, angle, of_first)).chain(further);
         let meshes = meshes.zip(layout.meshes.iter().zip(coasting));
         Ok(meshes
-            .map(|((gears, angle, own), (pitch_point, coasts))| {
+            .map(|((gears, angle, mean_stiffness), (pitch_point, coasts))| {
                 let flanks = self.flanks(gears, (pitch_point, angle), layout, assembled);
                 MeshSpring {
                     row: matrices.functional(&flanks[usize::from(*coasts)].mesh),
-                    stiffness: own,
+                    stiffness: mean_stiffness,
                 }
             })
             .collect())
@@ -364,11 +368,11 @@ fn mean(law: &ContactLaw) -> f64 {
 }
 
 /// Adds a spring against a sum of freedoms.
-fn add_spring(stiffness: &mut Mat<f64>, row: &[f64], own: f64) {
+fn add_spring(stiffness: &mut Mat<f64>, row: &[f64], value: f64) {
     let parts = || row.iter().enumerate().filter(|(_, part)| **part != 0.0);
     for (i, a) in parts() {
         for (j, b) in parts() {
-            stiffness[(i, j)] += own * a * b;
+            stiffness[(i, j)] += value * a * b;
         }
     }
 }

@@ -32,27 +32,27 @@ impl Equations {
         &mut self,
         terms: impl IntoIterator<Item = (usize, Ratio)>,
     ) -> Result<bool, RatioTooLarge> {
-        let mut own = vec![Ratio::ZERO; self.unknowns];
+        let mut coefficients = vec![Ratio::ZERO; self.unknowns];
         for (unknown, part) in terms {
-            own[unknown] = own[unknown] + part;
+            coefficients[unknown] = coefficients[unknown] + part;
         }
         for (given, row) in &self.rows {
-            eliminate(&mut own, row, *given)?;
+            eliminate(&mut coefficients, row, *given)?;
         }
-        let left = |unknown: &usize| own[*unknown] != Ratio::ZERO;
+        let left = |unknown: &usize| coefficients[*unknown] != Ratio::ZERO;
         let others = (0..self.unknowns).filter(|unknown| *unknown != self.reference);
         let Some(given) = others.chain([self.reference]).find(left) else {
             return Ok(true);
         };
-        let unit = own[given];
-        for part in own.iter_mut().filter(|part| **part != Ratio::ZERO) {
+        let unit = coefficients[given];
+        for part in coefficients.iter_mut().filter(|part| **part != Ratio::ZERO) {
             *part = *part / unit;
         }
-        is_short(&own)?;
+        is_short(&coefficients)?;
         for (_, row) in &mut self.rows {
-            eliminate(row, &own, given)?;
+            eliminate(row, &coefficients, given)?;
         }
-        self.rows.push((given, own));
+        self.rows.push((given, coefficients));
         Ok(given != self.reference)
     }
 

@@ -92,14 +92,14 @@ impl TrainDrive {
     ) -> Result<(), TrainError> {
         let carrier = axes[set.carrier];
         let radius = (set.planets.first()).map_or(0.0, |planet| arm(axes, set, planet.shaft).1);
-        for (shaft, own) in (self.shafts.iter().enumerate())
+        for (shaft, train_shaft) in (self.shafts.iter().enumerate())
             .filter(|(shaft, _)| frames[*shaft] == frames[set.carrier])
         {
             let along = (axes[shaft].along() - carrier.along()).norm() < CENTRAL;
             let central = self.is_planet(shaft) || arm(axes, set, shaft).1 <= CENTRAL * radius;
             if !(along && central) {
                 return Err(TrainError::OffCentre {
-                    what: own.name.clone(),
+                    what: train_shaft.name.clone(),
                     carrier: self.shafts[set.carrier].name.clone(),
                 });
             }
@@ -133,19 +133,21 @@ impl TrainDrive {
             let set = frames[shaft].and_then(|set| self.planetary.get(set));
             set.map_or_else(String::new, |set| self.shafts[set.carrier].name.clone())
         };
-        for (index, shaft) in (self.shafts.iter().enumerate()).filter(|(own, _)| turning[*own]) {
+        for (index, shaft) in (self.shafts.iter().enumerate()).filter(|(index, _)| turning[*index])
+        {
             let loose = (shaft.gears.iter()).filter_map(|gear| {
                 let name = format!("the bearing of the loose gear `{}`", gear.name);
                 Some((name, gear.loose?.bearing))
             });
-            let bearings = (1..).zip(&shaft.bearings).map(|(number, (_, own))| {
+            let bearings = (1..).zip(&shaft.bearings).map(|(number, (_, support))| {
                 let name = format!("bearing {number} of shaft `{}`", shaft.name);
-                (name, *own)
+                (name, *support)
             });
-            for (bearing, own) in bearings.chain(loose) {
-                let plain =
-                    own.damping == [[0.0; 2]; 2] && own.cross == [0.0; 2] && own.rolling.is_none();
-                if own.x != own.y || !plain {
+            for (bearing, support) in bearings.chain(loose) {
+                let plain = support.damping == [[0.0; 2]; 2]
+                    && support.cross == [0.0; 2]
+                    && support.rolling.is_none();
+                if support.x != support.y || !plain {
                     return Err(TrainError::UnequalBearing {
                         bearing,
                         carrier: carrier(index),

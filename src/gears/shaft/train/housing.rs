@@ -138,8 +138,8 @@ impl Housing {
     pub fn names(&self) -> Vec<String> {
         let of_nodes = self.nodes.iter().flat_map(|node| {
             let words = HousingNode::FREEDOMS.iter().zip(node.freedoms);
-            let own = words.filter(|(_, has)| *has);
-            own.map(|(word, _)| format!("{} {word}", node.name))
+            let present = words.filter(|(_, has)| *has);
+            present.map(|(word, _)| format!("{} {word}", node.name))
         });
         of_nodes.chain(self.internal.iter().cloned()).collect()
     }
@@ -173,7 +173,7 @@ impl Housing {
                         return Err(HousingError::Asymmetric {
                             matrix,
                             place: [row, column],
-                            freedoms: [row, column].map(|own| names[own].clone()),
+                            freedoms: [row, column].map(|index| names[index].clone()),
                             entries: [entries[row * size + column], entries[column * size + row]],
                         });
                     }
@@ -276,26 +276,26 @@ impl TrainDrive {
         }
         for joint in &joined.joints {
             let [shaft, bearing] = joint.bearing;
-            let own = &self.shafts[shaft];
+            let train_shaft = &self.shafts[shaft];
             if turning[shaft] {
                 return Err(TrainError::TurningHousing {
-                    shaft: own.name.clone(),
+                    shaft: train_shaft.name.clone(),
                     bearing: bearing + 1,
                 });
             }
-            if !own.motion.may_deflect() {
+            if !train_shaft.motion.may_deflect() {
                 return Err(TrainError::RigidMount {
-                    shaft: own.name.clone(),
+                    shaft: train_shaft.name.clone(),
                     bearing: bearing + 1,
                 });
             }
             let node = &nodes[joint.node];
-            let place = axes[shaft].at(own.bearings[bearing].0);
+            let place = axes[shaft].at(train_shaft.bearings[bearing].0);
             let distance = (place - nalgebra::Vector3::from(node.position)).norm();
             let meets = distance <= BESIDE;
             if !meets {
                 return Err(TrainError::BearingOffNode {
-                    shaft: own.name.clone(),
+                    shaft: train_shaft.name.clone(),
                     bearing: bearing + 1,
                     node: node.name.clone(),
                     distance,
@@ -312,7 +312,10 @@ impl TrainDrive {
         solved: &Solved,
         assembled: &Assembled,
     ) -> Vec<PlaceMotion> {
-        let points = self.housing.iter().flat_map(|own| &own.housing.points);
+        let points = self
+            .housing
+            .iter()
+            .flat_map(|joined| &joined.housing.points);
         let motion = |point: &HousingPoint| {
             let terms = assembled.housing.iter().zip(&point.row);
             let terms: Vec<_> = terms

@@ -17,7 +17,7 @@ impl SpeedRelation {
     /// `(ω₁ − ω_c) r − (ω₂ − ω_c) = 0`.
     fn equation(&self) -> impl Iterator<Item = (usize, Ratio)> {
         let [one, two] = self.bodies;
-        let carrier = self.carrier.map(|own| (own, Ratio::ONE - self.ratio));
+        let carrier = self.carrier.map(|body| (body, Ratio::ONE - self.ratio));
         let bodies = [(one, self.ratio), (two, Ratio::ZERO - Ratio::ONE)];
         bodies.into_iter().chain(carrier)
     }
@@ -70,10 +70,11 @@ impl TrainDrive {
         reached[self.driver] = true;
         let mut left: Vec<&SpeedRelation> = joints.iter().collect();
         // From the driver outwards: each speed follows from earlier ones at once, by the shortest ratio.
-        while let Some(next) = (left.iter()).position(|own| {
-            own.bodies
+        while let Some(next) = (left.iter()).position(|joint| {
+            joint
+                .bodies
                 .into_iter()
-                .chain(own.carrier)
+                .chain(joint.carrier)
                 .any(|body| reached[body])
         }) {
             let joint = left.remove(next);
@@ -168,7 +169,7 @@ impl TrainDrive {
         let bodies = gears.map(|gear| self.body_of(gear));
         let held = |body: &usize| {
             let shaft = self.shafts.get(*body);
-            shaft.is_some_and(|own| !own.motion.may_rotate())
+            shaft.is_some_and(|held_shaft| !held_shaft.motion.may_rotate())
         };
         match bodies.iter().find(|body| held(body)) {
             Some(&body) if self.set_of_mesh(gears).is_none() => TrainError::Held {
@@ -232,8 +233,8 @@ impl TrainDrive {
         };
         for (body, (speed, mesh_speed)) in solved.speeds.iter().zip(&solved.mesh_speeds).enumerate()
         {
-            for own in speed.iter().chain(mesh_speed) {
-                self.is_exact(*own, body)?;
+            for value in speed.iter().chain(mesh_speed) {
+                self.is_exact(*value, body)?;
             }
         }
         Ok(solved)

@@ -108,8 +108,8 @@ impl TrainDrive {
         let loose = loose.filter_map(|(number, (place, &node))| {
             let drag = self.gear(place).loose?.drag;
             let on = assembled.at(place.shaft, self.gear(place).at);
-            let [own, below] = [node, on].map(turning);
-            let relative = own.iter().zip(below).map(|(a, b)| a - b);
+            let [above, below] = [node, on].map(turning);
+            let relative = above.iter().zip(below).map(|(a, b)| a - b);
             let speeds = [
                 layout.speeds[self.shafts.len() + number],
                 layout.speeds[place.shaft],

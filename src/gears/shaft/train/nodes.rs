@@ -50,7 +50,9 @@ impl TrainDrive {
         let mut shafts = Vec::with_capacity(self.shafts.len());
         let mut supports = Vec::new();
         let joined = self.housing.as_ref();
-        let housing = joined.map_or(Ok(Vec::new()), |own| own.housing.assembled(&mut assembly))?;
+        let housing = joined.map_or(Ok(Vec::new()), |joined| {
+            joined.housing.assembled(&mut assembly)
+        })?;
         for (index, shaft) in self.shafts.iter().enumerate() {
             let places = self.places(index)?;
             assembly.turn(if self.gyroscopic { layout.speeds[index] } else { 0.0 });
@@ -73,7 +75,7 @@ impl TrainDrive {
             }
             for (number, (at, bearing)) in (1..).zip(&shaft.bearings) {
                 let axis = &layout.axes[index];
-                let base = joined.and_then(|own| own.node_under([index, number - 1]));
+                let base = joined.and_then(|joined| joined.node_under([index, number - 1]));
                 let base = match (base, bearing.pedestal) {
                     (Some(node), _) => Some(assembly.add_turned_node(node, axis.components())?),
                     (None, Some(pedestal)) => Some(pedestal.add(&mut assembly)?),

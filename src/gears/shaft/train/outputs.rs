@@ -61,7 +61,7 @@ impl BearingTerms {
         matrices: &AssembledMatrices,
         solution: &Modes,
     ) -> Result<Modes, ShaftError> {
-        let loads: Vec<Vec<f64>> = all.iter().map(|own| own.springs.clone()).collect();
+        let loads: Vec<Vec<f64>> = all.iter().map(|support| support.springs.clone()).collect();
         solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
     }
 
@@ -75,7 +75,7 @@ impl BearingTerms {
         to_structure_modes: impl Fn(&mut [f64]),
     ) -> Vec<BearingGain> {
         (all.iter().enumerate())
-            .map(|(number, own)| {
+            .map(|(number, support)| {
                 let column = |functional: &[f64]| {
                     let mut column = solution.participation(functional);
                     to_structure_modes(&mut column);
@@ -83,14 +83,18 @@ impl BearingTerms {
                     column[modes..].fill(0.0);
                     column
                 };
-                let mut gain = column(&own.springs);
+                let mut gain = column(&support.springs);
                 if let Some(shape) = gain[modes..].get_mut(number) {
                     *shape = 1.0;
                 }
                 BearingGain {
-                    name: own.name.clone(),
+                    name: support.name.clone(),
                     gain,
-                    rate_gain: if acts(&own.dampers) { column(&own.dampers) } else { Vec::new() },
+                    rate_gain: if acts(&support.dampers) {
+                        column(&support.dampers)
+                    } else {
+                        Vec::new()
+                    },
                     left_out: OmittedModeForces::default(),
                 }
             })

@@ -84,7 +84,7 @@ impl TrainDrive {
     /// All planets, set by set, with the numbers of their sets.
     pub(super) fn planets(&self) -> impl Iterator<Item = (usize, &PlanetarySet, &Planet)> {
         let sets = self.planetary.iter().enumerate();
-        sets.flat_map(|(number, set)| set.planets.iter().map(move |own| (number, set, own)))
+        sets.flat_map(|(number, set)| set.planets.iter().map(move |planet| (number, set, planet)))
     }
 
     /// The set that contains a shaft as a planet.
@@ -154,7 +154,7 @@ impl TrainDrive {
                 let apart = (axes[one.shaft].at(0.0) - axes[two.shaft].at(0.0)).norm();
                 if apart <= tip {
                     return Err(TrainError::PlanetsTouch {
-                        planets: [one, two].map(|own| self.shafts[own.shaft].name.clone()),
+                        planets: [one, two].map(|planet| self.shafts[planet.shaft].name.clone()),
                         apart,
                         tip,
                     });
@@ -174,7 +174,7 @@ impl TrainDrive {
         let first = set
             .planets
             .first()
-            .map_or(0.0, |own| arm(axes, set, own.shaft).0);
+            .map_or(0.0, |planet| arm(axes, set, planet.shaft).0);
         for planet in &set.planets {
             let turns = (arm(axes, set, planet.shaft).0 - first).rem_euclid(TAU) / TAU;
             let place = turns * together;
@@ -200,8 +200,8 @@ impl TrainDrive {
         let mut teeth = [None; 2];
         for gears in pairs.filter(|gears| self.set_of_mesh(*gears) == Some(set)) {
             for gear in gears.into_iter().filter(|gear| !self.is_planet(gear.shaft)) {
-                let own = self.gear(gear);
-                teeth[usize::from(own.internal)] = Some(own.teeth);
+                let train_gear = self.gear(gear);
+                teeth[usize::from(train_gear.internal)] = Some(train_gear.teeth);
             }
         }
         Some([teeth[0]?, teeth[1]?])

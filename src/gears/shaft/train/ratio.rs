@@ -47,7 +47,7 @@ impl Ratio {
 
     fn sum(one: Self, two: Self) -> Option<Self> {
         let common = greatest_divisor(one.under.unsigned_abs(), two.under.unsigned_abs()) as i128;
-        let [a, b] = [one, two].map(|own| own.under.checked_div(common));
+        let [a, b] = [one, two].map(|ratio| ratio.under.checked_div(common));
         let over = one.over.checked_mul(b?)?;
         let over = over.checked_add(two.over.checked_mul(a?)?)?;
         Some(Self::new(over, a?.checked_mul(two.under)?))

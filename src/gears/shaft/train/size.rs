@@ -47,9 +47,9 @@ impl TrainShaft {
         let near = 1e-9 * self.length();
         let mut stretches = Vec::new();
         let mut end = 0.0;
-        for (section, own) in self.sections.iter().enumerate() {
+        for (section, shaft_section) in self.sections.iter().enumerate() {
             let start = end;
-            end = start + own.length;
+            end = start + shaft_section.length;
             let inside = |at: &&f64| start + near < **at && **at < end - near;
             let mut stations: Vec<f64> = places.iter().filter(inside).copied().collect();
             stations.push(end);
@@ -63,14 +63,14 @@ impl TrainShaft {
                 let apart = known
                     .map(|other| (at - other).abs())
                     .fold(f64::INFINITY, f64::min);
-                if inside(&&at) && apart > SLIVER * own.outer {
+                if inside(&&at) && apart > SLIVER * shaft_section.outer {
                     stations.push(at);
                 }
             }
             stations.sort_by(f64::total_cmp);
             let mut from = start;
             for to in stations {
-                let outer = self.outer_at(own, 0.5 * (from + to));
+                let outer = self.outer_at(shaft_section, 0.5 * (from + to));
                 let elements = (to - from) / self.longest_element(section, outer);
                 stretches.push(ElementRun {
                     section,
@@ -93,7 +93,7 @@ impl TrainDrive {
     /// [`TrainError::TooFine`], [`TrainError::OffShaft`].
     pub(super) fn check_size(&self) -> Result<(), TrainError> {
         let mut elements = 0.0;
-        let of_housing = (self.housing.as_ref()).map_or(0, |own| own.housing.freedoms());
+        let of_housing = (self.housing.as_ref()).map_or(0, |joined| joined.housing.freedoms());
         let mut freedoms = NODE_FREEDOMS * self.loose_gears().count() as f64 + of_housing as f64;
         let mut finest = ([0; 2], 0.0);
         for (index, shaft) in self.shafts.iter().enumerate() {
@@ -105,14 +105,14 @@ impl TrainDrive {
             for stretch in shaft.stretches(&self.places(index)?) {
                 of_section[stretch.section] += stretch.elements;
             }
-            for (section, &own) in of_section.iter().enumerate() {
-                if own > finest.1 {
-                    finest = ([index, section], own);
+            for (section, &count) in of_section.iter().enumerate() {
+                if count > finest.1 {
+                    finest = ([index, section], count);
                 }
             }
-            let own: f64 = of_section.iter().sum();
-            elements += own;
-            freedoms += of_node * (own + 1.0);
+            let total: f64 = of_section.iter().sum();
+            elements += total;
+            freedoms += of_node * (total + 1.0);
         }
         // Written so that a NaN is rejected.
         if freedoms <= MOST_FREEDOMS && elements <= MOST_ELEMENTS {

@@ -137,7 +137,7 @@ impl TrainDrive {
         if self
             .housing
             .as_ref()
-            .is_some_and(|own| own.housing.floats())
+            .is_some_and(|joined| joined.housing.floats())
         {
             return TrainError::FloatingHousing.into();
         }
@@ -159,9 +159,9 @@ impl TrainDrive {
         let mut worst = (0.0, None);
         for (name, node, on) in shafts.chain(loose) {
             for (freedom, direction, key) in HELD {
-                let own = [(node, freedom, 1.0)];
+                let terms = [(node, freedom, 1.0)];
                 let against: Terms = on.map(|node| (node, freedom, -1.0)).into_iter().collect();
-                let place = matrices.functional(&[&own[..], &against].concat());
+                let place = matrices.functional(&[&terms[..], &against].concat());
                 let moved = rigid.participation(&place);
                 let inertia: f64 = (place.iter().enumerate())
                     .map(|(row, part)| part * part * matrices.mass[(row, row)])
@@ -447,8 +447,8 @@ impl TrainDrive {
         }
         for (number, coupling) in self.couplings.iter().enumerate() {
             let twist = solved.contact(&self.twist(number, layout, assembled));
-            for own in &coupling.hysteresis {
-                let parts = StructureContact::slider("", &twist, own.stiffness, own.limit);
+            for element in &coupling.hysteresis {
+                let parts = StructureContact::slider("", &twist, element.stiffness, element.limit);
                 contacts.extend(parts.map(|part| StructureContact {
                     name: name(),
                     ..part
@@ -476,7 +476,10 @@ fn release_neutral(structure: &mut ModalStructure) {
         return;
     }
     let modes = structure.modes();
-    let gyroscopic = structure.coupling.iter_mut().map(|own| &mut own.gyroscopic);
+    let gyroscopic = structure
+        .coupling
+        .iter_mut()
+        .map(|coupling| &mut coupling.gyroscopic);
     for matrix in gyroscopic.chain([&mut structure.frame.stiffness]) {
         for (place, entry) in matrix.iter_mut().enumerate() {
             if place / modes == 0 || place % modes == 0 {

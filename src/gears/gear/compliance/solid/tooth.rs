@@ -138,8 +138,8 @@ impl SolidTooth {
         linalg::solve_upper(&root, &mut inverse);
         for (i, &row) in rows.iter().enumerate() {
             for (j, &column) in rows.iter().enumerate() {
-                let own = if i == j { 1.0 } else { 0.0 };
-                self.stiffness[(row, column)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) - own;
+                let unit = if i == j { 1.0 } else { 0.0 };
+                self.stiffness[(row, column)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) - unit;
             }
         }
         for index in 0..forces.len() {
