@@ -62,7 +62,7 @@ impl Bounds {
             .filter_map(|line| {
                 let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
                 let mut segments = cycles.flat_map(|cycle| &cycle.segments);
-                let segment = *segments.find(|own| model.line(own) == line)?;
+                let segment = *segments.find(|segment| model.line(segment) == line)?;
                 let gap = model.gap_on(line);
                 let at_rest = model.deflection_on(&segment, 0, &rest.state, 0.0).0;
                 let unit = gap.max(at_rest.abs());
@@ -79,10 +79,9 @@ impl Bounds {
             let deflection = model.deflection_on(&line.segment, 0, state, 0.0).0;
             (deflection.abs() / line.unit, number)
         });
-        lines.fold(
-            (0.0, 0),
-            |most, own| if own.0 > most.0 { own } else { most },
-        )
+        lines.fold((0.0, 0), |most, candidate| {
+            if candidate.0 > most.0 { candidate } else { most }
+        })
     }
 
     /// The growth, if states at the starts of successive mesh cycles, oldest first, grow without bound.
@@ -107,9 +106,9 @@ impl Bounds {
             } else {
                 continue;
             };
-            let own = self.largest_deflection(model, state);
-            if own.0 > most.0 {
-                *most = own;
+            let largest = self.largest_deflection(model, state);
+            if largest.0 > most.0 {
+                *most = largest;
             }
         }
         let (first, (last, line)) = (first.0, last);

@@ -70,7 +70,7 @@ impl Frequencies {
             model.blocks.iter().map(of_block).collect()
         } else {
             let stuck = closed_modes(model, ActiveSet::FREE).unwrap_or_default();
-            stuck.into_iter().map(|own| own.mode).collect()
+            stuck.into_iter().map(|natural| natural.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         // Rigid stops and dry friction have no stiffness. Contacts that soften have no positive mean stiffness.

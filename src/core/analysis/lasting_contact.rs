@@ -267,10 +267,12 @@ impl Observer for MarginObserver<'_, '_> {
 
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
-        let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
+        let has_other_direction =
+            |index: usize| window.segments[index].direction != window.segments[0].direction;
         // A window has no deflection of an open contact on another line: the blocks' motion gives it.
-        let needs_motion = (0..model.contacts.len())
-            .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
+        let needs_motion = (0..model.contacts.len()).any(|index| {
+            has_other_direction(index) && !window.closed.iter().any(|c| c.contact == index)
+        });
         let motion = needs_motion.then(|| self.motion.on(window));
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
@@ -299,7 +301,7 @@ impl Observer for MarginObserver<'_, '_> {
             };
             let (series, errors) = match (closed, &motion) {
                 (Some(closed), _) => (padded(closed.deflection), false),
-                (None, Some(motion)) if own(index) => {
+                (None, Some(motion)) if has_other_direction(index) => {
                     let gains = model.gains(segment).iter().map(|gain| gain.deflection);
                     (motion.combination(gains.enumerate()), true)
                 }

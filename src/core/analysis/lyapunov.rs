@@ -115,8 +115,8 @@ impl TangentGrowth {
             for j in 0..i {
                 let along = norm.product(self.tangents.vector(j), self.tangents.vector(i));
                 record(along);
-                let (other, own) = self.tangents.pair_mut(j, i);
-                for (x, y) in own.iter_mut().zip(other) {
+                let (other, tangent) = self.tangents.pair_mut(j, i);
+                for (x, y) in tangent.iter_mut().zip(other) {
                     *x -= along * y;
                 }
             }

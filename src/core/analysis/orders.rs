@@ -201,8 +201,8 @@ impl Orders {
         other.finish();
         self.cycle = self.cycle.or(other.cycle);
         // The centres may differ: a constant has no lines over whole periods.
-        for (family, own) in self.families.iter_mut().zip(&other.families) {
-            family.stretches.append(&own.stretches);
+        for (family, other_family) in self.families.iter_mut().zip(&other.families) {
+            family.stretches.append(&other_family.stretches);
         }
     }
 

@@ -53,17 +53,17 @@ impl OutputWeights {
     }
 
     fn of(model: &Model, output: &Output) -> Self {
-        let own = &output.gain;
+        let coefficients = &output.gain;
         if !output.quantity.is_rate() {
             return Self {
-                gain: own.clone(),
+                gain: coefficients.clone(),
                 constant: 0.0,
                 by_force: Vec::new(),
                 by_ripple: Vec::new(),
             };
         }
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let rate = own.iter().zip(&model.blocks).map(|(&c, block)| {
+        let rate = coefficients.iter().zip(&model.blocks).map(|(&c, block)| {
             let [first, second] = block.generator;
             [
                 c[0] * first[0] + c[1] * second[0],
@@ -72,13 +72,17 @@ impl OutputWeights {
         });
         let by_force = model.directions.iter().map(|direction| {
             let inputs = direction.gains.iter().map(|gain| gain.mesh_input);
-            -own.iter().zip(inputs).map(|(&c, g)| dot(c, g)).sum::<f64>()
+            -coefficients
+                .iter()
+                .zip(inputs)
+                .map(|(&c, g)| dot(c, g))
+                .sum::<f64>()
         });
         let by_ripple = model.ripple.iter().map(|ripple| {
-            let inputs = own.iter().zip(&ripple.input);
+            let inputs = coefficients.iter().zip(&ripple.input);
             inputs.map(|(&c, &r)| dot(c, r)).sum::<f64>()
         });
-        let constant = own.iter().zip(&model.blocks);
+        let constant = coefficients.iter().zip(&model.blocks);
         Self {
             gain: rate.collect(),
             constant: constant.map(|(&c, block)| dot(c, block.static_input)).sum(),
@@ -204,9 +208,9 @@ impl Outputs {
     pub fn rebuild(&mut self, window: &Window<'_>) -> &[Series] {
         let modal = self.motion.on(window);
         let (places, meshes) = self.series.split_at_mut(self.weights.len());
-        for (own, series) in self.meshes.iter().zip(meshes.chunks_exact_mut(2)) {
-            series[0] = deflection(own, window, &modal);
-            series[1] = force(own, window);
+        for (mesh, series) in self.meshes.iter().zip(meshes.chunks_exact_mut(2)) {
+            series[0] = deflection(mesh, window, &modal);
+            series[1] = force(mesh, window);
         }
         for (series, weights) in places.iter_mut().zip(&self.weights) {
             series.fill(0.0);
@@ -340,7 +344,7 @@ impl Outputs {
 /// Deflection of a mesh along the line of its drive flank.
 fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) -> Series {
     let [drive, _] = mesh.flanks;
-    let shown = window.closed.iter().find(|own| own.contact == drive);
+    let shown = window.closed.iter().find(|closed| closed.contact == drive);
     match shown {
         _ if drive == DRIVE_FLANK => padded(window.deflection),
         Some(closed) => padded(closed.deflection),

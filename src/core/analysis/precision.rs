@@ -252,7 +252,9 @@ pub fn loosest(
     let sine = |signal: &str| match signal {
         "deflection" => deflection.sine(),
         "force" => force.sine(),
-        _ => (outputs.iter().find(|(name, _)| *name == signal)).map_or(0.0, |(_, own)| own.sine()),
+        _ => {
+            (outputs.iter().find(|(name, _)| *name == signal)).map_or(0.0, |(_, size)| size.sine())
+        }
     };
     for spectrum in spectra {
         let scale = sine(&spectrum.signal);
@@ -261,10 +263,14 @@ pub fn loosest(
         let name = format!("the spectrum of {}", spectrum.signal);
         search.take(&name, errors.fold(0.0, f64::max), scale);
     }
-    for own in orders {
-        let scale = sine(&own.signal);
-        let name = format!("an order of {}", own.signal);
-        for line in own.lines.iter().filter(|line| line.amplitude > 0.0) {
+    for signal_orders in orders {
+        let scale = sine(&signal_orders.signal);
+        let name = format!("an order of {}", signal_orders.signal);
+        for line in signal_orders
+            .lines
+            .iter()
+            .filter(|line| line.amplitude > 0.0)
+        {
             let across = line
                 .phase_stderr
                 .map_or(f64::INFINITY, |e| e * line.amplitude);

@@ -28,16 +28,17 @@ enum Place {
 impl Signal {
     /// The `requested` signals that a model has, if the outputs in `computed` are available.
     pub fn requested(model: &Model, requested: Signals, computed: Signals) -> Vec<Self> {
-        let own = |name: &str, unit, place| Self {
+        let signal = |name: &str, unit, place| Self {
             name: name.to_owned(),
             unit,
             place,
         };
-        let deflection = (requested.deflection).then(|| own("deflection", "m", Place::Deflection));
-        let force = (requested.force).then(|| own("force", "N", Place::Force));
+        let deflection =
+            (requested.deflection).then(|| signal("deflection", "m", Place::Deflection));
+        let force = (requested.force).then(|| signal("force", "N", Place::Force));
         let outputs = (named(model, computed).enumerate())
             .filter(|(_, (_, quantity))| requested.has(*quantity))
-            .map(|(index, (name, quantity))| own(&name, quantity.unit(), Place::Output(index)));
+            .map(|(index, (name, quantity))| signal(&name, quantity.unit(), Place::Output(index)));
         (deflection.into_iter().chain(force).chain(outputs)).collect()
     }
 

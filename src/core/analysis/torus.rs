@@ -84,8 +84,8 @@ fn rotation(strobe: &[f64]) -> Option<f64> {
     };
     let means: Vec<f64> = (0..curves)
         .map(|first| {
-            let own: Vec<f64> = strobe.iter().skip(first).step_by(curves).copied().collect();
-            birkhoff::mean(&own)
+            let values: Vec<f64> = strobe.iter().skip(first).step_by(curves).copied().collect();
+            birkhoff::mean(&values)
         })
         .collect();
     let rest = strobe.iter().zip(means.iter().cycle());

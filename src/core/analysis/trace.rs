@@ -241,7 +241,7 @@ impl<S: TraceSink> Recorder<'_, S> {
         if let Some(outputs) = &mut self.outputs {
             let series = outputs.rebuild(window);
             for (sample, (_, x)) in samples.iter_mut().zip(&places) {
-                sample.outputs = series.iter().map(|own| evaluate(own, *x)).collect();
+                sample.outputs = series.iter().map(|signal| evaluate(signal, *x)).collect();
             }
         }
         samples

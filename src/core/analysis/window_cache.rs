@@ -63,7 +63,7 @@ impl<T> WindowCache<T> {
         let any = |lengths: &[f64; 32]| {
             lengths
                 .iter()
-                .fold(false, |any, own| any | (*own == length))
+                .fold(false, |any, recent| any | (*recent == length))
         };
         self.recent.as_chunks().0.iter().any(any)
     }

@@ -62,12 +62,15 @@ impl Window<'_> {
     /// contacts before index `springs`.
     pub(super) fn show<const P: usize, O: Observer>(&self, springs: usize, observer: &mut O) {
         let mut sum = [0.0; P];
-        let of_mesh = self.closed.iter().filter(|own| own.contact < springs);
+        let of_mesh = self
+            .closed
+            .iter()
+            .filter(|contact| contact.contact < springs);
         let force = match (of_mesh.clone().next(), of_mesh.clone().nth(1)) {
             (Some(only), None) => only.force,
             _ => {
-                for own in of_mesh {
-                    for (sum, f) in sum.iter_mut().zip(own.force) {
+                for contact in of_mesh {
+                    for (sum, f) in sum.iter_mut().zip(contact.force) {
                         *sum += f;
                     }
                 }

@@ -353,7 +353,10 @@ fn advance(
             .iter()
             .any(|known| known.is(bifurcation, span))
     };
-    if found.iter().any(|own| again(own) || began(own)) {
+    if found
+        .iter()
+        .any(|bifurcation| again(bifurcation) || began(bifurcation))
+    {
         return Err(End::Corner);
     }
     Ok(AcceptedStep {
@@ -403,7 +406,8 @@ fn take(
     } = next;
     let last = half_branch.orbits.len() - 1;
     let s = half_branch.lengths[last];
-    let home = (found.iter()).find_map(|own| Some((own.merges()?, own.clone())));
+    let home =
+        (found.iter()).find_map(|bifurcation| Some((bifurcation.merges()?, bifurcation.clone())));
     if let Some((period, merging)) = &home
         && merging.orbit.period == *period
         && let Ok(end) = merging.orbit.doubled(map)
@@ -416,7 +420,7 @@ fn take(
         let turns =
             |bifurcation: &Bifurcation| matches!(bifurcation.kind, Kind::Fold | Kind::BranchPoint);
         found = between(map, span, &knots, true).unwrap_or_default();
-        found.retain(|own| !turns(own) && own.merges().is_none());
+        found.retain(|bifurcation| !turns(bifurcation) && bifurcation.merges().is_none());
         let mut merging = merging.clone();
         merging.length = knots[1].0;
         found.push(merging);
@@ -424,7 +428,7 @@ fn take(
         let near = knots[1].0 - 2.0 * HOMECOMING;
         half_branch
             .bifurcations
-            .retain(|own| !(turns(own) && own.length > near));
+            .retain(|bifurcation| !(turns(bifurcation) && bifurcation.length > near));
         orbit = end;
     }
     half_branch
@@ -433,9 +437,9 @@ fn take(
     half_branch.orbits.push(orbit);
     half_branch
         .bifurcations
-        .extend(found.into_iter().map(|mut own| {
-            own.after = last;
-            own
+        .extend(found.into_iter().map(|mut bifurcation| {
+            bifurcation.after = last;
+            bifurcation
         }));
     match home {
         Some((period, _)) => Some(End::Merged { period }),

@@ -102,7 +102,7 @@ pub fn follow(
     start: &Bifurcation,
 ) -> Option<Curve> {
     CurveFunction::new(&start.kind, &start.orbit)?;
-    let own = CurvePoint {
+    let start_point = CurvePoint {
         orbit: start.orbit.clone(),
         note: None,
     };
@@ -110,10 +110,11 @@ pub fn follow(
     let mut both = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
-        let (back, first) = follow_one_direction(map, plane, &start.kind, &own, towards(-1.0));
+        let (back, first) =
+            follow_one_direction(map, plane, &start.kind, &start_point, towards(-1.0));
         let (ahead, last) = match first {
             "closed" => (Vec::new(), first),
-            _ => follow_one_direction(map, plane, &start.kind, &own, towards(1.0)),
+            _ => follow_one_direction(map, plane, &start.kind, &start_point, towards(1.0)),
         };
         let found = back.len() + ahead.len();
         both = Some((back, ahead, [first, last]));
@@ -123,7 +124,7 @@ pub fn follow(
     }
     let (mut back, ahead, [first, last]) = both?;
     back.reverse();
-    back.push(own);
+    back.push(start_point);
     back.extend(ahead);
     Some(Curve {
         kind: start.kind,
@@ -323,18 +324,18 @@ fn extrapolated(
     if used > 1 {
         place[free] = 0.0;
     }
-    for (i, own) in known[..used].iter().enumerate() {
+    for (i, point) in known[..used].iter().enumerate() {
         let others = (0..used)
             .filter(|&j| j != i)
             .map(|j| known[j].at[fixed_axis]);
         let weight: f64 = others
-            .map(|other| (target[fixed_axis] - other) / (own.at[fixed_axis] - other))
+            .map(|other| (target[fixed_axis] - other) / (point.at[fixed_axis] - other))
             .product();
-        for (sum, value) in u.iter_mut().zip(&own.u) {
+        for (sum, value) in u.iter_mut().zip(&point.u) {
             *sum += weight * value;
         }
         if used > 1 {
-            place[free] += weight * own.at[free];
+            place[free] += weight * point.at[free];
         }
     }
     (u, place)

@@ -160,14 +160,14 @@ pub fn explore<F: ParametricDrive>(
 fn report_lost_branches(out: &mut Branches, span: &Span) {
     for branch in 0..out.all.len() {
         for number in 0..out.all[branch].1.bifurcations.len() {
-            let own = &out.all[branch].1.bifurcations[number];
-            let Some(Unfollowed::Lost { period, .. }) = own.lost else {
+            let bifurcation = &out.all[branch].1.bifurcations[number];
+            let Some(Unfollowed::Lost { period, .. }) = bifurcation.lost else {
                 continue;
             };
-            if is_end(out, span, own, period) {
+            if is_end(out, span, bifurcation, period) {
                 out.all[branch].1.bifurcations[number].lost = None;
-            } else if let Some(lost) = &own.lost {
-                let message = format!("at {}: {lost}", own.orbit.at[span.axis]);
+            } else if let Some(lost) = &bifurcation.lost {
+                let message = format!("at {}: {lost}", bifurcation.orbit.at[span.axis]);
                 out.failures.push(message);
             }
         }

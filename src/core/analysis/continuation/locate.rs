@@ -76,7 +76,7 @@ impl Located {
             }
         });
         let mut runs = (self.sides.iter().zip(&chords)).map(|(orbit, chord)| {
-            tangent(map, span, orbit).is_ok_and(|own| own.cosine(chord) > 0.0)
+            tangent(map, span, orbit).is_ok_and(|direction| direction.cosine(chord) > 0.0)
         });
         runs.next() != runs.next()
     }

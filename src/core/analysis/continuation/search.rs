@@ -74,8 +74,8 @@ pub fn take(
     let shorter = (1..period).filter(|d| period.is_multiple_of(*d) && d.is_multiple_of(unit));
     for cycles in shorter {
         if length(&orbit.offset(cycles)) < SAME_POINT * orbit.size() {
-            if let Ok(own) = find(map, &orbit.u, at, cycles, &OrbitCondition::Parameters) {
-                orbit = own;
+            if let Ok(refined) = find(map, &orbit.u, at, cycles, &OrbitCondition::Parameters) {
+                orbit = refined;
             }
             break;
         }

@@ -40,13 +40,13 @@ pub fn branches(
         Kind::BranchPoint => (1.0, &[1.0, -1.0][..]),
         _ => return Vec::new(),
     };
-    let own = &at.orbit;
-    let Some(critical) = eigenpair(own.monodromy.as_ref(), Complex64::new(wanted, 0.0)) else {
+    let orbit = &at.orbit;
+    let Some(critical) = eigenpair(orbit.monodromy.as_ref(), Complex64::new(wanted, 0.0)) else {
         return vec![Err(NoBranch::NoDirection { wanted })];
     };
     let here = match at.kind {
-        Kind::PeriodDoubling => own.doubled(map),
-        _ => Ok(own.clone()),
+        Kind::PeriodDoubling => orbit.doubled(map),
+        _ => Ok(orbit.clone()),
     };
     let here = match here {
         Ok(here) => here,

@@ -66,9 +66,9 @@ impl Touches {
                 .or_default()
                 .push(extreme.depth > 0.0);
         }
-        let changes = |own: &Vec<bool>| {
-            (0..own.len())
-                .filter(|&i| own[i] != own[(i + 1) % own.len()])
+        let changes = |states: &Vec<bool>| {
+            (0..states.len())
+                .filter(|&i| states[i] != states[(i + 1) % states.len()])
                 .count()
         };
         closed.values().map(changes).sum()
@@ -78,8 +78,8 @@ impl Touches {
     pub fn swing(&self) -> f64 {
         let mut bounds: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for extreme in &self.extremes {
-            let own = bounds.entry(extreme.contact).or_insert([extreme.depth; 2]);
-            *own = [own[0].min(extreme.depth), own[1].max(extreme.depth)];
+            let range = bounds.entry(extreme.contact).or_insert([extreme.depth; 2]);
+            *range = [range[0].min(extreme.depth), range[1].max(extreme.depth)];
         }
         let swings = bounds.values().map(|[low, high]| 0.5 * (high - low));
         swings.fold(0.0, f64::max)
@@ -163,7 +163,7 @@ impl<'m> TouchObserver<'m> {
 
     /// The depth of a contact over a window \[m\].
     pub(super) fn depth(&mut self, contact: usize, window: &Window<'_>) -> Series {
-        let own = &self.model.contacts[contact];
+        let contact_data = &self.model.contacts[contact];
         let segment = &window.segments[contact];
         let line = self.model.line(segment);
         let shown = window
@@ -181,15 +181,18 @@ impl<'m> TouchObserver<'m> {
             motion.on(window).along(segment.direction)
         };
         for a in &mut out {
-            *a *= own.side;
+            *a *= contact_data.side;
         }
         if segment.error.is_none() {
-            out[0] -= own.half_gap;
+            out[0] -= contact_data.half_gap;
             return out;
         }
         let time = |x: f64| window.start + 0.5 * window.duration * (1.0 + x);
-        let gap = transforms24()
-            .interpolate(&transforms24().nodes().map(|x| own.gap(segment, time(x))[0]));
+        let gap = transforms24().interpolate(
+            &transforms24()
+                .nodes()
+                .map(|x| contact_data.gap(segment, time(x))[0]),
+        );
         std::array::from_fn(|n| out[n] - gap[n])
     }
 }

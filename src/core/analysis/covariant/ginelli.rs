@@ -55,11 +55,11 @@ impl Coefficients {
         for (i, growth) in growth.iter_mut().enumerate().take(self.vectors) {
             let c = &mut self.packed[column(i)..column(i + 1)];
             for row in (0..=i).rev() {
-                let (above, own) = c.split_at_mut(row);
+                let (above, diagonal) = c.split_at_mut(row);
                 let r = &factor[column(row)..column(row + 1)];
-                own[0] /= r[row];
+                diagonal[0] /= r[row];
                 for (x, r) in above.iter_mut().zip(r) {
-                    *x -= own[0] * r;
+                    *x -= diagonal[0] * r;
                 }
             }
             *growth = -normalise(c).ln();
@@ -74,22 +74,22 @@ impl Coefficients {
         // is the sine of its angle to this space.
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(stable);
         for i in m - stable..m {
-            let mut own = self.vector(i).to_vec();
-            own.resize(m, 0.0);
+            let mut vector = self.vector(i).to_vec();
+            vector.resize(m, 0.0);
             // Orthogonalise twice: one pass leaves large residues if the vectors are nearly parallel.
             for _ in 0..2 {
                 for other in &basis {
-                    let along: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
-                    for (a, b) in own.iter_mut().zip(other) {
+                    let along: f64 = vector.iter().zip(other).map(|(a, b)| a * b).sum();
+                    for (a, b) in vector.iter_mut().zip(other) {
                         *a -= along * b;
                     }
                 }
             }
-            let length = normalise(&mut own);
+            let length = normalise(&mut vector);
             if length.is_nan() || length <= 0.0 {
                 return None;
             }
-            basis.push(own);
+            basis.push(vector);
         }
         let outside = Mat::from_fn(m - unstable, stable, |row, i| basis[i][unstable + row]);
         let square = match stable {

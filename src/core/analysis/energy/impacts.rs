@@ -16,7 +16,7 @@ impl Balance<'_> {
             let impulse = (1.0 + stop.restitution) * event.rate / push;
             let rests = rests.into_iter().chain([(stop.constraint(), 1.0)]);
             self.struck
-                .extend(rests.map(|(own, share)| (own.direction, share * impulse)));
+                .extend(rests.map(|(constraint, share)| (constraint.direction, share * impulse)));
         }
     }
 

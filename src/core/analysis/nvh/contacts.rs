@@ -32,7 +32,7 @@ impl Contacts {
         Self {
             period: model.period(),
             releases: (model.contacts.iter().enumerate())
-                .map(|(contact, own)| (!behind(contact)).then_some(own.release))
+                .map(|(contact, contact_data)| (!behind(contact)).then_some(contact_data.release))
                 .collect(),
             first: None,
             last: None,

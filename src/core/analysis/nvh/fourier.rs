@@ -62,10 +62,10 @@ impl Fourier {
             None => ((index - SUBORDERS + 1) as f64, 0.0),
         };
         let eight = |first: usize| -> FrequencyGroup {
-            let own: [(f64, f64); LANES] = std::array::from_fn(|i| frequency(first + i));
+            let lanes: [(f64, f64); LANES] = std::array::from_fn(|i| frequency(first + i));
             FrequencyGroup {
-                orders: Lanes(own.map(|(order, _)| order)),
-                fractions: Lanes(own.map(|(_, fraction)| fraction)),
+                orders: Lanes(lanes.map(|(order, _)| order)),
+                fractions: Lanes(lanes.map(|(_, fraction)| fraction)),
             }
         };
         Self {
@@ -107,18 +107,18 @@ impl Fourier {
             None
         } else {
             self.known.get_or_insert_recurring(tau, || {
-                let mut own = vec![[Lanes::ZERO; TERMS]; frequencies.len()];
-                lanes::integrate(set, frequencies, &stretch, &mut own);
-                own.into()
+                let mut window_integrals = vec![[Lanes::ZERO; TERMS]; frequencies.len()];
+                lanes::integrate(set, frequencies, &stretch, &mut window_integrals);
+                window_integrals.into()
             })
         };
         let sums = &mut self.sums;
         if let Some(known) = known {
             lanes::add_by_terms(set, frequencies, known, series, &stretch, sums);
         } else if many || turned > rule.widest_turn {
-            for (own, sums) in frequencies.chunks_exact(2).zip(sums.chunks_exact_mut(2)) {
+            for (group, sums) in frequencies.chunks_exact(2).zip(sums.chunks_exact_mut(2)) {
                 let mut integrals = [[Lanes::ZERO; TERMS]; 2];
-                lanes::integrate(set, own, &stretch, &mut integrals);
+                lanes::integrate(set, group, &stretch, &mut integrals);
                 lanes::add_by_terms(set, own, &integrals, series, &stretch, sums);
             }
         } else {

@@ -215,14 +215,14 @@ fn product<V: Vector>(a: [V; 2], b: [V; 2]) -> [V; 2] {
 /// Adds integrals about a window's middle, times `e^{−iφ}` with φ the middle's phase.
 #[inline(always)]
 fn add_turned<V: Vector>(
-    own: &FrequencyGroup,
+    group: &FrequencyGroup,
     stretch: &WindowPhase,
     value: [V; 2],
     sum: &mut Complex,
 ) {
-    let before = V::read(&own.fractions.0).times(V::splat(stretch.before));
+    let before = V::read(&group.fractions.0).times(V::splat(stretch.before));
     let cycles = before.plus(V::splat(stretch.middle));
-    let [cos, sin] = turn(V::read(&own.orders.0).times(cycles));
+    let [cos, sin] = turn(V::read(&group.orders.0).times(cycles));
     let turned = product([cos, sin.times(V::splat(-1.0))], value);
     for (sum, value) in sum.iter_mut().zip(turned) {
         *sum = V::read(&sum.0).plus(value).lanes();
@@ -237,7 +237,7 @@ fn add_by_terms_body<V: Vector>(
     stretch: &WindowPhase,
     sums: &mut [Complex],
 ) {
-    for ((own, integrals), sum) in frequencies.iter().zip(integrals).zip(sums) {
+    for ((group, integrals), sum) in frequencies.iter().zip(integrals).zip(sums) {
         // Four chains of sums, because a single one would wait for every addition.
         let mut value = [[V::zero(); 2]; 2];
         for (half, (terms, rows)) in
@@ -251,7 +251,7 @@ fn add_by_terms_body<V: Vector>(
         }
         let [first, second] = value;
         let value = [first[0].plus(second[0]), first[1].plus(second[1])];
-        add_turned(own, stretch, value, sum);
+        add_turned(group, stretch, value, sum);
     }
 }
 
@@ -331,7 +331,7 @@ fn add_by_nodes_of<V: Vector, const G: usize>(
         two_dozens,
         z,
     ];
-    for (eight, (own, sum)) in frequencies.iter().zip(sums).enumerate() {
+    for (eight, (group, sum)) in frequencies.iter().zip(sums).enumerate() {
         let mut found = [[V::zero(); LANES]; 2];
         for lane in 0..LANES {
             let z = match eight {
@@ -350,7 +350,7 @@ fn add_by_nodes_of<V: Vector, const G: usize>(
             }
         }
         let value = [V::sums(found[0]), V::sums(found[1])];
-        add_turned(own, stretch, value, sum);
+        add_turned(group, stretch, value, sum);
     }
 }
 
@@ -371,8 +371,8 @@ fn integrate_body<V: Vector>(
 ) {
     for (pair, out) in frequencies.chunks_exact(2).zip(out.chunks_exact_mut(2)) {
         let (mut x, mut cos, mut sin) = ([0.0; SIXTEEN], [0.0; SIXTEEN], [0.0; SIXTEEN]);
-        for (half, own) in pair.iter().enumerate() {
-            let turns = V::read(&own.orders.0).times(V::splat(0.5 * stretch.cycles));
+        for (half, group) in pair.iter().enumerate() {
+            let turns = V::read(&group.orders.0).times(V::splat(0.5 * stretch.cycles));
             let at = half * LANES;
             turns
                 .times(V::splat(std::f64::consts::TAU))

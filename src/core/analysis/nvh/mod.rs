@@ -72,13 +72,13 @@ impl Nvh {
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let set = InstructionSet::best();
         let places: Vec<(usize, f64)> = (model.contacts.iter().enumerate())
-            .map(|(contact, own)| {
+            .map(|(contact, contact_data)| {
                 if model.of_mesh(contact) {
-                    (usize::from(own.side < 0.0), own.side)
+                    (usize::from(contact_data.side < 0.0), contact_data.side)
                 } else {
                     // The spring of a slider has no side.
-                    let has_force = matches!(own.release, Release::Stick | Release::Grip);
-                    let side = if has_force { 1.0 } else { own.side };
+                    let has_force = matches!(contact_data.release, Release::Stick | Release::Grip);
+                    let side = if has_force { 1.0 } else { contact_data.side };
                     (contact - model.flank_springs + FLANKS, side)
                 }
             })
@@ -275,11 +275,11 @@ impl Nvh {
 
     /// These statistics with the last cycle counted.
     fn finished(&self) -> Cow<'_, Self> {
-        let mut own = Cow::Borrowed(self);
+        let mut nvh = Cow::Borrowed(self);
         if self.open {
-            own.to_mut().finish();
+            nvh.to_mut().finish();
         }
-        own
+        nvh
     }
 
     /// Ends a mesh cycle.
@@ -339,8 +339,8 @@ impl Observer for Nvh {
         sums.time += tau;
         let flanks = window.contact.flanks();
         sums.times[flanks.index()] += tau;
-        for (own, closed) in sums.contacts.iter_mut().zip(flanks.closed()) {
-            own.closed += if closed { tau } else { 0.0 };
+        for (contact_sums, closed) in sums.contacts.iter_mut().zip(flanks.closed()) {
+            contact_sums.closed += if closed { tau } else { 0.0 };
         }
         let first = (deflection[0] - centre[0]) / half_gap;
         let second = first * first + at_nodes.square() / (half_gap * half_gap);

@@ -152,7 +152,10 @@ impl Peaks {
         if self.present.iter().any(Highest::waits) {
             let [low, high, force] = &self.present;
             let all = [low, high, force, force];
-            let found = peaks(all.map(|own| &own.series), all.map(|own| own.place));
+            let found = peaks(
+                all.map(|record| &record.series),
+                all.map(|record| record.place),
+            );
             for (highest, found) in self.present.iter_mut().zip(found) {
                 if highest.waits() {
                     highest.least = highest.least.max(found);

@@ -207,8 +207,8 @@ impl Rule {
         sizes: Sizes,
     ) -> NodeValues<'a> {
         let mut parts = [Lanes::ZERO; 2 * LONG];
-        let own = &mut parts[..2 * self.groups];
-        let [low, high] = lanes::parts(set, &self.polynomials, series, own);
+        let used_parts = &mut parts[..2 * self.groups];
+        let [low, high] = lanes::parts(set, &self.polynomials, series, used_parts);
         let [start, end] = sizes.ends;
         let range = Range {
             low: low.min(start.min(end)),
@@ -369,7 +369,8 @@ pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
     const MOST_STEPS: usize = 6;
     /// After a step below this part of the window, the value is that of the parabola to round-off.
     const SMALL: f64 = 1e-5;
-    let lanes: [[f64; 4]; TERMS] = std::array::from_fn(|n| series.map(|own| own[n]));
+    let lanes: [[f64; 4]; TERMS] =
+        std::array::from_fn(|n| series.map(|coefficients| coefficients[n]));
     let mut best = [f64::NEG_INFINITY; 4];
     for _ in 0..MOST_STEPS {
         let [values, slopes, curvatures] = evaluate_four(&lanes, &x);

@@ -142,7 +142,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let [force_first, force_square] = sums.force.map(|f| f / sums.time);
     let [impact_speed, impacts] = impact_speed(sums);
     let each = |of: fn(&ContactSums) -> f64| -> Vec<f64> {
-        (sums.contacts.iter().map(|own| of(own) / sums.time)).collect()
+        (sums.contacts.iter().map(|contact| of(contact) / sums.time)).collect()
     };
     NvhOutcome {
         deflection_mean: origin.centre[0] + origin.half_gap * moments[0],
@@ -159,10 +159,10 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         impact_power: 0.5 * origin.effective_mass * sums.impact_square / sums.time,
         rattle_index: impact_speed / sums.time,
         fractions: sums.times.map(|t| t / sums.time),
-        contact_force: each(|own| own.force),
-        contact_fraction: each(|own| own.closed),
-        contact_impact_rate: each(|own| own.impacts),
-        contact_rattle_index: each(|own| own.speed),
+        contact_force: each(|contact| contact.force),
+        contact_fraction: each(|contact| contact.closed),
+        contact_impact_rate: each(|contact| contact.impacts),
+        contact_rattle_index: each(|contact| contact.speed),
         ..NvhOutcome::default()
     }
 }
@@ -307,10 +307,10 @@ pub(super) fn errors(
             ratio(change, variance * variance)
         }),
         harmonics: harmonics.collect(),
-        contact_force: each(|own| own.force),
-        contact_fraction: each(|own| own.closed),
-        contact_impact_rate: each(|own| own.impacts),
-        contact_rattle_index: each(|own| own.speed),
+        contact_force: each(|contact| contact.force),
+        contact_fraction: each(|contact| contact.closed),
+        contact_impact_rate: each(|contact| contact.impacts),
+        contact_rattle_index: each(|contact| contact.speed),
         force_mean: error(&|s| s.force[0]),
         force_std: error(&|s| all.force_std(s)),
         impact_rate: error(&|s| impact_speed(s)[1]),
@@ -330,7 +330,7 @@ pub(super) fn errors(
         let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
         let sense = through(total).signum();
         let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);
-        found.contact_loss = each(|own| own.loss);
+        found.contact_loss = each(|contact| contact.loss);
         losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut found);
     }
     found

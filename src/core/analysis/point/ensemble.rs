@@ -278,7 +278,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let kept_count = exponents
             .iter()
             .position(lost)
-            .map_or(series.len(), |own| own.max(1));
+            .map_or(series.len(), |count| count.max(1));
         exponents.truncate(kept_count);
         errors.truncate(kept_count);
         let twin = all.twin.as_ref().map(Twin::excess);

@@ -79,9 +79,9 @@ impl Recorders {
 
     /// Appends the observations of another trajectory; Poincaré samples remain those of the first.
     pub(super) fn append(&mut self, other: &Self) {
-        fn both<R>(own: &mut Option<R>, behind: &Option<R>, append: fn(&mut R, &R)) {
-            if let (Some(own), Some(behind)) = (own, behind) {
-                append(own, behind);
+        fn both<R>(record: &mut Option<R>, behind: &Option<R>, append: fn(&mut R, &R)) {
+            if let (Some(record), Some(behind)) = (record, behind) {
+                append(record, behind);
             }
         }
         both(&mut self.nvh, &other.nvh, Nvh::append);
@@ -180,12 +180,12 @@ impl Observer for Recorders {
         if self.enough {
             return;
         }
-        (self.nvh.iter_mut()).for_each(|own| own.window(window));
-        (self.outputs.iter_mut()).for_each(|own| own.window(window));
-        (self.power.iter_mut()).for_each(|own| own.window(window));
+        (self.nvh.iter_mut()).for_each(|recorder| recorder.window(window));
+        (self.outputs.iter_mut()).for_each(|recorder| recorder.window(window));
+        (self.power.iter_mut()).for_each(|recorder| recorder.window(window));
         let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
-        (self.spectra.iter_mut()).for_each(|own| own.window(window, outputs));
-        (self.orders.iter_mut()).for_each(|own| own.window(window, outputs));
+        (self.spectra.iter_mut()).for_each(|recorder| recorder.window(window, outputs));
+        (self.orders.iter_mut()).for_each(|recorder| recorder.window(window, outputs));
     }
 
     fn event(&mut self, event: &Event) {

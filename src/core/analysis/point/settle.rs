@@ -179,7 +179,9 @@ impl<K: Kernel> PointRun<'_, K> {
         let Some(exponents) = self.exponents(&turn, &mut end, period)? else {
             return Ok(None);
         };
-        let largest = exponents.first().map_or(f64::NAN, |own| own.value);
+        let largest = exponents
+            .first()
+            .map_or(f64::NAN, |exponent| exponent.value);
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
@@ -249,12 +251,16 @@ impl<K: Kernel> PointRun<'_, K> {
             )?,
             None => None,
         };
-        let largest = exponents.first().map_or(f64::NAN, |own| own.value);
+        let largest = exponents
+            .first()
+            .map_or(f64::NAN, |exponent| exponent.value);
         // Exponents within round-off are the smallest, and are omitted.
         let known = exponents
             .iter()
             .take_while(|exponent| exponent.error.is_finite());
-        let (exponents, errors) = known.map(|own| (own.value, own.error)).unzip();
+        let (exponents, errors) = known
+            .map(|exponent| (exponent.value, exponent.error))
+            .unzip();
         Ok(LyapunovOutcome {
             exponents,
             errors,
@@ -357,9 +363,9 @@ impl<K: Kernel> PointRun<'_, K> {
                 maps.push(self.monodromy(at, 1, &mut Counters::default())?);
             }
             let apart = logarithms(&maps, count, LARGEST_ROUND_OFF).unwrap_or_default();
-            for ((own, blur), apart) in found.iter_mut().zip(&blurs).zip(apart) {
+            for ((logarithm, blur), apart) in found.iter_mut().zip(&blurs).zip(apart) {
                 if blurred(blur) {
-                    *own = Logarithm {
+                    *logarithm = Logarithm {
                         value: apart.value / cycles,
                         error: apart.error / cycles,
                     };

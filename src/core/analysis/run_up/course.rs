@@ -20,13 +20,13 @@ impl LoadLaw {
     /// A law with all loads multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let mut own = self.clone();
-        let (Self::OverTime(course) | Self::OverSpeed(course)) = &mut own;
+        let mut scaled = self.clone();
+        let (Self::OverTime(course) | Self::OverSpeed(course)) = &mut scaled;
         course
             .points
             .iter_mut()
             .for_each(|point| point[1] *= factor);
-        own
+        scaled
     }
 }
 
@@ -118,9 +118,9 @@ fn composed(cubic: [f64; 4], inner: &Course) -> Course {
     let mut sum = Course::default();
     for a in cubic.into_iter().rev() {
         let mut next = Course::default();
-        for (m, own) in inner.iter().enumerate() {
+        for (m, coefficient) in inner.iter().enumerate() {
             for (k, other) in sum.iter().enumerate().take(COURSE_TERMS - m) {
-                next[m + k] += own * other;
+                next[m + k] += coefficient * other;
             }
         }
         next[0] += a;

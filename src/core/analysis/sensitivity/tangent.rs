@@ -98,8 +98,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
                 let contact = &model.contacts[shown.contact];
                 let by = &change.contacts[shown.contact];
                 let segment = window.segments[shown.contact];
-                let own = contact.cycle(cycle).segments.iter();
-                let place = own
+                let segments = contact.cycle(cycle).segments.iter();
+                let place = segments
                     .clone()
                     .position(|s| s.start == segment.start)
                     .unwrap_or(0);
@@ -225,9 +225,9 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
             .iter()
             .zip(&forces)
             .filter(|(c, _)| self.model.of_mesh(c.index));
-        for (_, own) in of_mesh {
+        for (_, series) in of_mesh {
             for m in 0..TERMS {
-                force[m] += own[m];
+                force[m] += series[m];
             }
         }
         let ends = closed
@@ -325,12 +325,12 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
                     }
                 }
             }
-            let mut own = law(&self.along(contact.direction, window, x, free));
+            let mut right_side = law(&self.along(contact.direction, window, x, free));
             let source = self.source(contact, &stiffness, phase, tau);
             for m in 0..TERMS {
-                own[m] += source[m];
+                right_side[m] += source[m];
             }
-            right[i * TERMS..][..TERMS].copy_from_slice(&own);
+            right[i * TERMS..][..TERMS].copy_from_slice(&right_side);
         }
         let solved = solve(system.as_ref(), &right);
         solved.chunks_exact(TERMS).map(padded).collect()

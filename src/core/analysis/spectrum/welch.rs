@@ -148,13 +148,13 @@ impl Welch {
     /// of two trajectories: an unfinished one of the other record is omitted.
     pub fn append(&mut self, other: &Self) {
         // At the boundary of the records, segments do not overlap, so errors are slightly too large.
-        for (record, own) in self.records.iter_mut().zip(&other.records) {
-            let lines = record.power.iter_mut().zip(&own.power);
+        for (record, other_record) in self.records.iter_mut().zip(&other.records) {
+            let lines = record.power.iter_mut().zip(&other_record.power);
             for (sums, values) in lines {
                 sums[0] += values[0];
                 sums[1] += values[1];
             }
-            record.segments += own.segments;
+            record.segments += other_record.segments;
         }
     }
 

@@ -55,7 +55,7 @@ impl<'t> Bases<'t> {
         Ok(Self::All {
             changes: changes.collect(),
             bases: (found.iter().enumerate())
-                .map(|(set, own)| Arc::new(own.basis(set)))
+                .map(|(set, found_basis)| Arc::new(found_basis.basis(set)))
                 .collect(),
         })
     }
@@ -160,8 +160,8 @@ impl<'t> Bases<'t> {
 /// Whether a map has the columns and rows of a unit matrix at both components of a mode.
 fn leaves_alone(map: &[f64], mode: usize, modes: usize) -> bool {
     let padded = padded(modes);
-    let own = [(mode, mode), (modes + mode, padded + mode)];
-    own.into_iter().all(|(place, row)| {
+    let entries = [(mode, mode), (modes + mode, padded + mode)];
+    entries.into_iter().all(|(place, row)| {
         let unit = |of: usize| f64::from(u8::from(of == place));
         let column = &map[2 * padded * place..][..2 * padded];
         (column.iter().enumerate()).all(|(i, x)| *x == f64::from(u8::from(i == row)))

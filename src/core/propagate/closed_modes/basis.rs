@@ -230,7 +230,7 @@ impl FoundBasis {
                 error: f64::INFINITY,
             })?;
         let square = |rows: &[f64]| Mat::from_fn(2 * n, 2 * n, |i, j| rows[2 * n * i + j]);
-        let mut own = Self {
+        let mut new_basis = Self {
             generators: found.generators,
             to_modes: square(&found.to_structure),
             from_modes: square(&found.from_structure),
@@ -238,13 +238,13 @@ impl FoundBasis {
         for i in 0..n {
             stiffness[i * n + i] += frequency[i].powi(2);
         }
-        let error = own.error(&frequency, &damping, &stiffness);
+        let error = new_basis.error(&frequency, &damping, &stiffness);
         if let Some(coupled) = model.basis.coupled() {
-            own.to_modes = square(&coupled.from_modes) * own.to_modes;
-            own.from_modes = own.from_modes * square(&coupled.to_modes);
+            new_basis.to_modes = square(&coupled.from_modes) * new_basis.to_modes;
+            new_basis.from_modes = new_basis.from_modes * square(&coupled.to_modes);
         }
         if error <= LARGEST_ERROR {
-            Ok(own)
+            Ok(new_basis)
         } else {
             Err(TableError::Defective {
                 error,
@@ -275,7 +275,10 @@ impl FoundBasis {
             generator: *generator,
             static_input: [0.0; 2],
         };
-        let rates = self.generators.iter().map(|own| block(own).fastest());
+        let rates = self
+            .generators
+            .iter()
+            .map(|generator| block(generator).fastest());
         // A rotation without other modes has no rate.
         let rate = rates.fold(1.0, f64::max);
         let (t, inverse) = (&self.to_modes, &self.from_modes);
@@ -307,8 +310,8 @@ impl FoundBasis {
                             })
                             .sum::<f64>()
                     };
-                    let own = g[0][part] * column(i, 0) + g[1][part] * column(i, 1);
-                    let off = (moved - own).abs() * unit(i) / (rate * size);
+                    let predicted = g[0][part] * column(i, 0) + g[1][part] * column(i, 1);
+                    let off = (moved - predicted).abs() * unit(i) / (rate * size);
                     worst = worst.max(if off.is_nan() { f64::INFINITY } else { off });
                 }
             }

@@ -80,9 +80,9 @@ pub fn check_block_body<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
 fn is_crossed_first(check: &BlockCheck<'_>, open: u32) -> bool {
     let first = open.trailing_zeros() as usize;
     first < LANES
-        && check.watched.iter().any(|own| {
-            let end = check.line_states[own.line].nodes.0[first];
-            own.open >> first & 1 == 1 && own.value(end) < 0.0
+        && check.watched.iter().any(|watched| {
+            let end = check.line_states[watched.line].nodes.0[first];
+            watched.open >> first & 1 == 1 && watched.value(end) < 0.0
         })
 }
 
@@ -165,20 +165,25 @@ fn open_intervals<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
         };
     }
     let mut any = 0;
-    for own in check.watched.iter_mut() {
-        let line_state = &check.line_states[own.line];
-        let crossed = check.crossed.holds(own.contact);
+    for watched in check.watched.iter_mut() {
+        let line_state = &check.line_states[watched.line];
+        let crossed = check.crossed.holds(watched.contact);
         // For a contact that has just crossed its surface, the first interval is checked by its rate.
         let looked_at = ((1 << check.count) - 1) & !u32::from(crossed);
-        own.open = looked_at & open::<V>(own, line_state, check.step, looked_at);
+        watched.open = looked_at & open::<V>(watched, line_state, check.step, looked_at);
         if crossed {
-            let end = own.value(line_state.nodes.0[0]);
-            let rises = rises(line_state.bounds, check.rates[own.contact], end, check.step);
-            own.open |= u32::from(!rises);
-        } else if own.value(line_state.start) < -line_state.bounds.noise {
-            own.open |= BEYOND;
+            let end = watched.value(line_state.nodes.0[0]);
+            let rises = rises(
+                line_state.bounds,
+                check.rates[watched.contact],
+                end,
+                check.step,
+            );
+            watched.open |= u32::from(!rises);
+        } else if watched.value(line_state.start) < -line_state.bounds.noise {
+            watched.open |= BEYOND;
         }
-        any |= own.open;
+        any |= watched.open;
     }
     any
 }

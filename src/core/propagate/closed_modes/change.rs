@@ -93,21 +93,22 @@ impl ClosedModes<'_> {
         state: usize,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
-        let own = self.slot(w.set);
-        if own.states[contact] == state {
+        let old_slot = self.slot(w.set);
+        if old_slot.states[contact] == state {
             return Ok(());
         }
         let to = self.sets.with(w.set, contact, state);
         let behind = self.enter(to)?;
         // The coordinates of free flight are modes, so the maps of the other system to and from modes
         // suffice.
-        let direct = match (own.basis.to_modes(), behind.basis.of_modes()) {
+        let direct = match (old_slot.basis.to_modes(), behind.basis.of_modes()) {
             (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
             (leads, None) | (None, leads) => leads,
         };
         match direct {
             Some(map) => {
-                let [before, after] = [own, behind].map(|slot| &slot.system.steady.responses[..]);
+                let [before, after] =
+                    [old_slot, behind].map(|slot| &slot.system.steady.responses[..]);
                 self.map(map, [before, after], w);
                 w.set = to;
                 w.bounded = false;

@@ -264,7 +264,7 @@ impl Steady {
                 }
             }
         }
-        let mut own = Self {
+        let mut steady = Self {
             responses: vec![0.0; frequencies.inputs() * 2 * padded],
             drifts: Vec::new(),
         };
@@ -276,11 +276,11 @@ impl Steady {
         for (i, input) in forced(&constant).into_iter().enumerate() {
             let block = basis.block(i);
             if block.natural_frequency() < slowest {
-                own.drifts.push(Drift::new(i, block.generator, input));
+                steady.drifts.push(Drift::new(i, block.generator, input));
                 continue;
             }
             let rest = solve(&block, Complex64::ZERO, input.map(|s| c64(s, 0.0)));
-            let target = &mut own.responses[..2 * padded];
+            let target = &mut steady.responses[..2 * padded];
             (target[i], target[padded + i]) = (rest[0].re, rest[1].re);
         }
         for (h, force) in harmonic.iter().enumerate() {
@@ -290,7 +290,7 @@ impl Steady {
                 let inputs: Vec<[f64; 2]> = force.iter().map(|f| f.each_ref().map(part)).collect();
                 forced(&inputs)
             });
-            let (cos, sin) = own.responses[(1 + 2 * h) * 2 * padded..].split_at_mut(2 * padded);
+            let (cos, sin) = steady.responses[(1 + 2 * h) * 2 * padded..].split_at_mut(2 * padded);
             for i in 0..n {
                 let block = basis.block(i);
                 let input = [0, 1].map(|part| c64(re[i][part], im[i][part]));
@@ -301,7 +301,7 @@ impl Steady {
                 }
             }
         }
-        own
+        steady
     }
 }
 

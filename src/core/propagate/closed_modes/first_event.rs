@@ -72,25 +72,25 @@ impl ClosedModes<'_> {
         counters: &mut Counters,
     ) -> Option<BlockEvent> {
         if open & BEYOND != 0 {
-            let beyond = w.watched.iter().find(|own| own.open & BEYOND != 0);
-            return beyond.map(|own| BlockEvent {
+            let beyond = w.watched.iter().find(|watched| watched.open & BEYOND != 0);
+            return beyond.map(|watched| BlockEvent {
                 time: 0.0,
-                contact: own.contact,
+                contact: watched.contact,
                 on_surface: false,
             });
         }
         for n in (0..count).filter(|n| open >> n & 1 == 1) {
             let mut first: Option<BlockEvent> = None;
             for index in 0..w.watched.len() {
-                let own = w.watched[index];
-                if own.open >> n & 1 == 1
-                    && let Some(time) = self.exit(&own, n, place, rates, w, counters)
+                let watched = w.watched[index];
+                if watched.open >> n & 1 == 1
+                    && let Some(time) = self.exit(&watched, n, place, rates, w, counters)
                     && time <= left
                     && first.is_none_or(|first| time < first.time)
                 {
                     first = Some(BlockEvent {
                         time,
-                        contact: own.contact,
+                        contact: watched.contact,
                         on_surface: true,
                     });
                 }
@@ -105,18 +105,18 @@ impl ClosedModes<'_> {
     /// The first exit of a contact on an interval between nodes.
     fn exit(
         &self,
-        own: &WatchedContact,
+        watched: &WatchedContact,
         interval: usize,
         place: &CyclePosition,
         rates: &Rates,
         w: &mut Workspace,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let line_state = w.line_states[own.line];
-        let crossed = interval == 0 && place.crossed.holds(own.contact);
+        let line_state = w.line_states[watched.line];
+        let crossed = interval == 0 && place.crossed.holds(watched.contact);
         let values: [f64; POINTS] = std::array::from_fn(|k| {
             let before = k.checked_sub(1).map(|node| line_state.nodes.0[node]);
-            own.value(before.unwrap_or(line_state.start))
+            watched.value(before.unwrap_or(line_state.start))
         });
         let [start, end] = [values[interval], values[interval + 1]];
         let start = if crossed { 0.0 } else { start };
@@ -130,10 +130,10 @@ impl ClosedModes<'_> {
             kernel: self,
             system: self.system(w.set),
             w,
-            own,
+            watched,
         };
         if crossed {
-            let rate = rates[own.contact];
+            let rate = rates[watched.contact];
             search::exit_behind(&mut at, line_state.bounds, rate, interval, 0, counters)
         } else {
             search::exit(&mut at, line_state.bounds, interval, 0, counters)
@@ -190,14 +190,14 @@ struct ContactMargin<'a, 'm> {
     kernel: &'a ClosedModes<'m>,
     system: &'a System,
     w: &'a mut Workspace,
-    own: &'a WatchedContact,
+    watched: &'a WatchedContact,
 }
 
 impl search::Margin for ContactMargin<'_, '_> {
     fn at(&mut self, time: f64) -> [f64; 3] {
-        let (kernel, system, own) = (self.kernel, self.system, self.own);
+        let (kernel, system, watched) = (self.kernel, self.system, self.watched);
         let w = &mut *self.w;
-        let view = &system.views[own.line];
+        let view = &system.views[watched.line];
         let parts = SplitTime::new(kernel, system, time);
         let mut values = advance_to(
             kernel.instructions,
@@ -217,9 +217,9 @@ impl search::Margin for ContactMargin<'_, '_> {
         let turns = parts.turns(kernel);
         let driven = (kernel.frequencies).driven(turns, parts.rest, &view.drives, &w.inputs);
         [
-            own.value(values[0] + driven[0]),
-            own.scale * (values[1] + driven[1]),
-            own.scale * (values[2] + driven[2]),
+            watched.value(values[0] + driven[0]),
+            watched.scale * (values[1] + driven[1]),
+            watched.scale * (values[2] + driven[2]),
         ]
     }
 }

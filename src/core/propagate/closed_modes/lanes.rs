@@ -114,11 +114,11 @@ fn shifted_map_body<V: Vector>(
     let count = states.len() / length;
     let mut first = 0;
     while first < count {
-        let (own, out) = (&states[first * length..], &mut out[first * length..]);
+        let (rest, out) = (&states[first * length..], &mut out[first * length..]);
         first += match count - first {
-            4.. if V::WIDE => map_states::<V, 4>(columns, mixed, own, out),
-            2.. if V::WIDE => map_states::<V, 2>(columns, mixed, own, out),
-            _ => map_states::<V, 1>(columns, mixed, own, out),
+            4.. if V::WIDE => map_states::<V, 4>(columns, mixed, rest, out),
+            2.. if V::WIDE => map_states::<V, 2>(columns, mixed, rest, out),
+            _ => map_states::<V, 1>(columns, mixed, rest, out),
         };
     }
     shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
@@ -294,8 +294,8 @@ pub fn applied<V: Vector>(e: &[V; 4], [x, y]: [V; 2]) -> [V; 2] {
 
 /// Reads the matrices of a lane group from a table.
 #[inline(always)]
-pub fn read<V: Vector>(own: &BlockPropagator) -> [V; 4] {
-    let [a, b, c, d] = own;
+pub fn read<V: Vector>(propagator: &BlockPropagator) -> [V; 4] {
+    let [a, b, c, d] = propagator;
     [V::read(&a.0), V::read(&b.0), V::read(&c.0), V::read(&d.0)]
 }
 
@@ -332,7 +332,7 @@ pub fn advance_to_body<V: Vector>(
     let t = V::splat(time);
     let mut sums = [V::zero(); 3];
     for (index, chunk) in chunks.iter().enumerate() {
-        let own = exponential(chunk, t);
+        let propagator = exponential(chunk, t);
         let at = index * LANES;
         let pairs = (states.chunks_exact(2 * half)).zip(out.chunks_exact_mut(2 * half));
         for (place, (state, out)) in pairs.enumerate() {
@@ -340,7 +340,7 @@ pub fn advance_to_body<V: Vector>(
             if let Some(before) = before {
                 x = applied(&read(&before[index]), x);
             }
-            let [x, y] = applied(&own, x);
+            let [x, y] = applied(&propagator, x);
             x.write(&mut out[at..]);
             y.write(&mut out[half + at..]);
             if place == 0 {

@@ -141,7 +141,7 @@ impl<'m> ClosedModes<'m> {
         let (step, blocks) = grid::step(model, &bases, &frequencies);
         let stops = sets.stops(model);
         all_unresonant(model, &sets, &bases, &frequencies)?;
-        let own = Self {
+        let kernel = Self {
             slots: if sets.are_few() {
                 Slots::of_all(sets.count())
             } else {
@@ -166,14 +166,14 @@ impl<'m> ClosedModes<'m> {
             event_limit,
             instructions,
         };
-        if own.sets.are_few() {
+        if kernel.sets.are_few() {
             // An integrated cycle allocates nothing.
-            for set in 0..own.sets.count() {
-                own.enter(set)?;
-                own.series(set);
+            for set in 0..kernel.sets.count() {
+                kernel.enter(set)?;
+                kernel.series(set);
             }
         }
-        Ok(own)
+        Ok(kernel)
     }
 
     /// Fastest rate of all systems and inputs, or a little more \[1/s\].

@@ -65,25 +65,25 @@ pub fn rises(bounds: MarginBounds, rate: f64, end: f64, length: f64) -> bool {
 pub fn exit<M: Margin>(
     margin: &mut M,
     bounds: MarginBounds,
-    own: Interval,
+    interval: Interval,
     depth: u32,
     counters: &mut Counters,
 ) -> Option<f64> {
-    let ([from, to], [a, b]) = (own.times, own.margins);
+    let ([from, to], [a, b]) = (interval.times, interval.margins);
     let length = to - from;
     let bend = bounds.curvature * length * length;
-    if stays(bounds, own.margins, length) || b - a > bend {
+    if stays(bounds, interval.margins, length) || b - a > bend {
         return None;
     }
     if a - b > bend {
-        return (b < 0.0).then(|| root(margin, bounds, own, counters));
+        return (b < 0.0).then(|| root(margin, bounds, interval, counters));
     }
     if a.abs().max(b.abs()) + 0.125 * bend <= bounds.noise || depth == DEEPEST {
         counters.grazings += 1;
         return None;
     }
     counters.bisections += 1;
-    let [left, right] = halves(margin, own);
+    let [left, right] = halves(margin, interval);
     exit(margin, bounds, left, depth + 1, counters)
         .or_else(|| exit(margin, bounds, right, depth + 1, counters))
 }
@@ -112,8 +112,8 @@ pub fn exit_behind<M: Margin>(
         .or_else(|| exit(margin, bounds, right, depth + 1, counters))
 }
 
-fn halves<M: Margin>(margin: &mut M, own: Interval) -> [Interval; 2] {
-    let ([from, to], [a, b]) = (own.times, own.margins);
+fn halves<M: Margin>(margin: &mut M, interval: Interval) -> [Interval; 2] {
+    let ([from, to], [a, b]) = (interval.times, interval.margins);
     let middle = 0.5 * (from + to);
     let [value, ..] = margin.at(middle);
     [
@@ -186,12 +186,12 @@ fn near_root_body<V: Vector>(values: &[f64; POINTS], from: usize) -> f64 {
     const LAST: usize = POINTS - 1;
     // Newton's form from the last point back: differences, each in the last lane, divided by their factorials.
     let mut d = [values[LAST]; POINTS];
-    let mut own = V::read(&values[1..]);
+    let mut sums = V::read(&values[1..]);
     let mut first = values[0];
     for order in 1..POINTS {
-        own = own.minus(own.shifted_in(first));
+        sums = sums.minus(sums.shifted_in(first));
         first = 0.0;
-        d[order] = own.lanes().0[LAST - 1] * FACTORS[order];
+        d[order] = sums.lanes().0[LAST - 1] * FACTORS[order];
     }
     let before = from as f64 + values[from] / (values[from] - values[from + 1]);
     let mut x = before - LAST as f64;

@@ -25,24 +25,24 @@ pub struct Terms {
 impl Series {
     /// The series of all coordinates and inputs. Terms below round-off of the largest term of a series are omitted.
     pub fn new(rows: &[Row]) -> Self {
-        let mut own = Self(Default::default());
+        let mut series = Self(Default::default());
         for (place, row) in rows.iter().enumerate() {
             let largest = row.0.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
             let matters = |a: &f64| a.abs() > 0.25 * f64::EPSILON * largest;
             let Some(last) = row.0.iter().rposition(matters) else {
                 continue;
             };
-            let terms = &mut own.0[last / LANES];
+            let terms = &mut series.0[last / LANES];
             terms.places.push(place);
             let groups = row.0.as_chunks().0.iter().copied().map(Lanes);
             terms.rows.extend(groups.take(last / LANES + 1));
         }
-        for (g, terms) in own.0.iter_mut().enumerate() {
+        for (g, terms) in series.0.iter_mut().enumerate() {
             // Zeros fill up the last step of the sums.
             let count = terms.places.len().next_multiple_of(AT_ONCE);
             terms.places.resize(count, 0);
             terms.rows.resize(count * (g + 1), Lanes::ZERO);
         }
-        own
+        series
     }
 }

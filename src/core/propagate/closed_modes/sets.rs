@@ -160,9 +160,9 @@ impl Sets {
     /// closed.
     pub fn starts(&self, model: &Model) -> Vec<Vec<(usize, usize)>> {
         let of_cycle = |cycle: u64| {
-            let of_contact = |(contact, own): (usize, &Contact)| {
-                let which = (cycle % own.cycles.len() as u64) as usize;
-                let line = model.line(own.cycle(cycle).segment_at(0.0));
+            let of_contact = |(contact, contact_data): (usize, &Contact)| {
+                let which = (cycle % contact_data.cycles.len() as u64) as usize;
+                let line = model.line(contact_data.cycle(cycle).segment_at(0.0));
                 (self.of_segment[contact][which][0], line)
             };
             model.contacts.iter().enumerate().map(of_contact).collect()
@@ -215,9 +215,9 @@ impl Sets {
     pub fn stops(&self, model: &Model) -> Vec<Vec<CycleStop>> {
         let of_cycle = |cycle: u64| {
             let mut stops = Vec::new();
-            for (contact, own) in model.contacts.iter().enumerate() {
-                let which = (cycle % own.cycles.len() as u64) as usize;
-                let segments = &own.cycles[which].segments;
+            for (contact, contact_data) in model.contacts.iter().enumerate() {
+                let which = (cycle % contact_data.cycles.len() as u64) as usize;
+                let segments = &contact_data.cycles[which].segments;
                 let states = &self.of_segment[contact][which];
                 for index in 1..segments.len() {
                     let line = model.line(&segments[index]);

@@ -117,17 +117,17 @@ impl ClosedModes<'_> {
     /// Writes the structure's state at the start of a window.
     fn show_state(&self, w: &mut Workspace) {
         let set = self.instructions;
-        let [own, modal] = &mut w.shown;
-        own.copy_from_slice(&w.states[..w.length]);
+        let [blocks, modal] = &mut w.shown;
+        blocks.copy_from_slice(&w.states[..w.length]);
         let slot = self.slot(w.set);
         let responses = [&slot.system.steady.responses[..], &[]];
         match slot.basis.to_modes() {
             Some(map) => {
-                lanes::map(set, map, &self.mixed, responses, &w.inputs, own, modal);
+                lanes::map(set, map, &self.mixed, responses, &w.inputs, blocks, modal);
             }
             None => {
-                lanes::shift(set, responses[0], &w.inputs, 1.0, own);
-                modal.copy_from_slice(own);
+                lanes::shift(set, responses[0], &w.inputs, 1.0, blocks);
+                modal.copy_from_slice(blocks);
             }
         }
     }
@@ -162,14 +162,14 @@ impl ClosedModes<'_> {
                 see(w.line_of[contact], others[i].insert(Row::ZERO));
             }
             let deflection = &others[i].as_ref().unwrap_or(&mesh).0;
-            let own = &model.contacts[contact];
+            let contact_data = &model.contacts[contact];
             let class = self.sets.class(contact, slot.states[contact]);
             let slope = legendre::derivative(deflection);
             let damping = class.damping * 2.0 / duration;
             for ((force, a), slope) in forces[i].iter_mut().zip(deflection).zip(&slope) {
                 *force = class.stiffness * a + damping * slope;
             }
-            forces[i][0] -= class.stiffness * own.side * own.half_gap;
+            forces[i][0] -= class.stiffness * contact_data.side * contact_data.half_gap;
         }
         let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
             contact: contacts[i],

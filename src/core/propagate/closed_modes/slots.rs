@@ -46,8 +46,8 @@ impl<S> Slots<S> {
             return self.cells[set].get().map(|(_, kept)| &**kept);
         }
         for cell in self.cells(set) {
-            let (own, kept) = cell.get()?;
-            if *own == set {
+            let (number, kept) = cell.get()?;
+            if *number == set {
                 return Some(kept);
             }
         }
@@ -64,8 +64,8 @@ impl<S> Slots<S> {
             {
                 new = Some(left);
             }
-            if let Some((own, kept)) = cell.get()
-                && *own == set
+            if let Some((number, kept)) = cell.get()
+                && *number == set
             {
                 return Some(kept);
             }

@@ -125,8 +125,8 @@ fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
 
 /// Whether the coordinates of a block are a displacement and its rate.
 fn is_displacement(block: &Block, step: f64) -> bool {
-    let [own, by_rate] = block.generator[0];
-    by_rate == 1.0 && own.abs() * NODES as f64 * step < LITTLE
+    let [by_value, by_rate] = block.generator[0];
+    by_rate == 1.0 && by_value.abs() * NODES as f64 * step < LITTLE
 }
 
 /// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains has a
@@ -198,7 +198,7 @@ impl System {
         let pushes = (steady.drifts.iter())
             .map(|drift| pushes(drift, &blocks[drift.lane], step))
             .collect();
-        let mut own = Self {
+        let mut system = Self {
             chunks,
             balances,
             moves,
@@ -209,7 +209,7 @@ impl System {
             pulls: Vec::new(),
             decays: (blocks.iter()).all(|block| !is_wave(block, step) || block.growth() <= 0.0),
         };
-        own.pulls = (model.directions.iter())
+        system.pulls = (model.directions.iter())
             .map(|direction| {
                 let inputs: Vec<_> = direction.gains.iter().map(|g| g.mesh_input).collect();
                 basis.input(&inputs)
@@ -227,15 +227,15 @@ impl System {
                     by_rate != 0.0 || w.abs() > UNSEEN * largest(felt)
                 })
         };
-        own.places = (0..n)
+        system.places = (0..n)
             .filter(is_seen)
             .flat_map(|mode| [mode, padded + mode])
             .collect();
         for line in 0..model.lines.len() {
-            let view = own.view(given, basis, &blocks, (line, &felt[line]));
-            own.views.push(view);
+            let view = system.view(given, basis, &blocks, (line, &felt[line]));
+            system.views.push(view);
         }
-        own
+        system
     }
 
     /// The view of a line.

@@ -182,16 +182,17 @@ impl Workspace {
     pub fn find_watched_contacts(&mut self, contacts: &[Contact], active: ActiveSet) {
         self.lines.clear();
         self.watched.clear();
-        for (contact, own) in contacts.iter().enumerate() {
+        for (contact, contact_data) in contacts.iter().enumerate() {
             let line = self.line_of[contact];
             if !self.lines.contains(&line) {
                 self.lines.push(line);
             }
             let closed = active.holds(contact);
-            let opposite =
-                |other: usize| self.line_of[other] == line && contacts[other].side == -own.side;
+            let opposite = |other: usize| {
+                self.line_of[other] == line && contacts[other].side == -contact_data.side
+            };
             if closed || !active.iter().any(opposite) {
-                let Margin { scale, shift, .. } = Margin::new(own, contact, closed);
+                let Margin { scale, shift, .. } = Margin::new(contact_data, contact, closed);
                 self.watched.push(WatchedContact {
                     contact,
                     line,

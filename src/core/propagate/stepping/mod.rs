@@ -443,9 +443,9 @@ impl Stepping {
         // The closed contacts of the next cycle follow from the state at the end.
         let end: [_; M] =
             self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
-        for (at_end, own) in end.iter().zip(&self.contacts) {
+        for (at_end, table) in end.iter().zip(&self.contacts) {
             let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
-            let gap = own.contact.half_gap.abs();
+            let gap = table.contact.half_gap.abs();
             let there = gap > 0.0 && gap < OUT_OF_REACH * self.half_gap;
             let unit = if there { gap } else { self.half_gap };
             if reach.is_nan() || reach > Self::FARTHEST * unit {

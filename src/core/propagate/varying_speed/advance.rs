@@ -145,8 +145,8 @@ impl VaryingSpeed {
                 let WindowSeries {
                     components, end, ..
                 } = &mut workspace.motions;
-                for (own, end) in components.iter_mut().zip(end) {
-                    own[..self.system.padded].copy_from_slice(end);
+                for (component, end) in components.iter_mut().zip(end) {
+                    component[..self.system.padded].copy_from_slice(end);
                 }
                 match found {
                     None if reach.length == left => start = Sum::of(stretch.duration),
@@ -243,10 +243,10 @@ impl VaryingSpeed {
                 window::sum_of_waves(&self.system.error_waves[line], &motions.waves);
         }
         let ripples = motions.ripples.iter_mut().zip(&self.system.ripple_waves);
-        for ((ripple, part), own) in ripples.zip(&self.model.ripple) {
+        for ((ripple, part), excitation) in ripples.zip(&self.model.ripple) {
             *ripple = window::sum_of_waves(std::slice::from_ref(part), &motions.waves);
-            if own.of_motion {
-                *ripple = second_derivative(ripple, own.angular_frequency * reach.length);
+            if excitation.of_motion {
+                *ripple = second_derivative(ripple, excitation.angular_frequency * reach.length);
             }
         }
         let laws = motions.laws.iter_mut().zip(segments.iter());
@@ -394,9 +394,9 @@ impl VaryingSpeed {
     fn load(&self, motion: &Motion, workspace: &mut Workspace) {
         let n = self.model.modes();
         let (first, second) = motion.state.split_at(n);
-        for (own, state) in workspace.motions.components.iter_mut().zip([first, second]) {
-            own[..n].copy_from_slice(state);
-            own[n..self.system.padded].fill(0.0);
+        for (component, state) in workspace.motions.components.iter_mut().zip([first, second]) {
+            component[..n].copy_from_slice(state);
+            component[n..self.system.padded].fill(0.0);
         }
         self.set_segments(motion, workspace);
     }
@@ -405,8 +405,8 @@ impl VaryingSpeed {
     fn store(&self, motion: &mut Motion, workspace: &Workspace) {
         let n = self.model.modes();
         let (first, second) = motion.state.split_at_mut(n);
-        for (own, state) in workspace.motions.components.iter().zip([first, second]) {
-            state.copy_from_slice(&own[..n]);
+        for (component, state) in workspace.motions.components.iter().zip([first, second]) {
+            state.copy_from_slice(&component[..n]);
         }
     }
 }

@@ -173,7 +173,7 @@ enum SignalSource {
 impl MovingSignal {
     /// All signals of a model: force and deflection of every mesh, forces on bearings, other outputs.
     pub fn of_model(model: &Model) -> Vec<Self> {
-        let own = |quantity, name: &str, place| Self {
+        let signal = |quantity, name: &str, place| Self {
             quantity,
             name: name.to_owned(),
             place,
@@ -184,8 +184,8 @@ impl MovingSignal {
                 flanks => SignalSource::Force(flanks),
             };
             [
-                own(Quantity::MeshForce, &mesh.name, force),
-                own(
+                signal(Quantity::MeshForce, &mesh.name, force),
+                signal(
                     Quantity::MeshDeflection,
                     &mesh.name,
                     SignalSource::Deflection(mesh.flanks[0]),
@@ -193,14 +193,15 @@ impl MovingSignal {
             ]
         });
         let bearings = (model.bearings.iter().enumerate()).map(|(index, bearing)| {
-            own(
+            signal(
                 Quantity::BearingForce,
                 &bearing.name,
                 SignalSource::Bearing(index),
             )
         });
-        let outputs = (model.outputs.iter().enumerate())
-            .map(|(index, output)| own(output.quantity, &output.name, SignalSource::Output(index)));
+        let outputs = (model.outputs.iter().enumerate()).map(|(index, output)| {
+            signal(output.quantity, &output.name, SignalSource::Output(index))
+        });
         meshes.chain(bearings).chain(outputs).collect()
     }
 

@@ -55,19 +55,19 @@ pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
 /// A course on a window that starts at a time \[s\] of the speed interval, with a length \[s\], by powers of
 /// u.
 pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
-    let mut own = *course;
+    let mut shifted = *course;
     // Repeated Horner schemes give the coefficients about `start`.
     for first in 0..COURSE_TERMS - 1 {
         for k in (first..COURSE_TERMS - 1).rev() {
-            own[k] += start * own[k + 1];
+            shifted[k] += start * shifted[k + 1];
         }
     }
     let mut scale = 1.0;
-    for a in &mut own {
+    for a in &mut shifted {
         *a *= scale;
         scale *= length;
     }
-    own
+    shifted
 }
 
 /// The derivative of a course.

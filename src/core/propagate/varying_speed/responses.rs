@@ -82,8 +82,8 @@ impl DirectionResponses {
             let mut out = [0.0; TERMS];
             // A force causes no instantaneous deflection: the term of m = 1 is zero except for rounding.
             for (m, sum) in out.iter_mut().enumerate().skip(2) {
-                for (part, own) in input.iter().enumerate() {
-                    for (i, unit) in own.iter().enumerate() {
+                for (part, units) in input.iter().enumerate() {
+                    for (i, unit) in units.iter().enumerate() {
                         *sum += states[(part * n + i) * TERMS + m - 1] * unit;
                     }
                 }

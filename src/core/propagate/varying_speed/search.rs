@@ -126,7 +126,7 @@ impl VaryingSpeed {
         length: f64,
         motions: &WindowSeries,
     ) -> [Option<Candidate>; 2] {
-        let own = &self.model.contacts[contact];
+        let contact_data = &self.model.contacts[contact];
         let closed = active.holds(contact);
         let line = motions.line_of[contact];
         let noise = ROUND_OFF * (motions.sizes[line] + self.model.half_gap);
@@ -137,8 +137,9 @@ impl VaryingSpeed {
         let reach: f64 = (motions.deflections[line][1..].iter().zip(&law.gap[1..]))
             .map(|(d, b)| d.abs() + b.abs())
             .sum();
-        let middle = own.side * motions.deflections[line][0] - law.gap[0];
-        let pushed = own.release == Release::Force || (closed && own.release.is_by_force());
+        let middle = contact_data.side * motions.deflections[line][0] - law.gap[0];
+        let pushed = contact_data.release == Release::Force
+            || (closed && contact_data.release.is_by_force());
         if !pushed && !known && inside * middle > reach + noise {
             return [None, None];
         }
@@ -151,12 +152,12 @@ impl VaryingSpeed {
             met,
         };
         let compressed = !known && indentation[0] > 0.0;
-        if !own.release.is_by_force() || !(closed || compressed) {
+        if !contact_data.release.is_by_force() || !(closed || compressed) {
             return [Some(surface(inside, known, EventCause::Surface)), None];
         }
-        if !closed && indentation[0] > own.band + noise {
+        if !closed && indentation[0] > contact_data.band + noise {
             let mut beyond = surface(1.0, false, EventCause::Band);
-            beyond.margin[0] -= own.band;
+            beyond.margin[0] -= contact_data.band;
             return [Some(beyond), None];
         }
         let damping = segment.damping;

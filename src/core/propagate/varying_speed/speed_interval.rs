@@ -20,14 +20,14 @@ pub struct SpeedInterval {
 impl SpeedInterval {
     /// An interval of constant speed \[rad/s\] and load.
     pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
-        let mut own = Self {
+        let mut interval = Self {
             duration,
             turned: Course::default(),
             load: Course::default(),
             torques: [Course::default(); 2],
         };
-        (own.turned[1], own.load[0]) = (speed, load);
-        own
+        (interval.turned[1], interval.load[0]) = (speed, load);
+        interval
     }
 
     /// Adds the torque on the pinion's shaft that accelerates the whole drive as `turned` requires. Unchanged if the

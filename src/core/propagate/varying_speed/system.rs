@@ -67,7 +67,7 @@ impl System {
             let any = inputs.iter().flatten().any(|input| *input != 0.0);
             any.then(|| rows(inputs.iter().copied()))
         };
-        let mut own = Self {
+        let mut system = Self {
             padded: model.modes().next_multiple_of(LANES),
             generator: [a, b, c, d],
             modal: model.basis.coupled().is_none(),
@@ -83,32 +83,35 @@ impl System {
             fastest: Volterra::fastest_structure_rate(model).max(1.0),
         };
         let structure = ResponseInputs {
-            generator: &own.generator,
-            rate: own.fastest,
-            forces: own.directions.iter().map(|gains| &gains.input).collect(),
-            loads: &own.loads,
-            ripples: &own.ripples,
+            generator: &system.generator,
+            rate: system.fastest,
+            forces: system.directions.iter().map(|gains| &gains.input).collect(),
+            loads: &system.loads,
+            ripples: &system.ripples,
         };
-        own.answers = (own.directions.iter())
+        system.answers = (system.directions.iter())
             .map(|gains| DirectionResponses::new(&structure, &gains.deflection))
             .collect();
-        own.ripple_waves = (model.ripple.iter())
-            .map(|ripple| own.wave(ripple.turns_per_cycle, 1.0, ripple.phase))
+        system.ripple_waves = (model.ripple.iter())
+            .map(|ripple| system.wave(ripple.turns_per_cycle, 1.0, ripple.phase))
             .collect();
-        own.error_waves = (model.lines.iter())
+        system.error_waves = (model.lines.iter())
             .map(|line| {
                 let harmonics = line.transmission_error.iter();
                 harmonics
-                    .map(|h| own.wave(h.turns_per_cycle, h.amplitude, h.phase))
+                    .map(|h| system.wave(h.turns_per_cycle, h.amplitude, h.phase))
                     .collect()
             })
             .collect();
-        own
+        system
     }
 
     /// A cosine with an amplitude and a phase \[rad\], as a harmonic of a wave.
     fn wave(&mut self, turns: f64, amplitude: f64, phase: f64) -> Wave {
-        let known = self.turns.iter().position(|own| *own == turns);
+        let known = self
+            .turns
+            .iter()
+            .position(|known_turns| *known_turns == turns);
         let wave = known.unwrap_or_else(|| {
             self.turns.push(turns);
             self.turns.len() - 1

@@ -135,22 +135,22 @@ fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The deflections and forces of a window from the components at its start, which come first in `own`.
-    fn meet(system: &System, task: &WindowTask, own: &mut WindowSeries) = meet_body
+    /// The deflections and forces of a window from the components at its start, which come first in `motions`.
+    fn meet(system: &System, task: &WindowTask, motions: &mut WindowSeries) = meet_body
 }
 
 #[inline(always)]
-fn meet_body<V: Vector>(system: &System, task: &WindowTask, own: &mut WindowSeries) {
+fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut WindowSeries) {
     let (n, length) = (system.padded, task.length);
     let mut scales = [1.0; TERMS];
     for j in 1..TERMS {
         scales[j] = scales[j - 1] * system.fastest * length;
     }
-    let now = [&own.components[0][..n], &own.components[1][..n]];
-    for (place, &[line, direction]) in own.lines.iter().enumerate() {
+    let now = [&motions.components[0][..n], &motions.components[1][..n]];
+    for (place, &[line, direction]) in motions.lines.iter().enumerate() {
         let answers = &system.answers[direction];
-        own.sizes[line] = size_along::<V>(&system.directions[direction].deflection, now)
-            + own.errors[line][0].abs();
+        motions.sizes[line] = size_along::<V>(&system.directions[direction].deflection, now)
+            + motions.errors[line][0].abs();
         let mut seen = answers.to_state::<V>(now, &scales);
         for k in 0..LOAD_TERMS {
             if let Some(load) = &answers.loads[k] {
@@ -160,23 +160,24 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, own: &mut WindowSeri
                 }
             }
         }
-        for (ripple, series) in answers.ripples.iter().zip(&own.ripples) {
+        for (ripple, series) in answers.ripples.iter().zip(&motions.ripples) {
             let ripple = delayed(ripple, &scales, length);
             for j in 0..TERMS {
                 answer::<V>(&mut seen, &ripple, FACTORIALS[j] * series[j], j);
             }
         }
-        own.seen[place] = seen;
-        for k in 0..own.closed.len() {
-            let force = &answers.forces[own.closed[k].direction];
-            own.answers[place * own.laws.len() + k] = delayed(force, &scales, length);
+        motions.seen[place] = seen;
+        for k in 0..motions.closed.len() {
+            let force = &answers.forces[motions.closed[k].direction];
+            motions.answers[place * motions.laws.len() + k] = delayed(force, &scales, length);
         }
     }
     for j in 0..TERMS {
-        for (place, &[line, _]) in own.lines.iter().enumerate() {
-            own.deflections[line][j] = own.seen[place][j] * SHARES[j] - own.errors[line][j];
+        for (place, &[line, _]) in motions.lines.iter().enumerate() {
+            motions.deflections[line][j] =
+                motions.seen[place][j] * SHARES[j] - motions.errors[line][j];
         }
-        for k in 0..own.closed.len() {
+        for k in 0..motions.closed.len() {
             let Closed {
                 contact,
                 line,
@@ -184,22 +185,23 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, own: &mut WindowSeri
                 side,
                 damping,
                 ..
-            } = own.closed[k];
-            let law = &own.laws[contact];
+            } = motions.closed[k];
+            let law = &motions.laws[contact];
             let mut sum = 0.0;
             // Forces up to j − 1 determine deflections up to j + 1.
             if damping != 0.0 && j + 1 < TERMS {
-                let next = own.seen[place][j + 1] * SHARES[j + 1];
-                let rate = next - own.errors[line][j + 1] - side * law.gap[j + 1];
+                let next = motions.seen[place][j + 1] * SHARES[j + 1];
+                let rate = next - motions.errors[line][j + 1] - side * law.gap[j + 1];
                 sum = damping * (j + 1) as f64 / length * rate;
             }
             for m in 0..law.stiffness_terms.min(j + 1) {
-                sum += law.stiffness[m] * (own.deflections[line][j - m] - side * law.gap[j - m]);
+                sum +=
+                    law.stiffness[m] * (motions.deflections[line][j - m] - side * law.gap[j - m]);
             }
-            own.forces[k][j] = sum;
-            for place in 0..own.lines.len() {
-                let to = &own.answers[place * own.laws.len() + k];
-                answer::<V>(&mut own.seen[place], to, -FACTORIALS[j] * sum, j);
+            motions.forces[k][j] = sum;
+            for place in 0..motions.lines.len() {
+                let to = &motions.answers[place * motions.laws.len() + k];
+                answer::<V>(&mut motions.seen[place], to, -FACTORIALS[j] * sum, j);
             }
         }
     }
@@ -207,7 +209,7 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, own: &mut WindowSeri
 
 for_each_set! {
     /// The components of a window with known forces, and their values at a position in it.
-    fn move_blocks(system: &System, task: &WindowTask, place: f64, own: &mut WindowSeries) = move_blocks_body
+    fn move_blocks(system: &System, task: &WindowTask, place: f64, motions: &mut WindowSeries) = move_blocks_body
 }
 
 #[inline(always)]
@@ -215,7 +217,7 @@ fn move_blocks_body<V: Vector>(
     system: &System,
     task: &WindowTask,
     place: f64,
-    own: &mut WindowSeries,
+    motions: &mut WindowSeries,
 ) {
     let mut powers = [1.0; TERMS];
     for j in 1..TERMS {
@@ -226,13 +228,13 @@ fn move_blocks_body<V: Vector>(
     while first < groups {
         let (at, course) = (first * LANES, (task, &powers));
         first += match (groups - first, system.modal) {
-            (1, true) => move_groups::<V, 1, true>(system, course, at, own),
-            (2, true) => move_groups::<V, 2, true>(system, course, at, own),
-            (3, true) => move_groups::<V, 3, true>(system, course, at, own),
-            (5, true) => move_groups::<V, 5, true>(system, course, at, own),
-            (_, true) => move_groups::<V, 4, true>(system, course, at, own),
-            (1, false) => move_groups::<V, 1, false>(system, course, at, own),
-            (_, false) => move_groups::<V, 2, false>(system, course, at, own),
+            (1, true) => move_groups::<V, 1, true>(system, course, at, motions),
+            (2, true) => move_groups::<V, 2, true>(system, course, at, motions),
+            (3, true) => move_groups::<V, 3, true>(system, course, at, motions),
+            (5, true) => move_groups::<V, 5, true>(system, course, at, motions),
+            (_, true) => move_groups::<V, 4, true>(system, course, at, motions),
+            (1, false) => move_groups::<V, 1, false>(system, course, at, motions),
+            (_, false) => move_groups::<V, 2, false>(system, course, at, motions),
         };
     }
 }
@@ -243,7 +245,7 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     system: &System,
     (task, powers): (&WindowTask, &Powers),
     at: usize,
-    own: &mut WindowSeries,
+    motions: &mut WindowSeries,
 ) -> usize {
     let n = system.padded;
     let group = |k: usize| at + k * LANES;
@@ -251,7 +253,7 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     let (mut now, mut end) = ([[V::zero(); GROUPS]; 2], [[V::zero(); GROUPS]; 2]);
     for part in 0..2 {
         for k in 0..GROUPS {
-            now[part][k] = V::read(&own.components[part][group(k)..]);
+            now[part][k] = V::read(&motions.components[part][group(k)..]);
             end[part][k] = now[part][k];
         }
     }
@@ -268,7 +270,7 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
             let second = V::read(&c[row..]).times(x);
             rates[1][k] = V::read(&d[row..]).multiply_add(y, second);
         }
-        for (closed, force) in own.closed.iter().zip(&own.forces) {
+        for (closed, force) in motions.closed.iter().zip(&motions.forces) {
             let input = &system.directions[closed.direction].input;
             add::<V, GROUPS, MODAL>(input, -force[j], at, &mut rates);
         }
@@ -279,13 +281,13 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
                 }
             }
         }
-        for (input, ripple) in system.ripples.iter().zip(&own.ripples) {
+        for (input, ripple) in system.ripples.iter().zip(&motions.ripples) {
             add::<V, GROUPS, MODAL>(input, ripple[j], at, &mut rates);
         }
         let share = V::splat(task.length / (j + 1) as f64);
         let power = V::splat(powers[j + 1]);
         for part in 0..2 {
-            let next = &mut own.components[part][(j + 1) * n + at..][..GROUPS * LANES];
+            let next = &mut motions.components[part][(j + 1) * n + at..][..GROUPS * LANES];
             for k in 0..GROUPS {
                 now[part][k] = rates[part][k].times(share);
                 end[part][k] = now[part][k].multiply_add(power, end[part][k]);
@@ -295,7 +297,7 @@ fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     }
     for part in 0..2 {
         for k in 0..GROUPS {
-            end[part][k].write(&mut own.end[part][group(k)..]);
+            end[part][k].write(&mut motions.end[part][group(k)..]);
         }
     }
     GROUPS

@@ -40,9 +40,9 @@ impl Aligned {
 
 impl From<&[f64]> for Aligned {
     fn from(values: &[f64]) -> Self {
-        let mut own = Self::zeros(values.len());
-        own.copy_from_slice(values);
-        own
+        let mut aligned = Self::zeros(values.len());
+        aligned.copy_from_slice(values);
+        aligned
     }
 }
 

@@ -267,7 +267,7 @@ impl Volterra<'_> {
             return;
         };
         let segment = workspace.segments[contact];
-        let own = &self.model.contacts[contact];
+        let contact_data = &self.model.contacts[contact];
         // Off the grid there is no operator for a varying stiffness.
         let system = match (&table.nodal, position.aligned) {
             (Some(nodal), None) if !segment.stiffness.is_constant() => Some(&**nodal),
@@ -281,7 +281,7 @@ impl Volterra<'_> {
         // The solution includes the gap error together with the force, with the sign of the contact's side.
         let gap_error = (self.tables.gap_errors[contact])
             .then(|| gap_error(&self.model, &segment, position.time, table.delta))
-            .map(|gap_error| gap_error.map(|a| own.side * a));
+            .map(|gap_error| gap_error.map(|a| contact_data.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed(
             (schedule, stretch),
@@ -295,7 +295,11 @@ impl Volterra<'_> {
             &table.rows,
             inputs,
             columns,
-            Some((closed, own.side * own.half_gap, gap_error.as_ref())),
+            Some((
+                closed,
+                contact_data.side * contact_data.half_gap,
+                gap_error.as_ref(),
+            )),
             forces,
             solution,
         );
@@ -337,9 +341,9 @@ impl Volterra<'_> {
         workspace: &mut Workspace,
     ) {
         let contacts = self.model.contacts.iter().enumerate();
-        for ((index, contact), own) in contacts.zip(&mut workspace.segments) {
+        for ((index, contact), segment) in contacts.zip(&mut workspace.segments) {
             let cycle = contact.cycle(position.cycle);
-            *own = match track {
+            *segment = match track {
                 WindowSource::Joint(stretch) => cycle.segments[stretch.segments[index]],
                 WindowSource::Schedule(schedule, stretch) if active.holds(index) => {
                     cycle.segments[schedule.grid.segment_of_stretch[stretch]]

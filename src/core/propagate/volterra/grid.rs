@@ -54,8 +54,12 @@ struct GridSection {
 
 /// The stretches of a contact in a mesh cycle.
 fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<GridSection> {
-    let own = model.contacts[contact].cycle(cycle);
-    let starts: Vec<f64> = own.segments.iter().map(|segment| segment.start).collect();
+    let mesh_cycle = model.contacts[contact].cycle(cycle);
+    let starts: Vec<f64> = mesh_cycle
+        .segments
+        .iter()
+        .map(|segment| segment.start)
+        .collect();
     let mut turns: Vec<f64> = Vec::new();
     for contact in &model.contacts {
         let segments = contact.cycle(cycle).segments.iter().enumerate();

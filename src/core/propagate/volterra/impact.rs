@@ -284,8 +284,8 @@ impl Volterra<'_> {
                     );
                 }
             }
-            for &(own, share) in rests.iter().chain(&[(stop.constraint(), 1.0)]) {
-                let along = own.direction;
+            for &(constraint, share) in rests.iter().chain(&[(stop.constraint(), 1.0)]) {
+                let along = constraint.direction;
                 model.shift_along(along, share * amount, closed, [&mut *first, &mut *second]);
                 model.push_along(along, share * impulse, [&mut *first, &mut *second]);
             }

@@ -133,7 +133,7 @@ impl JointWindow<'_> {
         let rests = self
             .active
             .iter()
-            .filter(|own| self.model.is_constraint(*own));
+            .filter(|contact| self.model.is_constraint(*contact));
         if rests.count() > 1 {
             // Each of their forces acts on the others at once.
             return false;
@@ -146,9 +146,9 @@ impl JointWindow<'_> {
                 if self.model.is_slip(contact) {
                     continue;
                 }
-                let own = i * count..(i + 1) * count;
+                let range = i * count..(i + 1) * count;
                 let next = &mut joint.next[..count];
-                next.copy_from_slice(&joint.free[own.clone()]);
+                next.copy_from_slice(&joint.free[range.clone()]);
                 for (j, other) in self.active.iter().enumerate() {
                     // In the first round, later contacts have no force yet, except slips.
                     let known = j < i || (j > i && (round > 0 || self.model.is_slip(other)));
@@ -159,8 +159,8 @@ impl JointWindow<'_> {
                 }
                 let closed = self.closed(i, contact, &joint.factors);
                 let gap = self.model.contacts[contact].side * self.model.contacts[contact].half_gap;
-                let (free, seen) = (&joint.free[own.clone()], &mut joint.seen[own.clone()]);
-                let forces = &mut joint.forces[own];
+                let (free, seen) = (&joint.free[range.clone()], &mut joint.seen[range.clone()]);
+                let forces = &mut joint.forces[range];
                 let moved = lanes::close(self.set, closed, gap, free, next, seen, forces);
                 settled &= moved * moved <= ROUND_OFF * before[i];
                 before[i] = if round > 0 { moved } else { 1.0 };
@@ -231,9 +231,9 @@ impl JointWindow<'_> {
                 for m in 0..TERMS {
                     let sprung = spring.of(&felt.deflection[m].0);
                     for n in 0..TERMS {
-                        let own = f64::from(u8::from(i == j && m == n));
+                        let identity = f64::from(u8::from(i == j && m == n));
                         joint.system[(i * TERMS + n) * width + j * TERMS + m] =
-                            own + sprung[n] + damping * felt.rate[m].0[n];
+                            identity + sprung[n] + damping * felt.rate[m].0[n];
                     }
                 }
             }
@@ -335,14 +335,14 @@ fn eliminate(system: &mut [f64], order: usize, width: usize) {
     }
     for step in (0..order).rev() {
         let (above, below) = system.split_at_mut(step * width);
-        let own = &mut below[..width];
-        let pivot = own[step];
-        for value in &mut own[order..] {
+        let row_below = &mut below[..width];
+        let pivot = row_below[step];
+        for value in &mut row_below[order..] {
             *value /= pivot;
         }
         for row in above.chunks_exact_mut(width) {
             let factor = row[step];
-            for (entry, solved) in row[order..].iter_mut().zip(&own[order..]) {
+            for (entry, solved) in row[order..].iter_mut().zip(&row_below[order..]) {
                 *entry -= factor * solved;
             }
         }

@@ -69,7 +69,7 @@ fn rounded_up(model: &Model, length: f64) -> f64 {
 fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
     let limit = rounded_up(model, longest(model, segments, tolerance));
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
-    let fitting = (0..lengths.len()).filter(|&own| lengths[own] <= limit);
+    let fitting = (0..lengths.len()).filter(|&index| lengths[index] <= limit);
     (fitting.max_by(by_length))
         .or_else(|| (0..lengths.len()).min_by(by_length))
         .unwrap_or(0)
@@ -130,9 +130,12 @@ pub fn joint_stretches(
     parts(model, cycle)
         .map(|([start, end], segments)| {
             let inside = 0.5 * (start + end);
-            let own = segments_of(model, cycle, &segments);
-            let directions: Vec<usize> = own.iter().map(|segment| segment.direction).collect();
-            let length = joint_length(model, &own, lengths, tolerance);
+            let contact_segments = segments_of(model, cycle, &segments);
+            let directions: Vec<usize> = contact_segments
+                .iter()
+                .map(|segment| segment.direction)
+                .collect();
+            let length = joint_length(model, &contact_segments, lengths, tolerance);
             let views = needs.views(model, length, &directions, 0);
             let windows: Vec<usize> = (directions.iter())
                 .map(|&direction| needs.window(length, direction))
@@ -142,7 +145,7 @@ pub fn joint_stretches(
                     needs.request_response(window, view.line);
                 }
             }
-            let feedback = (own.iter().zip(&windows))
+            let feedback = (contact_segments.iter().zip(&windows))
                 .map(|(segment, &window)| {
                     let time = model.period() * inside;
                     needs.close(

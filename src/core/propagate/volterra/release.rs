@@ -177,7 +177,7 @@ impl Volterra<'_> {
                     continue;
                 }
                 let unladen = || {
-                    let own = &self.model.contacts[contact];
+                    let contact_data = &self.model.contacts[contact];
                     let gap_error = if self.tables.gap_errors[contact] {
                         let [gap_error, ..] =
                             self.gap_errors(position, &[contact], track, workspace);
@@ -185,7 +185,7 @@ impl Volterra<'_> {
                     } else {
                         0.0
                     };
-                    own.side * start - own.half_gap - gap_error > 0.0
+                    contact_data.side * start - contact_data.half_gap - gap_error > 0.0
                 };
                 if active.holds(contact) || (!position.crossed.holds(contact) && unladen()) {
                     watched = watched.toggled(contact);
@@ -204,9 +204,9 @@ impl Volterra<'_> {
         workspace: &Workspace,
     ) -> Indentation {
         let solution = &workspace.solutions[track.place_of(contact)];
-        let own = &self.model.contacts[contact];
-        let mut series = solution.deflection.map(|a| own.side * a);
-        series[0] -= own.half_gap;
+        let contact_data = &self.model.contacts[contact];
+        let mut series = solution.deflection.map(|a| contact_data.side * a);
+        series[0] -= contact_data.half_gap;
         let [gap_error, ..] = self.gap_errors(position, &[contact], track, workspace);
         for (term, a) in series.iter_mut().zip(gap_error.iter().flatten()) {
             *term -= a;
@@ -235,7 +235,7 @@ impl Volterra<'_> {
             // A step of the line or the gap has freed it.
             return Some((-1.0, ContactCondition::Elsewhere));
         }
-        let own = &self.model.contacts[contact];
+        let contact_data = &self.model.contacts[contact];
         let force = match active.only() {
             Some(_) => &workspace.forces[0].0,
             None => {
@@ -246,7 +246,7 @@ impl Volterra<'_> {
         };
         let noise = indentation.noise_of_push(&workspace.segments[contact]);
         let known = position.forceless.holds(contact);
-        let x = self.exit(force, own.side, noise, known, limit, counters)?;
+        let x = self.exit(force, contact_data.side, noise, known, limit, counters)?;
         let vanished = x > -1.0 || legendre::at_start(force).abs() <= noise;
         Some((
             x,

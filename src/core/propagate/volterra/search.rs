@@ -354,8 +354,8 @@ impl Volterra<'_> {
         let place = track.place_of(DRIVE_FLANK);
         let mesh = seen(&workspace.solutions[place].deflection);
         let along = |contact: usize| match track.place_of(contact) {
-            own if own == place => mesh,
-            own => seen(&workspace.solutions[own].deflection),
+            other if other == place => mesh,
+            other => seen(&workspace.solutions[other].deflection),
         };
         let (mut contacts, mut series) = ([0; M], [[[0.0; TERMS]; 2]; M]);
         let columns = workspace.tangents() + 1;

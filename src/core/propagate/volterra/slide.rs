@@ -127,8 +127,8 @@ impl Volterra<'_> {
         let model = &self.model;
         for slider in &model.sliders {
             for slip in slider.slips().into_iter().filter(|slip| slips.holds(*slip)) {
-                let own = model.contacts[slip].cycle(cycle);
-                let segment = own.segment_at(time + SAME_TIME * own.period);
+                let mesh_cycle = model.contacts[slip].cycle(cycle);
+                let segment = mesh_cycle.segment_at(time + SAME_TIME * mesh_cycle.period);
                 let line = &model.lines[model.line(segment)];
                 let (error, _) = line.transmission_error_at(cycle, time);
                 let offset = error - model.slid_to(slip, 0.0);

@@ -124,7 +124,7 @@ impl Volterra<'_> {
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         match self.model.friction_of(found.contact) {
-            Some(own) => self.meet_friction((own, found), track, context, workspace),
+            Some(friction) => self.meet_friction((friction, found), track, context, workspace),
             None => self.meet_stop(found, track, context, workspace),
         }
     }
@@ -132,19 +132,19 @@ impl Volterra<'_> {
     /// Moves to an event of dry friction and applies it.
     fn meet_friction<O: Observer>(
         &self,
-        (own, found): (DryFriction, Crossing),
+        (friction, found): (DryFriction, Crossing),
         track: WindowSource<'_>,
         mut context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
         let side = self.model.contacts[found.contact].side;
-        let sliding = self.sliding(own, track, workspace);
-        let sticks = context.active.holds(own.stick());
+        let sliding = self.sliding(friction, track, workspace);
+        let sticks = context.active.holds(friction.stick());
         let force = evaluate(&sliding.force, found.x);
-        if sticks && (found.x > -1.0 || self.is_at_limit(own, side, &sliding)) {
+        if sticks && (found.x > -1.0 || self.is_at_limit(friction, side, &sliding)) {
             let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
             let rate = evaluate(&legendre::derivative(&sliding.force), found.x) / half;
-            let changes = self.changes_of_force(own, *context.active, found.x, workspace);
+            let changes = self.changes_of_force(friction, *context.active, found.x, workspace);
             workspace.shifts = changes.iter().map(|change| -change / rate).collect();
         } else if workspace.shifted != (context.position.cycle, context.position.time) {
             workspace.shifts.clear();
@@ -153,17 +153,17 @@ impl Volterra<'_> {
         let time = context.position.time;
         workspace.shifted = (context.position.cycle, time);
         context.toggle(found.contact, 0.0, time)?;
-        let mut lost = force - side * own.force;
+        let mut lost = force - side * friction.force;
         if !sticks {
-            workspace.shifts = self.delays(own, force, workspace);
+            workspace.shifts = self.delays(friction, force, workspace);
             lost = 0.0;
-            if side * self.force_to_stick(own, &context, workspace) < -own.static_force {
-                lost = 2.0 * side * own.force;
-                context.toggle(own.slip_towards(-side), 0.0, time)?;
+            if side * self.force_to_stick(friction, &context, workspace) < -friction.static_force {
+                lost = 2.0 * side * friction.force;
+                context.toggle(friction.slip_towards(-side), 0.0, time)?;
             }
         }
         if lost != 0.0 {
-            self.shift(own, lost, workspace);
+            self.shift(friction, lost, workspace);
         }
         // At the start of a stick this is the saltation.
         self.move_onto_constraints(*context.active, context.position, workspace);

@@ -94,8 +94,15 @@ impl VolterraTables {
             .map(|(contact, cycle, grid)| {
                 let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
                 let which: Vec<usize> = lengths_of_stretch.collect();
-                let own = (contact, cycle, grid);
-                Schedule::new(model, own, &lengths, &which, &frequencies, &mut needs)
+                let contact_cycle = (contact, cycle, grid);
+                Schedule::new(
+                    model,
+                    contact_cycle,
+                    &lengths,
+                    &which,
+                    &frequencies,
+                    &mut needs,
+                )
             })
             .collect();
         let mut joint = Vec::new();
@@ -126,8 +133,8 @@ impl VolterraTables {
                 )
             })
             .collect();
-        for own in 1..windows.len() {
-            let (known, others) = windows.split_at_mut(own);
+        for later in 1..windows.len() {
+            let (known, others) = windows.split_at_mut(later);
             for known in known.iter().rev() {
                 others[0].share(model, known);
             }
@@ -197,9 +204,9 @@ fn most_windows(
     let of_cycle = |stretches: &Vec<JointStretch>| -> usize {
         let starts = std::iter::once(0.0).chain(stretches.iter().map(|stretch| stretch.end));
         (starts.zip(stretches))
-            .map(|(start, own)| {
-                let delta = windows[own.windows[0]].delta;
-                ((own.end - start) / delta).ceil() as usize
+            .map(|(start, stretch)| {
+                let delta = windows[stretch.windows[0]].delta;
+                ((stretch.end - start) / delta).ceil() as usize
             })
             .sum()
     };
@@ -220,21 +227,22 @@ impl Schedule {
         let mut feedback_of_cell = Vec::new();
         let mut first = 0;
         for (stretch, &length) in which.iter().enumerate() {
-            let own = grid.segment_of_stretch[stretch];
-            let own = &model.contacts[contact].cycle(cycle).segments[own];
+            let own_segment = grid.segment_of_stretch[stretch];
+            let own_segment = &model.contacts[contact].cycle(cycle).segments[own_segment];
             let cells = first..grid.stretch_end_cell[stretch];
             let inside = 0.5 * (grid.time[first] + grid.time[first + 1]);
             let mut directions: Vec<usize> = (model.segments_at(cycle, inside).iter())
                 .map(|segment| segment.direction)
                 .collect();
-            directions[contact] = own.direction;
+            directions[contact] = own_segment.direction;
             let views = needs.views(model, length, &directions, contact);
             let window = views[0].window;
             for view in &views[1..] {
                 needs.request_response(window, view.line);
             }
             for cell in cells {
-                let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);
+                let closure =
+                    WindowStiffness::new(model, own_segment, grid.time[cell], lengths[length]);
                 feedback_of_cell.push(place(&mut needs.closures[window], closure));
             }
             first = grid.stretch_end_cell[stretch];

@@ -258,10 +258,10 @@ impl WindowTable {
         for (index, &[angular_frequency, turns_per_cycle]) in frequencies.iter().enumerate() {
             let mut series = [Complex64::ZERO; TERMS];
             legendre_series(c64(0.0, angular_frequency), self.delta, &mut series);
-            let own = (line.transmission_error.iter()).filter(|h| {
+            let harmonics = (line.transmission_error.iter()).filter(|h| {
                 [h.angular_frequency, h.turns_per_cycle] == [angular_frequency, turns_per_cycle]
             });
-            for h in own {
+            for h in harmonics {
                 let amplitude = -h.amplitude * Complex64::cis(h.phase);
                 for (n, u) in series.iter().enumerate() {
                     let value = amplitude * u;
@@ -284,13 +284,13 @@ impl WindowTable {
             .iter()
             .find(|direction| direction.line == line);
         let mut impulse = Kernels::default();
-        for ((felt, own), exponential) in along
+        for ((felt, gain), exponential) in along
             .map_or(force, |d| &d.gains)
             .iter()
             .zip(force)
             .zip(exponentials)
         {
-            impulse.add(felt, exponential, own.mesh_input);
+            impulse.add(felt, exponential, gain.mesh_input);
         }
         let convolution = convolution24();
         let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);

@@ -278,11 +278,11 @@ pub(super) fn cut_body<V: Vector>(
         let m = &block.traceless;
         let rest = pair::<V>(&block.rest);
         let mut sum = rest;
-        let own = match moments.first() {
+        let propagator = match moments.first() {
             Some(force) => {
-                let [own, force] = blend::<V, 2>(exponential, &[&basis.end, force]);
+                let [propagator, force] = blend::<V, 2>(exponential, &[&basis.end, force]);
                 sum = add_applied(force, m, pair(&block.mesh_pull), sum);
-                own
+                propagator
             }
             None => blend::<V, 1>(exponential, &[&basis.end])[0],
         };
@@ -292,9 +292,9 @@ pub(super) fn cut_body<V: Vector>(
         }
         let x = load::<V>(trajectory, padded, chunk);
         let from_rest = [0, 1].map(|i| rest[i].multiply_add(V::splat(-1.0), x[i]));
-        sum = add_applied(own, m, from_rest, sum);
+        sum = add_applied(propagator, m, from_rest, sum);
         store(trajectory, padded, chunk, sum);
-        *end = own.map(V::lanes);
+        *end = propagator.map(V::lanes);
     }
     in_batches!(V, tangents.len() / (2 * padded), |first| cut_batch(
         blocks,

@@ -106,13 +106,13 @@ fn substitute<V: Vector, const COLUMNS: usize>(
     y: &mut [[V; GROUPS]; COLUMNS],
 ) {
     for i in 0..GROUPS {
-        let own = if upwards { i } else { GROUPS - 1 - i };
+        let group = if upwards { i } else { GROUPS - 1 - i };
         for j in 0..LANES {
             let lane = if upwards { j } else { LANES - 1 - j };
-            let column = &columns[own * LANES + lane].0;
-            let ahead = if upwards { own..GROUPS } else { 0..own + 1 };
+            let column = &columns[group * LANES + lane].0;
+            let ahead = if upwards { group..GROUPS } else { 0..group + 1 };
             for c in 0..COLUMNS {
-                let weight = y[c][own].lane(lane);
+                let weight = y[c][group].lane(lane);
                 for g in ahead.clone() {
                     let entries = V::read(&column[g * LANES..]);
                     y[c][g] = entries.multiply_add(weight, y[c][g]);

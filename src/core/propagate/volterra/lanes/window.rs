@@ -286,10 +286,10 @@ fn solve_batch<V: Vector, const COLUMNS: usize>(
     }
     let mut free = combine::<V, COLUMNS>(rows, &x);
     let mut gap = 0.0;
-    if let Some((driven, own)) = trajectory {
+    if let Some((driven, error)) = trajectory {
         add_row::<V>(&mut free[0].0, driven, 1.0);
         out.size = size(&free[0].0);
-        gap = own;
+        gap = error;
     }
     let force = in_contact::<V, COLUMNS>(closed, &free, gap);
     if trajectory.is_some() {
