@@ -30,18 +30,18 @@ of_both! {
     }
 
     fn fmi2Reset, fmi3Reset(instance: Handle) -> c_int {
-        instance.call(|own| {
-            own.reset();
+        instance.call(|instance| {
+            instance.reset();
             Ok(())
         })
     }
 
     fn fmi2GetFMUstate, fmi3GetFMUState(instance: Handle, state: StatePointer) -> c_int {
-        instance.call(|own| state.overwrite(own.state()))
+        instance.call(|instance| state.overwrite(instance.state()))
     }
 
     fn fmi2SetFMUstate, fmi3SetFMUState(instance: Handle, state: SavedState) -> c_int {
-        instance.call(|own| own.set_state(state.read()?))
+        instance.call(|instance| instance.set_state(state.read()?))
     }
 
     fn fmi2FreeFMUstate, fmi3FreeFMUState(instance: Handle, state: StatePointer) -> c_int {
@@ -79,26 +79,26 @@ pub fn get<T: Copy>(
 
 /// Sets one value per variable.
 pub fn set(
-    own: &mut Instance,
+    instance: &mut Instance,
     references: ImporterValues<u32>,
     values: ImporterValues<f64>,
     count: usize,
 ) -> Result<(), Refusal> {
     let mut pairs = references.list(count)?.iter().zip(values.list(count)?);
-    pairs.try_for_each(|(reference, value)| own.set(*reference, *value))
+    pairs.try_for_each(|(reference, value)| instance.set(*reference, *value))
 }
 
 /// Writes the bytes of a state if they have room.
 fn serialize(state: SavedState, bytes: RequestedValues<u8>, size: usize) -> Result<(), Refusal> {
-    let own = state.read()?.bytes();
-    let room = bytes.list(size)?.get_mut(..own.len());
+    let serialized = state.read()?.bytes();
+    let room = bytes.list(size)?.get_mut(..serialized.len());
     let few = || {
         Refusal::error(format!(
             "the state has {} bytes, the room {size}",
-            own.len()
+            serialized.len()
         ))
     };
-    room.ok_or_else(few)?.copy_from_slice(&own);
+    room.ok_or_else(few)?.copy_from_slice(&serialized);
     Ok(())
 }
 

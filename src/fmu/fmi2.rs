@@ -59,7 +59,7 @@ exported! {
         _stop_given: c_int,
         _stop: f64,
     ) -> c_int {
-        instance.call(|own| own.set_start(start))
+        instance.call(|instance| instance.set_start(start))
     }
 
     fn fmi2EnterInitializationMode(instance: Handle) -> c_int {
@@ -67,7 +67,7 @@ exported! {
     }
 
     fn fmi2GetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: RequestedValues<f64>) -> c_int {
-        instance.call(|own| get(references, values, count, |reference| own.number(reference)))
+        instance.call(|instance| get(references, values, count, |reference| instance.number(reference)))
     }
 
     fn fmi2GetInteger(
@@ -76,15 +76,15 @@ exported! {
         count: usize,
         values: RequestedValues<c_int>,
     ) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             get(references, values, count, |reference| {
-                Ok(c_int::try_from(own.count(reference)?).unwrap_or(c_int::MAX))
+                Ok(c_int::try_from(instance.count(reference)?).unwrap_or(c_int::MAX))
             })
         })
     }
 
     fn fmi2SetReal(instance: Handle, references: ImporterValues<u32>, count: usize, values: ImporterValues<f64>) -> c_int {
-        instance.call(|own| set(own, references, values, count))
+        instance.call(|instance| set(instance, references, values, count))
     }
 
     fn fmi2SetRealInputDerivatives(
@@ -94,23 +94,23 @@ exported! {
         orders: ImporterValues<c_int>,
         values: ImporterValues<f64>,
     ) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             let given = orders.list(count)?.iter().zip(values.list(count)?);
             let mut all = references.list(count)?.iter().zip(given);
-            all.try_for_each(|(reference, (order, value))| own.set_rate(*reference, *order, *value))
+            all.try_for_each(|(reference, (order, value))| instance.set_rate(*reference, *order, *value))
         })
     }
 
     fn fmi2DoStep(instance: Handle, time: f64, length: f64, _no_way_back: c_int) -> c_int {
-        instance.call(|own| own.step(time, length))
+        instance.call(|instance| instance.step(time, length))
     }
 
     fn fmi2GetRealStatus(instance: Handle, kind: c_int, value: RequestedValues<f64>) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             if kind != LAST_SUCCESSFUL_TIME {
                 return Err(Refusal::error(NOT_PENDING));
             }
-            value.list(1)?[0] = own.time();
+            value.list(1)?[0] = instance.time();
             Ok(())
         })
     }

@@ -59,9 +59,9 @@ exported! {
         _stop_given: u8,
         _stop: f64,
     ) -> c_int {
-        instance.call(|own| {
-            own.set_start(start)?;
-            own.enter_initialization()
+        instance.call(|instance| {
+            instance.set_start(start)?;
+            instance.enter_initialization()
         })
     }
 
@@ -72,9 +72,9 @@ exported! {
         values: RequestedValues<f64>,
         value_count: usize,
     ) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             one_each(count, value_count)?;
-            get(references, values, count, |reference| own.number(reference))
+            get(references, values, count, |reference| instance.number(reference))
         })
     }
 
@@ -85,9 +85,9 @@ exported! {
         values: ImporterValues<f64>,
         value_count: usize,
     ) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             one_each(count, value_count)?;
-            set(own, references, values, count)
+            set(instance, references, values, count)
         })
     }
 
@@ -98,9 +98,9 @@ exported! {
         values: RequestedValues<i64>,
         value_count: usize,
     ) -> c_int {
-        instance.call(|own| {
+        instance.call(|instance| {
             one_each(count, value_count)?;
-            get(references, values, count, |reference| own.count(reference))
+            get(references, values, count, |reference| instance.count(reference))
         })
     }
 
@@ -114,12 +114,12 @@ exported! {
         early: RequestedValues<u8>,
         last_time: RequestedValues<f64>,
     ) -> c_int {
-        instance.call(|own| {
-            let done = own.step(time, length);
+        instance.call(|instance| {
+            let done = instance.step(time, length);
             for answer in [event_needed, terminate, early] {
                 answer.answer(0);
             }
-            last_time.answer(own.time());
+            last_time.answer(instance.time());
             done
         })
     }

@@ -109,7 +109,7 @@ impl Instance {
 
     /// Builds the plant if necessary, and sets the motion to its start if there is none.
     fn prepare(&mut self) -> Result<(), Refusal> {
-        let known = |own: &(Vec<f64>, Plant)| same_bits(&own.0, &self.live.parameters);
+        let known = |entry: &(Vec<f64>, Plant)| same_bits(&entry.0, &self.live.parameters);
         if !self.plant.as_ref().is_some_and(known) {
             self.plant = Some(self.build(&self.live.parameters)?);
         }
@@ -126,14 +126,15 @@ impl Instance {
     }
 
     fn role(&self, reference: u32) -> Result<Role, Refusal> {
-        let own = self.drive.description().variables.get(reference as usize);
-        own.map(|own| own.role)
+        let variable = self.drive.description().variables.get(reference as usize);
+        variable
+            .map(|variable| variable.role)
             .ok_or_else(|| Refusal::error(format!("there is no value reference {reference}")))
     }
 
     fn name(&self, reference: u32) -> &str {
-        let own = self.drive.description().variables.get(reference as usize);
-        own.map_or("", |own| own.name.as_str())
+        let variable = self.drive.description().variables.get(reference as usize);
+        variable.map_or("", |variable| variable.name.as_str())
     }
 
     /// The plant and its state, for outputs; builds the plant in initialization mode.
@@ -241,12 +242,12 @@ impl Instance {
         if !(length > 0.0 && length.is_finite()) {
             return Err(Refusal::error(format!("a step has the length {length}")));
         }
-        let own = self.live.time;
+        let last_end = self.live.time;
         // The comparison also refuses NaN.
-        let same = (time - own).abs() <= SAME_TIME * length.max(time.abs());
+        let same = (time - last_end).abs() <= SAME_TIME * length.max(time.abs());
         if !same {
             return Err(Refusal::error(format!(
-                "a step starts at time {time}, but the last one ended at {own}"
+                "a step starts at time {time}, but the last one ended at {last_end}"
             )));
         }
         let Some((_, plant)) = &mut self.plant else {
@@ -255,7 +256,7 @@ impl Instance {
         // Use the importer's clock, because two separate sums of steps would drift apart.
         self.live.time = time;
         plant.step(&mut self.live, length).map_err(|stop| {
-            self.live.time = own;
+            self.live.time = last_end;
             Refusal::Discard(stop.to_string())
         })
     }
@@ -272,7 +273,7 @@ impl Instance {
             return Err(foreign());
         }
         if let Some(motion) = &live.motion {
-            let known = |own: &&(Vec<f64>, Plant)| same_bits(&own.0, &live.parameters);
+            let known = |entry: &&(Vec<f64>, Plant)| same_bits(&entry.0, &live.parameters);
             let built = match self.plant.as_ref().filter(known) {
                 Some(_) => None,
                 None => Some(self.build(&live.parameters)?),

@@ -101,7 +101,11 @@ fn nvh(nvh: NvhConfig) -> String {
         (nvh.outputs.meshes, ", meshes"),
         (nvh.power, ", power balance"),
     ];
-    let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
+    let more: String = more
+        .iter()
+        .filter(|part| part.0)
+        .map(|part| part.1)
+        .collect();
     let stop = nvh.stop_at_stderr.map_or(String::new(), |bound| {
         format!(", until relative standard error {bound}")
     });

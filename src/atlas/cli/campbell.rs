@@ -95,8 +95,8 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
             let orders = shaft_orders(&first, *shaft).into_iter();
             orders.map(move |order| (order, order * turns))
         });
-        turns.map(move |(own, order)| Ray {
-            name: format!("{} × {name}", to_digits(own, 4)),
+        turns.map(move |(multiple, order)| Ray {
+            name: format!("{} × {name}", to_digits(multiple, 4)),
             order,
             of_mesh: false,
         })
@@ -165,9 +165,11 @@ fn at_speeds(
 fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
     let ripples = first.excitation.torque_ripple.iter();
     let motions = first.excitation.imposed_motion.iter();
-    let all = (ripples.map(|own| (own.shaft, own.order)))
-        .chain(motions.map(|own| (own.shaft, own.order)));
-    let of_shaft = all.filter(|own| own.0 == shaft).map(|own| own.1);
+    let all = (ripples.map(|ripple| (ripple.shaft, ripple.order)))
+        .chain(motions.map(|motion| (motion.shaft, motion.order)));
+    let of_shaft = all
+        .filter(|excitation| excitation.0 == shaft)
+        .map(|excitation| excitation.1);
     let mut orders: Vec<f64> = of_shaft.chain([1.0]).collect();
     orders.sort_by(f64::total_cmp);
     orders.dedup();

@@ -31,17 +31,17 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
     let (whose, cause) = (" of the coast flanks", "coast_transmission_error");
     let of_coast = excitation.coast_transmission_error.as_ref();
     causes.extend(imposed(whose, cause, of_coast));
-    causes.extend((excitation.torque_ripple.iter()).map(|own| {
-        let (order, amplitude) = (own.order, own.amplitude);
-        let [shaft, on] = named(point, own.shaft);
+    causes.extend((excitation.torque_ripple.iter()).map(|ripple| {
+        let (order, amplitude) = (ripple.order, ripple.amplitude);
+        let [shaft, on] = named(point, ripple.shaft);
         Cause {
             text: format!("torque ripple on {on} (order {order}, {amplitude} N*m)"),
             value: of_shaft("torque_ripple", &shaft, order, amplitude),
         }
     }));
-    causes.extend((excitation.imposed_motion.iter()).map(|own| {
-        let (order, amplitude) = (own.order, own.amplitude);
-        let [shaft, on] = named(point, own.shaft);
+    causes.extend((excitation.imposed_motion.iter()).map(|motion| {
+        let (order, amplitude) = (motion.order, motion.amplitude);
+        let [shaft, on] = named(point, motion.shaft);
         Cause {
             text: format!(
                 "motion imposed on {on} (order {order}, {} rad)",

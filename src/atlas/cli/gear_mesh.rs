@@ -39,7 +39,8 @@ impl GearMesh {
             }
             _ => None,
         };
-        let further = structure.map(|own| loaded_further_meshes(point, own, parts.meshes()));
+        let further =
+            structure.map(|structure| loaded_further_meshes(point, structure, parts.meshes()));
         let stiffness = match &loaded {
             Some(loaded) => loaded.as_ref().ok().map(|mesh| mesh.stiffness),
             None => imposed(&point.mesh.stiffness),

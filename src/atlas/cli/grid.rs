@@ -90,7 +90,7 @@ pub fn tied_json(job: &Job) -> Value {
         .dimensions
         .iter()
         .filter(|dimension| dimension.is_tied());
-    json!(groups.map(|own| names(&own.axes)).collect::<Vec<_>>())
+    json!(groups.map(|group| names(&group.axes)).collect::<Vec<_>>())
 }
 
 /// `1000 samples of 3 distributions; 5000 rows for Sobol' indices (saltelli)`; `None` if no axis is a distribution.
@@ -118,7 +118,9 @@ pub fn samples(job: &Job) -> Option<String> {
 /// `normal, mean 80, standard deviation 10, from 60 to 100 um` for a sampled axis, values times `unit`.
 pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
     let drawn = job.samples.as_ref()?.axes.iter();
-    let (_, distribution) = drawn.into_iter().find(|(own, _)| *own == axis)?;
+    let (_, distribution) = drawn
+        .into_iter()
+        .find(|(drawn_axis, _)| *drawn_axis == axis)?;
     let number = |value: f64| to_digits(value * unit.factor, 4);
     let law = match &distribution.law {
         Law::Normal { mean, deviation } => {
@@ -149,10 +151,10 @@ pub fn samples_json(job: &Job) -> Value {
         "samples": samples.count,
         "rows": samples.count * samples.design.rows_per_sample(samples.axes.len()),
         "distributions": (samples.axes.iter())
-            .map(|(axis, own)| json!({
+            .map(|(axis, distribution)| json!({
                 "axis": job.axes[*axis].name(),
-                "law": own.law,
-                "truncate": own.truncate,
+                "law": distribution.law,
+                "truncate": distribution.truncate,
             }))
             .collect::<Vec<_>>(),
     })))

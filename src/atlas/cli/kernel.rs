@@ -21,8 +21,11 @@ impl FirstKernel {
         let setting = first.run.kernel;
         let found = match setting {
             KernelSetting::Auto => parts.model(first).and_then(|model| {
-                let own = PointKernel::of(first, &model, parts)?;
-                Ok((own.taken.name(), own.why.map(|why| why.to_string())))
+                let point_kernel = PointKernel::of(first, &model, parts)?;
+                Ok((
+                    point_kernel.taken.name(),
+                    point_kernel.why.map(|why| why.to_string()),
+                ))
             }),
             KernelSetting::Named(kernel @ KernelChoice::ClosedModes) => {
                 parts.model(first).map(|model| {

@@ -154,7 +154,7 @@ pub fn id(job: &Job, text: &str) -> Result<u64, String> {
     let same = |point: &PointSpec| {
         let mut values = point.axis_values.iter().zip(&chosen.spec.axis_values);
         (chosen.direction.is_none() || chosen.direction == point.direction)
-            && values.all(|(own, typed)| is_near(*own, *typed))
+            && values.all(|(value, typed)| is_near(*value, *typed))
     };
     let found = job.points.iter().find(same);
     found.map(|point| point.point_id).ok_or_else(|| {
@@ -267,25 +267,26 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
 
 /// Fills in the tied axes that the argument does not name. They get their values at the position of the named axes, if
 /// this position is unique or if all candidates agree.
-fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
+fn fill(job: &Job, dimension: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
-        let mut given = own
+        let mut given = dimension
             .axes
             .iter()
             .filter_map(|&axis| Some((axis, values[axis]?)));
         given.all(|(axis, value)| is_near(of(axis, *place), value))
     };
-    if own.axes.iter().all(|&axis| values[axis].is_none()) {
+    if dimension.axes.iter().all(|&axis| values[axis].is_none()) {
         return;
     }
-    let mut found = (0..own.length).filter(fits);
-    let equal =
-        |one: usize, other: usize| (own.axes.iter()).all(|&axis| of(axis, one) == of(axis, other));
+    let mut found = (0..dimension.length).filter(fits);
+    let equal = |one: usize, other: usize| {
+        (dimension.axes.iter()).all(|&axis| of(axis, one) == of(axis, other))
+    };
     if let Some(place) = found.next()
         && found.all(|other| equal(place, other))
     {
-        for &axis in &own.axes {
+        for &axis in &dimension.axes {
             values[axis].get_or_insert(of(axis, place));
         }
     }

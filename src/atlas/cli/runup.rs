@@ -104,13 +104,13 @@ fn metadata(
 
 /// Label and path of each file of a run-up; only the first label has text.
 fn files(folder: &Path) -> [(&'static str, String); 5] {
-    let own = |kind| table_path(folder, kind, None).display().to_string();
+    let path = |kind| table_path(folder, kind, None).display().to_string();
     [
-        ("files", own(TableKind::Signals)),
-        ("", own(TableKind::OrderTracks)),
-        ("", own(TableKind::Levels)),
-        ("", own(TableKind::Spectrogram)),
-        ("", own(TableKind::ContactChanges)),
+        ("files", path(TableKind::Signals)),
+        ("", path(TableKind::OrderTracks)),
+        ("", path(TableKind::Levels)),
+        ("", path(TableKind::Spectrogram)),
+        ("", path(TableKind::ContactChanges)),
     ]
 }
 
@@ -139,8 +139,8 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
         ),
     ];
     for (signal, [name, unit]) in run.signals.iter().enumerate() {
-        let own = || run.levels.iter().filter(|level| level.signal == signal);
-        if let Some(loudest) = own().max_by(|a, b| a.rms.total_cmp(&b.rms)) {
+        let levels = || run.levels.iter().filter(|level| level.signal == signal);
+        if let Some(loudest) = levels().max_by(|a, b| a.rms.total_cmp(&b.rms)) {
             lines.push((
                 if signal == 0 { "loudest" } else { "" },
                 format!(

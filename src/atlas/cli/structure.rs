@@ -60,7 +60,7 @@ impl Structure {
             diagram: campbell::of(job, &[], parts)?,
             speed: first.speed,
             count: structures(job),
-            base_period: excitation_period(&model).map(|own| least_multiple(own, of_meshes)),
+            base_period: excitation_period(&model).map(|period| least_multiple(period, of_meshes)),
         })
     }
 
@@ -187,11 +187,11 @@ impl Structure {
             })
         };
         let closed = |ClosedMode {
-                          mode: own,
+                          mode: natural_mode,
                           mesh_share,
                       }: &ClosedMode| {
-            let speeds = (1..=HARMONICS).map(|harmonic| self.resonance(own, harmonic));
-            let mut value = mode(own);
+            let speeds = (1..=HARMONICS).map(|harmonic| self.resonance(natural_mode, harmonic));
+            let mut value = mode(natural_mode);
             value["mesh_share"] = json!(mesh_share);
             value["resonant_speeds"] = json!(speeds.collect::<Vec<_>>());
             value

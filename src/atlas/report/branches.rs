@@ -148,8 +148,8 @@ pub fn branches(
                 .filter(|(neighbour, _)| neighbour + 1 == place)
                 .map_or(0..0, |(_, range)| range);
             let matched = matches(&attractors[before.clone()], &attractors[first..last]);
-            for (own, partner) in (first..last).zip(matched) {
-                branch[own] = match partner {
+            for (row, partner) in (first..last).zip(matched) {
+                branch[row] = match partner {
                     Some(partner) => branch[before.start + partner],
                     None => {
                         next += 1;
@@ -172,8 +172,8 @@ fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
             .map(|(index, _)| index)
     };
     let back: Vec<Option<usize>> = old.iter().map(|old| nearest(old, new)).collect();
-    let forth = new.iter().enumerate().map(|(index, own)| {
-        let partner = nearest(own, old)?;
+    let forth = new.iter().enumerate().map(|(index, attractor)| {
+        let partner = nearest(attractor, old)?;
         (back[partner] == Some(index)).then_some(partner)
     });
     forth.collect()

@@ -241,9 +241,9 @@ fn solver(page: &mut String, machine: &Characteristics) {
     campaigns.sort();
     campaigns.dedup();
     for wanted in campaigns {
-        let own = rows().filter(|row| campaign(row) == wanted);
-        let alone = own.clone().find(|row| row.key.threads == 1);
-        let best = own.max_by(|a, b| a.figure.value.total_cmp(&b.figure.value));
+        let campaign_rows = rows().filter(|row| campaign(row) == wanted);
+        let alone = campaign_rows.clone().find(|row| row.key.threads == 1);
+        let best = campaign_rows.max_by(|a, b| a.figure.value.total_cmp(&b.figure.value));
         let (Some(alone), Some(best)) = (alone, best) else {
             continue;
         };

@@ -40,7 +40,7 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
                 return None;
             }
             let name = common(contact);
-            let known = found.iter().position(|own| own.name == name);
+            let known = found.iter().position(|entry| entry.name == name);
             known.or_else(|| {
                 found.push(Rattle {
                     name: name.to_owned(),
@@ -67,11 +67,11 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
                     together[place] += index.unwrap_or(0.0);
                 }
             }
-            for (own, index) in found.iter_mut().zip(together) {
-                own.mean += index;
-                if index > own.largest {
-                    own.largest = index;
-                    own.point_id = point_id.unwrap_or_default();
+            for (entry, index) in found.iter_mut().zip(together) {
+                entry.mean += index;
+                if index > entry.largest {
+                    entry.largest = index;
+                    entry.point_id = point_id.unwrap_or_default();
                 }
             }
         }
@@ -79,14 +79,16 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
     })?;
     found
         .iter_mut()
-        .for_each(|own| own.mean /= points.max(1) as f64);
+        .for_each(|entry| entry.mean /= points.max(1) as f64);
     found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     Ok(found)
 }
 
 fn is_of_slider(contact: &str) -> bool {
     let state = contact.rsplit_once(", ").map(|(_, state)| state);
-    SliderPart::ALL.iter().any(|(_, own)| Some(*own) == state)
+    SliderPart::ALL
+        .iter()
+        .any(|(_, suffix)| Some(*suffix) == state)
 }
 
 /// The common name of both contacts of a mesh, of a stage or of a rigid stop.

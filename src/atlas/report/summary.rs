@@ -208,13 +208,13 @@ impl Summary {
         for found in &transitions {
             *transition_counts.entry(found.what.clone()).or_insert(0) += 1;
         }
-        let mut own = Self {
+        let mut summary = Self {
             folder: folder.to_path_buf(),
             carried_along: head.metadata("carried_along").map(shown),
             transitions,
             transition_counts,
             refined,
-            followed: followed.map(|own| FollowedSummary::of(&own)),
+            followed: followed.map(|followed| FollowedSummary::of(&followed)),
             axes,
             tied,
             sampled,
@@ -226,10 +226,10 @@ impl Summary {
             all,
             ..Self::default()
         };
-        own.take_census(census);
-        own.take_runs(&runs);
-        own.coexisting = coexistence::read(folder, &own.coexisting_points)?;
-        Ok(own)
+        summary.take_census(census);
+        summary.take_runs(&runs);
+        summary.coexisting = coexistence::read(folder, &summary.coexisting_points)?;
+        Ok(summary)
     }
 
     /// Takes over the counts.

@@ -55,17 +55,17 @@ impl TableSummary {
             CacheKind::Mesh => {
                 let table: MeshTable = file.content()?;
                 let all = mesh_quantities(&table).into_iter();
-                all.map(|own| summary(own.name, own.unit, own.values))
+                all.map(|quantity| summary(quantity.name, quantity.unit, quantity.values))
                     .collect()
             }
             CacheKind::Systems => {
                 let table: KernelArrays = file.content()?;
                 let all = table.all().iter();
-                all.map(|own| summary(&own.name, &own.unit, &own.values))
+                all.map(|quantity| summary(&quantity.name, &quantity.unit, &quantity.values))
                     .collect()
             }
         };
-        let count: usize = quantities.iter().map(|own| own.count).sum();
+        let count: usize = quantities.iter().map(|quantity| quantity.count).sum();
         Ok(Self {
             file: path.to_path_buf(),
             kind: file.header.kind,
@@ -107,12 +107,12 @@ impl TableSummary {
             "\n\n{name:<20}{:<8}{:>9}{:>14}{:>14}",
             "unit", "count", "least", "greatest"
         );
-        for own in &self.quantities {
-            let [least, greatest] =
-                [own.least, own.greatest].map(|value| value.map_or("–".to_owned(), number));
+        for quantity in &self.quantities {
+            let [least, greatest] = [quantity.least, quantity.greatest]
+                .map(|value| value.map_or("–".to_owned(), number));
             let QuantitySummary {
                 name, unit, count, ..
-            } = own;
+            } = quantity;
             _ = writeln!(
                 text,
                 "{name:<20}{unit:<8}{count:>9}{least:>14}{greatest:>14}"

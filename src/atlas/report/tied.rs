@@ -38,10 +38,10 @@ impl Tied {
         let untied =
             (0..axes.len()).filter(|axis| !groups.iter().any(|group| group.contains(axis)));
         let others: usize = untied.map(length).product();
-        let group = |mut own: Vec<usize>| {
+        let group = |mut group_axes: Vec<usize>| {
             // The axis with most values comes first; if several have equally many, the fastest.
-            own.sort_by_key(|&axis| Reverse((length(axis), axis)));
-            let plane = match own[..] {
+            group_axes.sort_by_key(|&axis| Reverse((length(axis), axis)));
+            let plane = match group_axes[..] {
                 [first, second, ..] => Some([second, first]),
                 _ => None,
             };
@@ -49,7 +49,7 @@ impl Tied {
                 plane: plane.filter(|&[second, first]| {
                     length(second) > 1 && length(first) * length(second) * others <= FILLED * points
                 }),
-                axes: own,
+                axes: group_axes,
             }
         };
         Self(groups.into_iter().map(group).collect())
@@ -61,7 +61,7 @@ impl Tied {
             group.axes.contains(&axis)
                 && match group.plane {
                     Some(plane) => !plane.contains(&axis),
-                    None => free.iter().any(|own| group.axes.contains(own)),
+                    None => free.iter().any(|free_axis| group.axes.contains(free_axis)),
                 }
         };
         let goes =
@@ -73,8 +73,8 @@ impl Tied {
     /// or else the axis with most values.
     pub(super) fn free(&self, axes: usize) -> Vec<usize> {
         let chosen = |axis: &usize| {
-            let own = self.0.iter().find(|group| group.axes.contains(axis));
-            own.is_none_or(|group| match group.plane {
+            let containing = self.0.iter().find(|group| group.axes.contains(axis));
+            containing.is_none_or(|group| match group.plane {
                 Some(plane) => plane.contains(axis),
                 None => group.axes.first() == Some(axis),
             })

@@ -124,7 +124,10 @@ impl Description {
             Role::Events,
         );
         let mut names = BTreeSet::new();
-        let twice = all.0.iter().find(|own| !names.insert(own.name.as_str()));
+        let twice = all
+            .0
+            .iter()
+            .find(|variable| !names.insert(variable.name.as_str()));
         if let Some(Variable { name, .. }) = twice {
             return Err(FmuError::DuplicateName { name: name.clone() });
         }
@@ -138,11 +141,11 @@ impl Description {
 
     /// Values of the parameters before the importer sets any.
     pub fn parameters_at_start(&self) -> Vec<f64> {
-        let own = |variable: &Variable| match variable.role {
+        let start_of = |variable: &Variable| match variable.role {
             Role::Parameter(_) => variable.start,
             _ => None,
         };
-        self.variables.iter().filter_map(own).collect()
+        self.variables.iter().filter_map(start_of).collect()
     }
 
     /// Values of the inputs before the importer sets any.
@@ -150,7 +153,7 @@ impl Description {
         let of = |role| self.variables.iter().find(|variable| variable.role == role);
         Input::ALL.map(|input| {
             of(Role::Input(input))
-                .and_then(|own| own.start)
+                .and_then(|variable| variable.start)
                 .unwrap_or(0.0)
         })
     }
@@ -179,8 +182,8 @@ fn parameters(job: &Job, point: &PointSpec, all: &mut Variables) -> Vec<Paramete
         };
         let role = Role::Parameter(parameters.len());
         all.add(name, about, parameter.dimension(), role);
-        if let Some(own) = all.last() {
-            own.start = Some(start);
+        if let Some(variable) = all.last() {
+            variable.start = Some(start);
         }
         parameters.push(parameter);
     }
@@ -206,8 +209,8 @@ fn inputs(starts: [f64; INPUTS], all: &mut Variables) {
             ),
         };
         all.add(name, about, dimension, Role::Input(input));
-        if let Some(own) = all.last() {
-            own.start = Some(start);
+        if let Some(variable) = all.last() {
+            variable.start = Some(start);
         }
     }
 }
@@ -277,8 +280,8 @@ fn bearings(structure: &ModalStructure, all: &mut Variables) {
             Role::Bearing(place),
         );
         let share = &bearing.left_out;
-        if let Some(own) = all.last() {
-            own.feeds_through = share.torque != 0.0 || share.shaft_torques != [0.0; 2];
+        if let Some(variable) = all.last() {
+            variable.feeds_through = share.torque != 0.0 || share.shaft_torques != [0.0; 2];
         }
     }
     for (place, torque) in structure.torques.iter().enumerate() {

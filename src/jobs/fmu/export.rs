@@ -25,8 +25,8 @@ impl Platform {
             "aarch64" => ("", "aarch64-linux"),
             _ => ("", ""),
         };
-        let own = Self { two, three };
-        (!own.folder(version).is_empty()).then_some(own)
+        let libraries = Self { two, three };
+        (!libraries.folder(version).is_empty()).then_some(libraries)
     }
 
     /// The folder in the archive.
@@ -52,7 +52,7 @@ pub fn export(
     let has = |mark: &str| {
         library
             .windows(mark.len())
-            .any(|own| own == mark.as_bytes())
+            .any(|known| known == mark.as_bytes())
     };
     if !has(MARK) {
         return Err(FmuError::OtherLibrary {

@@ -91,8 +91,8 @@ impl Reader<'_> {
 
     fn numbers<const N: usize>(&mut self) -> Option<[f64; N]> {
         let mut out = [0.0; N];
-        for own in &mut out {
-            *own = self.number()?;
+        for value in &mut out {
+            *value = self.number()?;
         }
         Some(out)
     }
@@ -114,8 +114,8 @@ impl LiveState {
     pub fn copy(&mut self, from: &Self) {
         self.parameters.clone_from(&from.parameters);
         match (&mut self.motion, &from.motion) {
-            (Some(own), Some(motion)) => copy(own, motion),
-            (own, motion) => own.clone_from(motion),
+            (Some(target), Some(motion)) => copy(target, motion),
+            (target, motion) => target.clone_from(motion),
         }
         (self.mode, self.inputs, self.rates) = (from.mode, from.inputs, from.rates);
         (self.time, self.speed, self.events) = (from.time, from.speed, from.events);
@@ -136,7 +136,7 @@ impl LiveState {
         words.extend(
             numbers
                 .chain([&self.time, &self.speed])
-                .map(|own| own.to_bits()),
+                .map(|number| number.to_bits()),
         );
         words.push(self.events);
         if let Some(motion) = &self.motion {

@@ -83,12 +83,12 @@ impl Sensors {
     }
 
     fn bearing(&self, look: &ModelView<'_>, live: &LiveState, bearing: usize) -> f64 {
-        let own = &look.model.bearings[bearing];
-        let mut force = look.sum(&own.gain);
+        let gains = &look.model.bearings[bearing];
+        let mut force = look.sum(&gains.gain);
         for (term, share) in self.on_bearings[bearing].iter().enumerate() {
             force += share * load_term(live, term);
         }
-        for (ripple, share) in look.model.ripple.iter().zip(&own.by_ripple) {
+        for (ripple, share) in look.model.ripple.iter().zip(&gains.by_ripple) {
             force += share * ripple.phase_at(look.motion.cycle, look.time()).cos();
         }
         for contact in look.motion.contact.iter() {
@@ -146,7 +146,7 @@ fn closed_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     [0, 1].map(|flank| {
         (flank..model.flank_springs)
             .step_by(2)
-            .any(|own| closed.holds(own) && !model.is_of_film(own))
+            .any(|contact| closed.holds(contact) && !model.is_of_film(contact))
     })
 }
 
@@ -189,12 +189,12 @@ impl ModelView<'_> {
 
     /// Force of a closed contact \[N\].
     fn force(&self, contact: usize) -> f64 {
-        let (own, segment) = (&self.model.contacts[contact], self.segment(contact));
+        let (contact_data, segment) = (&self.model.contacts[contact], self.segment(contact));
         let [deflection, rate] = self.deflection(contact);
-        let [_, opening] = own.gap(segment, self.time());
+        let [_, opening] = contact_data.gap(segment, self.time());
         // The contact assumes the gap's rate at the model's speed.
-        let rate = rate + own.side * (1.0 - self.pace) * opening;
-        own.force(segment, self.time(), deflection, rate)
+        let rate = rate + contact_data.side * (1.0 - self.pace) * opening;
+        contact_data.force(segment, self.time(), deflection, rate)
     }
 
     /// The closed contacts of a mesh.

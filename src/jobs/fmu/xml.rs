@@ -141,7 +141,7 @@ impl Description {
         };
         let numbered = || (first..).zip(&self.variables);
         let inputs: Vec<String> = numbered()
-            .filter(|(_, own)| matches!(own.role, Role::Input(_)))
+            .filter(|(_, variable)| matches!(variable.role, Role::Input(_)))
             .map(|(number, _)| number.to_string())
             .collect();
         let inputs = inputs.join(" ");
@@ -153,8 +153,8 @@ impl Description {
             if version == Version::Two {
                 _ = writeln!(out, "<{list}>");
             }
-            for (number, own) in numbered().filter(|(_, own)| own.role.is_output()) {
-                let dependencies = match (kind, own.feeds_through) {
+            for (number, variable) in numbered().filter(|(_, variable)| variable.role.is_output()) {
+                let dependencies = match (kind, variable.feeds_through) {
                     ("Output", false) => " dependencies=\"\"".to_owned(),
                     ("Output", true) => format!(" dependencies=\"{inputs}\""),
                     _ => String::new(),

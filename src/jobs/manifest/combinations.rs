@@ -72,7 +72,10 @@ impl Combinations {
     /// The index of the value of each model key in a combination.
     pub fn places(&self, number: usize) -> Vec<usize> {
         let places = GridDimension::places(&self.lengths, number);
-        self.of_keys.iter().map(|&own| places[own]).collect()
+        self.of_keys
+            .iter()
+            .map(|&dimension| places[dimension])
+            .collect()
     }
 
     /// The combination at these positions along the dimensions.

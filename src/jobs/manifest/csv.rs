@@ -223,8 +223,8 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
             let start = next;
             next += line.len();
             // Some spreadsheets start a file with a byte order mark.
-            let own = line.strip_prefix('\u{feff}').unwrap_or(line);
-            (start + line.len() - own.len(), own.trim_end())
+            let content = line.strip_prefix('\u{feff}').unwrap_or(line);
+            (start + line.len() - content.len(), content.trim_end())
         })
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }

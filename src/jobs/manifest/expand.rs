@@ -307,7 +307,7 @@ impl PointResolver {
 
     /// Whether an expression gives an axis.
     pub fn is_derived(&self, name: &str) -> bool {
-        self.0.derived.iter().any(|(own, ..)| own.name() == name)
+        self.0.derived.iter().any(|(key, ..)| key.name() == name)
     }
 
     /// Gives a point the mesh and the excitation for its axis values. `None` if the manifest would be faulty with these

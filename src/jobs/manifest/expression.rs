@@ -135,13 +135,13 @@ fn marked(text: &str) -> Result<String, String> {
 fn name_length(text: &str) -> usize {
     let mut inside = false;
     text.find(|c: char| {
-        let own = match c {
+        let in_name = match c {
             '[' => !std::mem::replace(&mut inside, true),
             ']' => std::mem::replace(&mut inside, false),
             ',' => inside,
             _ => c.is_ascii_alphanumeric() || c == '_' || c == '.',
         };
-        !own
+        !in_name
     })
     .unwrap_or(text.len())
 }

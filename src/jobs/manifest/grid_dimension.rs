@@ -24,13 +24,13 @@ impl GridDimension {
         let tied = |axis: usize| ties.iter().find(|tie| tie.contains(&axis));
         let mut all: Vec<Self> = (0..axes.len())
             .filter_map(|axis| {
-                let mut own = tied(axis).map_or_else(|| vec![axis], Vec::clone);
-                own.sort_unstable();
-                (own[0] == axis).then(|| Self {
+                let mut along = tied(axis).map_or_else(|| vec![axis], Vec::clone);
+                along.sort_unstable();
+                (along[0] == axis).then(|| Self {
                     length: axes[axis].values.len(),
-                    model_keys: own.iter().any(|&axis| axes[axis].key.is_model_key()),
+                    model_keys: along.iter().any(|&axis| axes[axis].key.is_model_key()),
                     sampled: false,
-                    axes: own,
+                    axes: along,
                 })
             })
             .collect();

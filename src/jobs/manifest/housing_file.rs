@@ -174,8 +174,14 @@ fn point(table: &Section, names: &[String]) -> Option<HousingPoint> {
     }
     let freedom = table.text("freedom")?;
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
-    let displaces = |own: &&str| [" x", " y", " z"].iter().any(|end| own.ends_with(end));
-    let Some(place) = (known.iter()).position(|own| *own == freedom && displaces(own)) else {
+    let displaces = |known_freedom: &&str| {
+        [" x", " y", " z"]
+            .iter()
+            .any(|end| known_freedom.ends_with(end))
+    };
+    let Some(place) = (known.iter())
+        .position(|known_freedom| *known_freedom == freedom && displaces(known_freedom))
+    else {
         let near = schema::nearest(freedom, &known);
         let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
         let message = format!("`{freedom}` is not the displacement of a node{near}");

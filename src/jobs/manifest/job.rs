@@ -86,10 +86,10 @@ impl Job {
     /// Computes the values of axes given by expressions from the other axes; NaN if an expression has no value.
     pub fn derive(&self, values: &mut [f64]) {
         let place = |name: &str| self.axes.iter().position(|axis| axis.name() == name);
-        for (own, _, expression) in self.between.derived() {
+        for (key, _, expression) in self.between.derived() {
             let value = expression.value(|name| place(name).map_or(f64::NAN, |at| values[at]));
-            if let Some(own) = place(own.name()) {
-                values[own] = value.unwrap_or(f64::NAN);
+            if let Some(target) = place(key.name()) {
+                values[target] = value.unwrap_or(f64::NAN);
             }
         }
     }

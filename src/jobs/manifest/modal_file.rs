@@ -93,7 +93,8 @@ fn read(root: &Section) -> Option<ModalStructure> {
     } else {
         let why = "with `mesh`: results show the deflection of the mesh";
         root.without_effect(&["displacement"], why, "remove it");
-        ["mesh", "torque"].map(|name| column(root, name, modes).filter(|own| acts(root, name, own)))
+        ["mesh", "torque"]
+            .map(|name| column(root, name, modes).filter(|values| acts(root, name, values)))
     };
     let mesh_tilt = optional(root, "mesh_tilt", modes);
     let friction = optional(root, "friction", modes);
@@ -196,7 +197,7 @@ fn optional(root: &Section, name: &str, modes: Option<usize>) -> Option<Option<V
 /// A column; empty if it is absent or all its entries are 0.
 fn if_acting(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> {
     let column = optional(root, name, modes)?;
-    Some(column.filter(|own| acting(own)).unwrap_or_default())
+    Some(column.filter(|values| acting(values)).unwrap_or_default())
 }
 
 /// Whether a column has an entry that is not 0.

@@ -55,8 +55,10 @@ pub(super) fn forms() -> impl Iterator<Item = (String, &'static Key)> {
 
 /// The nearest valid name to an invalid one.
 pub(super) fn nearest(name: &str) -> Option<String> {
-    let own = name.split(['.', '[']).nth(1).unwrap_or("NAME");
-    let names: Vec<String> = forms().map(|(_, key)| form(key.path, own, "1")).collect();
+    let entry_name = name.split(['.', '[']).nth(1).unwrap_or("NAME");
+    let names: Vec<String> = forms()
+        .map(|(_, key)| form(key.path, entry_name, "1"))
+        .collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     schema::nearest_path(name, &names).map(str::to_owned)
 }
@@ -157,7 +159,7 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
     let Some(Place { table, below, .. }) = place(name) else {
         return Err(fault(name, "is no number of a modal file".to_owned()));
     };
-    let Some((list, own)) = table else {
+    let Some((list, entry_name)) = table else {
         return Ok(below);
     };
     let tables = match file.entry(list).map(|entry| &entry.node.value) {
@@ -172,11 +174,11 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
             },
         )
         .collect();
-    let Some(index) = names.iter().position(|known| *known == own) else {
-        let near = schema::nearest(own, &names);
+    let Some(index) = names.iter().position(|known| *known == entry_name) else {
+        let near = schema::nearest(entry_name, &names);
         return Err(MissingElement {
-            near: near.map(|near| name.replacen(own, near, 1)),
-            ..fault(list, format!("has no entry named `{own}`"))
+            near: near.map(|near| name.replacen(entry_name, near, 1)),
+            ..fault(list, format!("has no entry named `{entry_name}`"))
         });
     };
     let mut path = vec![list.to_owned(), index.to_string()];

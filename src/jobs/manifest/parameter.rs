@@ -210,7 +210,7 @@ impl PointResolver {
         values: &[(&Parameter, f64)],
     ) -> Result<Vec<(Parameter, f64)>, String> {
         let mut changed: BTreeMap<&str, f64> = (values.iter())
-            .map(|(own, value)| (own.name(), *value))
+            .map(|(given_key, value)| (given_key.name(), *value))
             .collect();
         let mut found = Vec::new();
         for (key, dimension, expression) in self.derived() {
@@ -218,12 +218,12 @@ impl PointResolver {
             if changed.contains_key(key.name()) || !expression.names().iter().any(moved) {
                 continue;
             }
-            let own = |name: &str| {
+            let value_of = |name: &str| {
                 let known = Parameter::new(AxisKey::of(name), Dimension::Ratio);
                 self.value(point, &known).unwrap_or(f64::NAN)
             };
-            let value =
-                expression.value(|name| changed.get(name).copied().unwrap_or_else(|| own(name)));
+            let value = expression
+                .value(|name| changed.get(name).copied().unwrap_or_else(|| value_of(name)));
             let value = value.map_err(|why| format!("`{}`: {why}", key.name()))?;
             changed.insert(key.name(), value);
             found.push((Parameter::new(key.clone(), *dimension), value));
@@ -245,7 +245,7 @@ impl PointResolver {
         let mut torque = self.value_of_torque(point);
         let mut nodes: Vec<(&str, Node)> = Vec::new();
         let given = values.iter().copied();
-        for (parameter, value) in given.chain(derived.iter().map(|(own, value)| (own, *value))) {
+        for (parameter, value) in given.chain(derived.iter().map(|(key, value)| (key, *value))) {
             match &parameter.key {
                 AxisKey::Load => (out.load, torque) = (value, None),
                 AxisKey::Torque => {

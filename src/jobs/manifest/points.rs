@@ -109,7 +109,7 @@ impl Points {
             .dimensions
             .iter()
             .filter(|dimension| !dimension.model_keys);
-        place / inside.map(|own| own.length).product::<usize>()
+        place / inside.map(|dimension| dimension.length).product::<usize>()
     }
 
     /// Number of axes that are model keys.
@@ -138,8 +138,10 @@ impl Points {
             .iter()
             .map(|dimension| dimension.length)
             .collect();
-        for (own, along) in (self.dimensions.iter()).zip(GridDimension::places(&lengths, place)) {
-            for &axis in &own.axes {
+        for (dimension, along) in
+            (self.dimensions.iter()).zip(GridDimension::places(&lengths, place))
+        {
+            for &axis in &dimension.axes {
                 axis_values[axis] = self.values[axis].get(along);
             }
         }

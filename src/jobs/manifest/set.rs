@@ -69,7 +69,7 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &Issues) -> Vec
 
 /// Puts the changes of numbers of the modal file into its tree, which is part of the manifest's.
 pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: &Issues) {
-    for changed in changes.iter().filter(|own| own.is_of_modal_file()) {
+    for changed in changes.iter().filter(|changed| changed.is_of_modal_file()) {
         let name = changed.name();
         match &changed.of_file {
             Some(node) => {
@@ -120,8 +120,8 @@ pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: 
         let Some(place) = place else {
             continue;
         };
-        let own = GridDimension::of(&axes.dimensions, place);
-        let dimension = &axes.dimensions[own];
+        let index = GridDimension::of(&axes.dimensions, place);
+        let dimension = &axes.dimensions[index];
         let remedy = if tree.at("grid").and_then(|grid| grid.entry(&name)).is_none() {
             "it is a column of grid.points: set grid.points to another list or file".to_owned()
         } else if dimension.is_tied() && !dimension.sampled {

@@ -19,9 +19,9 @@ pub(super) fn of_length(metres: f64, what: &str, [least, most]: [f64; 2]) -> Opt
     let meant = meant.map_or(String::new(), |meant| {
         format!("; did you mean {}?", length(meant))
     });
-    let [own, least, most] = [metres, least, most].map(length);
+    let [given, least, most] = [metres, least, most].map(length);
     Some(format!(
-        "{own} is an unusual {what} (usual: {least} to {most}){meant}"
+        "{given} is an unusual {what} (usual: {least} to {most}){meant}"
     ))
 }
 

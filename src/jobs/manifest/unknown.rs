@@ -51,7 +51,12 @@ fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic
     let in_train = path == "train" || path.starts_with("train.");
     // With a train, the tables of other kinds of drive have no effect.
     let homes: Vec<&str> = (schema::tables_with_key(schema, &entry.key).into_iter())
-        .filter(|home| !in_train || !["gear", "shafts"].iter().any(|own| home.starts_with(own)))
+        .filter(|home| {
+            !in_train
+                || !["gear", "shafts"]
+                    .iter()
+                    .any(|prefix| home.starts_with(prefix))
+        })
         .collect();
     let suggestion = schema::nearest(&entry.key, &siblings)
         .map(|near| format!("`{near}`"))

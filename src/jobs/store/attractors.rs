@@ -48,8 +48,9 @@ pub(super) fn attractor_rows(point: &mut PointRow) -> Vec<AttractorRow> {
         .multistability
         .iter()
         .flat_map(|found| &found.attractors);
-    let row =
-        |(id, own): (u32, &AttractorOutcome)| AttractorRow::new(point.point_id, id, own.clone());
+    let row = |(id, outcome): (u32, &AttractorOutcome)| {
+        AttractorRow::new(point.point_id, id, outcome.clone())
+    };
     (0..).zip(found).map(row).collect()
 }
 

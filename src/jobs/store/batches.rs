@@ -42,7 +42,7 @@ impl ResultTable {
             return Ok((schema, batches));
         }
         let places = (batches.iter().enumerate())
-            .flat_map(|(batch, own)| (0..own.num_rows()).map(move |row| (batch, row)));
+            .flat_map(|(batch, rows)| (0..rows.num_rows()).map(move |row| (batch, row)));
         let places: Vec<(usize, usize)> = places.collect();
         let order: Vec<(usize, usize)> = self.order.iter().map(|&row| places[row]).collect();
         let all: Vec<&RecordBatch> = batches.iter().collect();

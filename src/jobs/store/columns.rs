@@ -46,14 +46,14 @@ pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<OfPoint<PoincareSample>
 pub(super) fn spectrum_rows(point: &mut PointRow) -> Vec<SpectrumRow> {
     let point_id = point.point_id;
     let spectra = std::mem::take(&mut point.outcome.spectra).into_iter();
-    let rows = spectra.flat_map(|own| {
-        let (signal, unit): (Arc<str>, Arc<str>) = (own.signal.into(), own.unit.into());
-        own.lines.into_iter().map(move |line| SpectrumRow {
+    let rows = spectra.flat_map(|spectrum| {
+        let (signal, unit): (Arc<str>, Arc<str>) = (spectrum.signal.into(), spectrum.unit.into());
+        spectrum.lines.into_iter().map(move |line| SpectrumRow {
             point_id,
             signal: Arc::clone(&signal),
             unit: Arc::clone(&unit),
-            method: own.method,
-            bandwidth: own.bandwidth,
+            method: spectrum.method,
+            bandwidth: spectrum.bandwidth,
             line,
         })
     });

@@ -238,9 +238,9 @@ pub fn curve_rows(
 }
 
 /// Values of the axes with some replaced.
-pub fn with_values_replaced(axis_values: &[f64], own: &[(usize, f64)]) -> Vec<f64> {
+pub fn with_values_replaced(axis_values: &[f64], replaced: &[(usize, f64)]) -> Vec<f64> {
     let mut out = axis_values.to_vec();
-    for &(axis, value) in own {
+    for &(axis, value) in replaced {
         out[axis] = value;
     }
     out

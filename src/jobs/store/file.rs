@@ -138,7 +138,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
         table: Table<R>,
         metadata: &[(&str, String)],
     ) -> Result<Self, StoreError> {
-        let own = [
+        let entries = [
             ("format", FORMAT.to_owned()),
             ("units", serde_json::json!(table.units()).to_string()),
             (
@@ -146,7 +146,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
                 serde_json::json!(table.descriptions()).to_string(),
             ),
         ];
-        let metadata: Vec<(String, String)> = own
+        let metadata: Vec<(String, String)> = entries
             .into_iter()
             .chain(metadata.iter().cloned())
             .map(|(key, value)| (key.to_owned(), value))
@@ -352,10 +352,10 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
     let entries = fs::read_dir(folder).map_err(|source| StoreError::io(folder, "read", source))?;
     for entry in entries.flatten() {
         let (path, name) = (entry.path(), entry.file_name());
-        let own =
+        let is_ours =
             (name.to_str()).is_some_and(|name| name.starts_with('.') && name.ends_with(PARTIAL));
         // Opening anything other than a file may wait for ever.
-        if !own || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+        if !is_ours || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
             continue;
         }
         if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {

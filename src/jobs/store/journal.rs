@@ -332,9 +332,11 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
         // Another run may have ended and removed the file between opening and locking.
-        let own = file.metadata().map_err(refused)?;
+        let opened = file.metadata().map_err(refused)?;
         match fs::symlink_metadata(path) {
-            Ok(there) if (there.dev(), there.ino()) == (own.dev(), own.ino()) => return Ok(file),
+            Ok(there) if (there.dev(), there.ino()) == (opened.dev(), opened.ino()) => {
+                return Ok(file);
+            }
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(source) => return Err(refused(source)),

@@ -399,8 +399,8 @@ fn record(parts: &[Part]) -> RunRecord {
     }
     let used = &mut whole.machine.instructions;
     for part in parts {
-        let own = part.record.machine.instructions.iter();
-        for name in own {
+        let instructions = part.record.machine.instructions.iter();
+        for name in instructions {
             if !used.contains(name) {
                 used.push(name.clone());
             }

@@ -74,9 +74,9 @@ impl CacheContent for MeshTable {
             return Some("an axis is too short or does not increase");
         }
         let nodes = self.shape().into_iter().fold(1, usize::saturating_mul);
-        let fits = |own: MeshQuantity| {
-            own.values.len() == nodes.saturating_mul(own.members)
-                || own.name == "pattern" && own.values.is_empty()
+        let fits = |quantity: MeshQuantity| {
+            quantity.values.len() == nodes.saturating_mul(quantity.members)
+                || quantity.name == "pattern" && quantity.values.is_empty()
         };
         if mesh_quantities(self).into_iter().all(fits) {
             None

@@ -26,9 +26,10 @@ impl Row for OrderRow {}
 pub(super) fn order_rows(point: &mut PointRow) -> Vec<OrderRow> {
     let point_id = point.point_id;
     let orders = std::mem::take(&mut point.outcome.orders).into_iter();
-    let rows = orders.flat_map(|own| {
-        let (signal, unit): (Arc<str>, Arc<str>) = (own.signal.into(), own.unit.into());
-        own.lines.into_iter().map(move |line| OrderRow {
+    let rows = orders.flat_map(|signal_orders| {
+        let (signal, unit): (Arc<str>, Arc<str>) =
+            (signal_orders.signal.into(), signal_orders.unit.into());
+        signal_orders.lines.into_iter().map(move |line| OrderRow {
             point_id,
             signal: Arc::clone(&signal),
             unit: Arc::clone(&unit),

@@ -74,16 +74,16 @@ pub struct KernelRecord {
 impl KernelRecord {
     /// Adds the kernels of another part of a job.
     pub fn join(all: &mut Vec<Self>, other: &[Self]) {
-        for own in other {
-            match all.iter_mut().find(|known| known.kernel == own.kernel) {
+        for added in other {
+            match all.iter_mut().find(|known| known.kernel == added.kernel) {
                 Some(known) => {
-                    let points = known.points + own.points;
-                    if own.first_point < known.first_point {
-                        known.clone_from(own);
+                    let points = known.points + added.points;
+                    if added.first_point < known.first_point {
+                        known.clone_from(added);
                     }
                     known.points = points;
                 }
-                None => all.push(own.clone()),
+                None => all.push(added.clone()),
             }
         }
         all.sort_by(|a, b| a.kernel.cmp(&b.kernel));

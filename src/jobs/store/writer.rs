@@ -73,8 +73,12 @@ pub struct Written {
 impl Written {
     /// Number of rows of a table; 0 if it was not written.
     pub fn rows(&self, kind: TableKind) -> u64 {
-        let own = |table: &&TableRecord| table.name.starts_with(kind.file_name());
-        self.tables.iter().filter(own).map(|table| table.rows).sum()
+        let of_kind = |table: &&TableRecord| table.name.starts_with(kind.file_name());
+        self.tables
+            .iter()
+            .filter(of_kind)
+            .map(|table| table.rows)
+            .sum()
     }
 }
 
@@ -289,7 +293,11 @@ impl ResultWriter {
     /// with tables that it does not describe.
     fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
-        let written = |kind: &TableKind| self.others.iter().any(|(own, _)| own == kind);
+        let written = |kind: &TableKind| {
+            self.others
+                .iter()
+                .any(|(written_kind, _)| written_kind == kind)
+        };
         let others = TableKind::OF_A_JOB.into_iter();
         let others = others.filter(|kind| *kind != TableKind::Points && !written(kind));
         let others = others.map(|kind| table_path(folder, kind, *shard));

@@ -59,10 +59,10 @@ impl ChainSelection {
     pub fn with(&self, points: &BTreeSet<u64>) -> Self {
         let of = |id: &u64| *id as usize / self.length;
         let wanted: BTreeSet<usize> = points.iter().map(of).collect();
-        let own = (0..self.chains()).map(|place| self.chain(place));
+        let chains = (0..self.chains()).map(|place| self.chain(place));
         Self {
             length: self.length,
-            chains: Chains::Listed(own.filter(|chain| wanted.contains(chain)).collect()),
+            chains: Chains::Listed(chains.filter(|chain| wanted.contains(chain)).collect()),
         }
     }
 

@@ -104,9 +104,9 @@ pub fn follow_job(
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Followed, FollowError> {
     let spec = job.continuation.as_ref().ok_or(FollowError::NotAsked)?;
-    let own = job.axes[spec.over].values.get(0);
+    let first_value = job.axes[spec.over].values.get(0);
     let bases: Vec<PointSpec> = (job.points.iter())
-        .filter(|point| point.axis_values[spec.over] == own)
+        .filter(|point| point.axis_values[spec.over] == first_value)
         .filter(|point| {
             point.direction.is_none_or(|way| {
                 Some(&way) == job.carried.as_ref().and_then(|c| c.directions.first())

@@ -117,15 +117,15 @@ impl CycleMap {
     /// [`MapError::Build`] if the drive cannot be built, or its kernel takes too long.
     pub fn new(mut point: PointSpec, parts: Arc<Prepared>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
-        let own = PointKernel::of(&point, &model, &parts)?;
-        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(own.taken);
-        let kernel = match own.taken {
+        let point_kernel = PointKernel::of(&point, &model, &parts)?;
+        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(point_kernel.taken);
+        let kernel = match point_kernel.taken {
             KernelChoice::Volterra => MapKernel::Kept(Box::new(Volterra::of(
                 model,
                 f64::EPSILON,
                 point.run.event_limit,
             ))),
-            _ => MapKernel::Built(Box::new((model, own))),
+            _ => MapKernel::Built(Box::new((model, point_kernel))),
         };
         Ok(Self {
             point,
@@ -224,9 +224,9 @@ struct MapRequest<'a> {
 
 /// Splits the first numbers off a slice.
 fn take<'a>(left: &mut &'a mut [f64], count: usize) -> &'a mut [f64] {
-    let (own, rest) = std::mem::take(left).split_at_mut(count);
+    let (taken, rest) = std::mem::take(left).split_at_mut(count);
     *left = rest;
-    own
+    taken
 }
 
 /// Some consecutive states, and the output for them.
@@ -259,8 +259,8 @@ impl KernelUse for MapRequest<'_> {
             (&mut states[..], &mut tangents[..], &mut by[..]);
         let mut first = 0;
         while first < count {
-            let own = size.min(count - first);
-            let room = own * dimension;
+            let share = size.min(count - first);
+            let room = share * dimension;
             pieces.push(StateChunk {
                 first,
                 states: take(&mut states_left, room),
@@ -269,7 +269,7 @@ impl KernelUse for MapRequest<'_> {
                 events: Vec::new(),
                 stops: Vec::new(),
             });
-            first += own;
+            first += share;
         }
         match &mut pieces[..] {
             [piece] => self.map(kernel, piece),
@@ -320,8 +320,8 @@ impl MapRequest<'_> {
                 Ok(()) => {
                     state.copy_from_slice(&trajectory.state);
                     self.write_tangents(&tangents, ends);
-                    for (own, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
-                        own.copy_from_slice(tangent.state());
+                    for (column, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
+                        column.copy_from_slice(tangent.state());
                     }
                 }
                 Err(stop) => {

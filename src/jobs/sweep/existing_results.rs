@@ -65,13 +65,13 @@ pub fn inspect(
     if !folder.exists() {
         return Ok(ExistingResults::Nothing);
     }
-    let own = run_path(folder, shard);
+    let new_record = run_path(folder, shard);
     let mut records = Vec::new();
     for path in record_paths(folder)? {
         match read_run(&path) {
             Ok(record) => records.push(record),
             // `fresh` replaces this record, so its faults do not matter.
-            Err(_) if fresh && path == own => {}
+            Err(_) if fresh && path == new_record => {}
             Err(error) => return Err(error.into()),
         }
     }

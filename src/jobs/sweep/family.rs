@@ -57,7 +57,10 @@ impl<'a> PointFamily<'a> {
 
     /// The value of a parameter at the point.
     fn value_at_point(&self, parameter: &Parameter) -> Option<f64> {
-        let held = self.held.iter().find(|(own, _)| own == parameter);
+        let held = self
+            .held
+            .iter()
+            .find(|(held_parameter, _)| held_parameter == parameter);
         match held {
             Some((_, value)) => Some(*value),
             None => self.between.value(&self.point, parameter),
@@ -75,8 +78,11 @@ impl<'a> PointFamily<'a> {
     /// # Errors
     /// A sentence if there is no such drive.
     pub fn at(&self, at: MapParameters) -> Result<PointSpec, String> {
-        let held = self.held.iter().map(|(own, value)| (own, *value));
-        let held = held.filter(|(own, _)| !self.parameters.contains(own));
+        let held = self
+            .held
+            .iter()
+            .map(|(parameter, value)| (parameter, *value));
+        let held = held.filter(|(parameter, _)| !self.parameters.contains(parameter));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
         let mut found = self.between.changed(&self.point, &values)?;
         // One length scale for orbits at all values of the parameters.

@@ -64,13 +64,13 @@ fn with_divisions<'s>(
     if laws.is_empty() {
         return Ok(Cow::Borrowed(structure));
     }
-    let mut own = structure.clone();
+    let mut changed = structure.clone();
     for (_, (contact, laws)) in laws {
-        for (flank, law) in own.contacts[contact..].iter_mut().zip(laws) {
+        for (flank, law) in changed.contacts[contact..].iter_mut().zip(laws) {
             flank.law = law;
         }
     }
-    Ok(Cow::Owned(own))
+    Ok(Cow::Owned(changed))
 }
 
 /// Applies a function to every further mesh from a drawing: to its first contact, drawing and mean force \[N\]. Returns

@@ -63,7 +63,7 @@ fn elements(job: &Job) -> Vec<(ListElement, Vec<String>)> {
     let mut found = names(first);
     if structures(job) > 1 {
         let last = names(last);
-        found.retain(|own| last.contains(own));
+        found.retain(|name| last.contains(name));
     }
     found
 }
@@ -109,7 +109,7 @@ fn names_of_outputs(variant: &Variant) -> Vec<(ListElement, Vec<String>)> {
         .iter()
         .map(|bearing| bearing.name.clone());
     let meshes = structure.mesh_names();
-    let torques = structure.torques.iter().map(|own| own.name.clone());
+    let torques = structure.torques.iter().map(|torque| torque.name.clone());
     vec![
         (
             ListElement::Output(Quantity::BearingForce),
@@ -153,10 +153,10 @@ fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
 pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
     let samples = job.samples.as_ref()?;
     let first = samples.axes.first().map_or(0, |(axis, _)| *axis);
-    let own = GridDimension::of(&job.dimensions, first);
+    let dimension = GridDimension::of(&job.dimensions, first);
     let carried = job.carried.as_ref();
     let swept = carried.map(|carried| GridDimension::of(&job.dimensions, carried.axis));
-    let faster = (own + 1..job.dimensions.len()).filter(|place| Some(*place) != swept);
+    let faster = (dimension + 1..job.dimensions.len()).filter(|place| Some(*place) != swept);
     let inside: usize = faster.map(|place| job.dimensions[place].length).product();
     let chain = carried.map_or(1, |carried| carried.length * carried.directions.len());
     Some(SampleColumns {
@@ -165,7 +165,7 @@ pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
             .collect(),
         design: samples.design.name().to_owned(),
         samples: samples.count,
-        rows: job.dimensions[own].length,
+        rows: job.dimensions[dimension].length,
         stride: chain * inside,
     })
 }

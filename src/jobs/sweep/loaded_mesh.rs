@@ -103,7 +103,9 @@ fn first_cycle(
     meshes: &MeshTables,
 ) -> Result<Arc<MeshTableCycle>, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = structure.map_or(point.load * rated, |own| first_force(own, point));
+    let force = structure.map_or(point.load * rated, |structure| {
+        first_force(structure, point)
+    });
     let force = match (spec.division, force == 0.0) {
         // The load does not change the stiffness of springs of pairs. The rated load represents any.
         (CycleDivision::Pairs { .. }, true) => rated,

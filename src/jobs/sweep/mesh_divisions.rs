@@ -41,10 +41,10 @@ pub(super) fn spring_divisions(
                 load_centre: springs.centres[slice],
                 ..match stretch.springs[slice].get(number) {
                     None => Division::absent(stretch.end, stiffness),
-                    Some(own) => Division {
-                        stiffness: Stiffness::series(own.stiffness),
-                        error: FlankError::series(own.gap),
-                        friction: own.friction,
+                    Some(spring) => Division {
+                        stiffness: Stiffness::series(spring.stiffness),
+                        error: FlankError::series(spring.gap),
+                        friction: spring.friction,
                         ..Division::level(stretch.end, stiffness)
                     },
                 }
@@ -99,11 +99,11 @@ pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle
 
 /// The divisions of a course; with the error of loaded flanks if `with_error`.
 pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Division> {
-    let error = |own| if with_error { own } else { FlankError::NONE };
+    let error = |flank_error| if with_error { flank_error } else { FlankError::NONE };
     (course.pieces.iter().map(MeshTablePiece::division))
-        .map(|own| Division {
-            error: error(own.error),
-            ..own
+        .map(|division| Division {
+            error: error(division.error),
+            ..division
         })
         .collect()
 }

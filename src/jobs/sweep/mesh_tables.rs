@@ -327,8 +327,10 @@ impl MeshTables {
             return Ok(cycle);
         }
         let tangent = self.cycle(spec, StiffnessLaw::Tangent, misalignment, force)?;
-        let own = MeshTableCycle::clone(&cycle);
-        Ok(Arc::new(own.with_mean_stiffness(tangent.mean_stiffness())))
+        let table = MeshTableCycle::clone(&cycle);
+        Ok(Arc::new(
+            table.with_mean_stiffness(tangent.mean_stiffness()),
+        ))
     }
 
     /// The cycle at a misalignment \[rad\] and a mesh force \[N\].

@@ -132,13 +132,17 @@ impl KernelTally {
     pub(super) fn records(&self, job: &Job, parts: &Prepared) -> Vec<KernelRecord> {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
-            let own = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
-            let own = if own.taken.name() == kernel { own } else { own.instead()? };
+            let point_kernel = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
+            let point_kernel = if point_kernel.taken.name() == kernel {
+                point_kernel
+            } else {
+                point_kernel.instead()?
+            };
             Some(KernelRecord {
                 kernel: kernel.clone(),
                 points,
                 first_point: first,
-                why: own.why?.to_string(),
+                why: point_kernel.why?.to_string(),
             })
         };
         self.0.iter().filter_map(record).collect()

@@ -285,7 +285,7 @@ fn row(job: &Job) -> usize {
     let carried = job.carried.as_ref();
     let fastest = (job.dimensions.iter().rev())
         .find(|dimension| carried.is_none_or(|carried| !dimension.axes.contains(&carried.axis)))
-        .map_or(1, |own| own.length);
+        .map_or(1, |dimension| dimension.length);
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }
 

@@ -257,13 +257,13 @@ fn of_orbit(
     let harmonics = (1..=HARMONICS).map(|m| (format!("deflection_harmonic_{m}"), "m"));
     let multiplier = std::iter::once(("multiplier".to_owned(), "1"));
     let unchanged = model.unchanged();
-    let own = Orbit {
+    let task = Orbit {
         model,
         by: by.as_ref().unwrap_or(&unchanged),
         start,
         period,
     };
-    let found = with_kernel(&family.point, model, parts, own)??;
+    let found = with_kernel(&family.point, model, parts, task)??;
     let Some((values, exact)) = found else {
         return Err(SensitivityError::Unsettled {
             reason: "Newton's method does not find the orbit at a nearby value".to_owned(),
@@ -417,7 +417,7 @@ fn of_ensemble(
         .map(|(i, (quantity, unit))| {
             let of: Vec<Vec<f64>> = members
                 .iter()
-                .map(|all| all.iter().map(|own| own[i]).collect())
+                .map(|all| all.iter().map(|values| values[i]).collect())
                 .collect();
             let found: ensemble::Slope = slope([&of[0], &of[1], &of[2], &of[3]], h);
             let objection = found.objection();

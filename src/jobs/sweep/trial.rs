@@ -237,7 +237,8 @@ fn other_analyses_time(requested: &Analyses, short: &Analyses, result: &PointRes
         time += more(Step::Horizon, requested.twins.into(), short.twins.into());
     }
     if let (Some(requested), Some(short)) = (&requested.covariant, &short.covariant) {
-        let [requested, short] = [requested, short].map(|own| (own.cycles + own.align) as f64);
+        let [requested, short] =
+            [requested, short].map(|config| (config.cycles + config.align) as f64);
         time += more(Step::Covariant, requested, short);
     }
     time

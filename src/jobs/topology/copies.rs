@@ -60,11 +60,11 @@ impl CopyRoom {
 impl Topology {
     /// The room of each node with a copy, in the order of the copies.
     pub fn rooms(&self, copies: &Copies) -> Vec<CopyRoom> {
-        let own = self.caches.iter().filter(|cache| {
+        let private_caches = self.caches.iter().filter(|cache| {
             let threads = self.cores.iter().map(|core| core.threads.len());
             cache.shared_by <= threads.max().unwrap_or(1)
         });
-        let private_cache = own.map(|cache| cache.size).max().unwrap_or(0);
+        let private_cache = private_caches.map(|cache| cache.size).max().unwrap_or(0);
         let free = |node: &u32| {
             self.numa_nodes
                 .iter()

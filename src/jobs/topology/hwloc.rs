@@ -78,10 +78,10 @@ impl System for Hwloc {
         let mut set = CpuSet::new();
         for unit in self.objects_with_type(ObjectType::PU) {
             let known = unit.os_index().and_then(|index| u32::try_from(index).ok());
-            if let (Some(index), Some(own)) = (known, unit.cpuset())
+            if let (Some(index), Some(unit_cpus)) = (known, unit.cpuset())
                 && threads.contains(&index)
             {
-                set |= &*own;
+                set |= &*unit_cpus;
             }
         }
         self.bind_cpu(&set, CpuBindingFlags::THREAD)
@@ -191,8 +191,8 @@ fn describe_cores(hwloc: &Hwloc, usable: &CpuSet) -> Vec<Core> {
         _ => Vec::new(),
     };
     let kind = |object: &TopologyObject| {
-        let own = object.cpuset();
-        let at = own.and_then(|own| kinds.iter().position(|kind| kind.includes(own)));
+        let cpus = object.cpuset();
+        let at = cpus.and_then(|cpus| kinds.iter().position(|kind| kind.includes(cpus)));
         at.map_or(0, |at| at as u32)
     };
     let core = |object: &TopologyObject| Core {

@@ -122,10 +122,10 @@ fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
     let mut units = BTreeMap::new();
     for &thread in threads {
         let siblings = tree.siblings(thread, &["core_cpus_list", "thread_siblings_list"]);
-        let own = siblings.unwrap_or_else(|| Set::from([thread]));
-        units.entry(own).or_insert(thread);
+        let of_core = siblings.unwrap_or_else(|| Set::from([thread]));
+        units.entry(of_core).or_insert(thread);
     }
-    let unit = |(own, thread): (Set, u32)| {
+    let unit = |(of_core, thread): (Set, u32)| {
         let package = tree.siblings(thread, &["package_cpus_list", "core_siblings_list"]);
         let caches = thread_caches(tree, thread);
         let parts = ["die_cpus_list", "cluster_cpus_list"];
@@ -138,7 +138,7 @@ fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
                 .chain(shared)
                 .collect(),
             capacity: tree.number(&format!("{}/cpu_capacity", tree::of_thread(thread))),
-            threads: own,
+            threads: of_core,
             package,
             caches,
         }

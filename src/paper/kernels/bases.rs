@@ -78,8 +78,8 @@ impl Bases {
     fn computed(model: &Model, finish: impl Fn(Basis) -> Basis) -> Result<Self, DenseError> {
         let (rates, places) = (Rates::new(model), SegmentBases::new(model));
         let make = |segment: usize, touching| {
-            let own = &model.first_cycle().segments[segment];
-            let generator = Generator::new(model, own, touching);
+            let mesh_segment = &model.first_cycle().segments[segment];
+            let generator = Generator::new(model, mesh_segment, touching);
             let basis = Basis::new(&generator, &rates, segment, touching)?;
             Ok(Arc::new(finish(basis)))
         };

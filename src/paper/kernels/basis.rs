@@ -230,11 +230,11 @@ impl Form {
         let harmonics = generator.frequencies.len();
         let count = parts.waves.len();
         let lanes = padded(count + harmonics);
-        let own: Vec<Vec<f64>> = (parts.apart.iter().copied())
+        let apart: Vec<Vec<f64>> = (parts.apart.iter().copied())
             .chain(parts.apart.iter().map(|i| n + i))
             .map(|i| (0..2 * n).map(|j| f64::from(u8::from(i == j))).collect())
             .collect();
-        let slow: Vec<&Vec<f64>> = parts.slow.iter().chain(&own).collect();
+        let slow: Vec<&Vec<f64>> = parts.slow.iter().chain(&apart).collect();
         let m = slow.len();
         let length = 2 * lanes + m;
 
@@ -265,7 +265,7 @@ impl Form {
             }
         }
         // Subtract the contributions of the waves to the separate blocks.
-        for (k, column) in own.iter().enumerate() {
+        for (k, column) in apart.iter().enumerate() {
             let block = (0..2 * n).find(|&i| column[i] != 0.0).unwrap_or(0);
             let row = 2 * lanes + parts.slow.len() + k;
             back[(row, block)] = 1.0;
@@ -381,8 +381,8 @@ fn block_rate_bound(a: &Mat<f64>, n: usize, i: usize) -> f64 {
 
 /// Whether block `i` has no effect on other blocks.
 fn is_isolated(a: &Mat<f64>, n: usize, i: usize) -> bool {
-    let own = |row: usize| row == i || row == n + i;
-    (0..2 * n).all(|row| own(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))
+    let is_of_block = |row: usize| row == i || row == n + i;
+    (0..2 * n).all(|row| is_of_block(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))
 }
 
 #[cfg(test)]

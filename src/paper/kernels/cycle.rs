@@ -333,8 +333,9 @@ impl CellModel<'_> {
         let generator = self.generator(position.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
         let changes = |index: &usize| {
-            let own = &self.model.contacts[*index];
-            contact.holds(*index) != own.is_reached(deflection, rate, [own.half_gap, 0.0])
+            let contact_data = &self.model.contacts[*index];
+            contact.holds(*index)
+                != contact_data.is_reached(deflection, rate, [contact_data.half_gap, 0.0])
         };
         // A closed contact must open before the other closes.
         let mut changing = (0..self.model.contacts.len()).filter(changes);

@@ -100,8 +100,8 @@ fn turn_exactly(cell_model: &CellModel<'_>, cycles: u64, map: &mut Mat<f64>) {
             Some(ripple) => (cycles as f64 * ripple.turns_per_cycle).fract(),
             None => {
                 let error = &cell_model.model.lines[0].transmission_error;
-                let own = &error[pair - layout.ripples];
-                (cycles as f64 * own.turns_per_cycle).fract()
+                let harmonic = &error[pair - layout.ripples];
+                (cycles as f64 * harmonic.turns_per_cycle).fract()
             }
         };
         let (sin, cos) = (TAU * turns).sin_cos();

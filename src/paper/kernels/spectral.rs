@@ -162,8 +162,8 @@ impl Method for SpectralTables {
     const FLIES: bool = true;
 
     fn operators(&self) -> impl Iterator<Item = &Operator> {
-        let own = self.stock.all().flat_map(SpectralTable::operators);
-        self.bases.operators().chain(own)
+        let of_tables = self.stock.all().flat_map(SpectralTable::operators);
+        self.bases.operators().chain(of_tables)
     }
 
     fn scratch(&self, _: &CellModel<'_>) -> SpectralScratch {

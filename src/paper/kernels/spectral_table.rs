@@ -279,7 +279,7 @@ impl SpectralTable {
     /// Transforms a state, or a tangent vector, to spectral coordinates.
     pub fn enter(&self, z: &[f64], at: &mut Coordinates) {
         let lanes = self.alpha.len();
-        let own = self.basis.slow();
+        let slow_count = self.basis.slow();
         let carried = &z[self.states..self.states + self.carried];
         self.basis.enter(&z[..self.states], &mut at.y);
         self.steady.apply_more(carried, &mut at.y);
@@ -287,8 +287,8 @@ impl SpectralTable {
             at.y[self.basis.waves + h] = pair[0];
             at.y[lanes + self.basis.waves + h] = pair[1];
         }
-        at.slow[..own].copy_from_slice(&at.y[2 * lanes..2 * lanes + own]);
-        for (pair, &w) in at.slow[own..].chunks_exact_mut(2).zip(&self.late) {
+        at.slow[..slow_count].copy_from_slice(&at.y[2 * lanes..2 * lanes + slow_count]);
+        for (pair, &w) in at.slow[slow_count..].chunks_exact_mut(2).zip(&self.late) {
             pair.copy_from_slice(&[at.y[w], at.y[lanes + w]]);
         }
         at.slow[self.slow - 2..self.slow].copy_from_slice(&carried[..2]);
@@ -316,7 +316,7 @@ impl SpectralTable {
     /// Advances spectral coordinates in place.
     pub fn advance(&self, factors: &Factors, at: &mut Coordinates) {
         let lanes = self.alpha.len();
-        let own = self.basis.slow();
+        let slow_count = self.basis.slow();
         let (u, rest) = at.y.split_at_mut(lanes);
         let (v, rest) = rest.split_at_mut(lanes);
         waves::turn([&factors.cosine[..lanes], &factors.sine[..lanes]], u, v);
@@ -325,8 +325,8 @@ impl SpectralTable {
         for (new, row) in at.spare.iter_mut().zip(rows) {
             *new = row.iter().zip(old).map(|(g, x)| g * x).sum();
         }
-        rest[..own].copy_from_slice(&at.spare[..own]);
-        for (pair, &w) in at.spare[own..].chunks_exact(2).zip(&self.late) {
+        rest[..slow_count].copy_from_slice(&at.spare[..slow_count]);
+        for (pair, &w) in at.spare[slow_count..].chunks_exact(2).zip(&self.late) {
             (u[w], v[w]) = (pair[0], pair[1]);
         }
     }
@@ -348,28 +348,28 @@ impl SpectralTable {
 
 /// The generator of the slow group with its late waves and constants.
 fn slow_generator(basis: &Basis, felt: &Mat<f64>, late: &[usize]) -> Mat<f64> {
-    let (lanes, own) = (basis.alpha.len(), basis.slow());
-    let size = own + 2 * late.len() + 2;
+    let (lanes, slow_count) = (basis.alpha.len(), basis.slow());
+    let size = slow_count + 2 * late.len() + 2;
     let mut g = Mat::<f64>::zeros(size, size);
     let mut drive = |row: usize, place: usize| {
         for j in 0..2 {
             g[(row, size - 2 + j)] = felt[(place, j)];
         }
     };
-    for row in 0..own {
+    for row in 0..slow_count {
         drive(row, 2 * lanes + row);
     }
     for (k, &w) in late.iter().enumerate() {
-        drive(own + 2 * k, w);
-        drive(own + 2 * k + 1, lanes + w);
+        drive(slow_count + 2 * k, w);
+        drive(slow_count + 2 * k + 1, lanes + w);
     }
-    for i in 0..own {
-        for j in 0..own {
-            g[(i, j)] = basis.slow_generator[i * own + j];
+    for i in 0..slow_count {
+        for j in 0..slow_count {
+            g[(i, j)] = basis.slow_generator[i * slow_count + j];
         }
     }
     for (k, &w) in late.iter().enumerate() {
-        let at = own + 2 * k;
+        let at = slow_count + 2 * k;
         let (alpha, nu) = (basis.alpha[w], basis.nu[w]);
         (g[(at, at)], g[(at, at + 1)]) = (alpha, -nu);
         (g[(at + 1, at)], g[(at + 1, at + 1)]) = (nu, alpha);

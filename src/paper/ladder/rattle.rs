@@ -261,8 +261,8 @@ pub fn conditioning() -> Value {
     let spectral = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
     let most = |touching: bool, of: fn(&gearatlas_paper::kernels::Conditioning) -> f64| {
         let bases = spectral.conditioning();
-        let own = bases.iter().filter(|basis| basis.touching == touching);
-        own.map(of).fold(0.0, f64::max)
+        let of_state = bases.iter().filter(|basis| basis.touching == touching);
+        of_state.map(of).fold(0.0, f64::max)
     };
     let volterra = scenes::volterra(&model);
     let dyadic = Dyadic::size(&model, CELLS).expect("tables");

@@ -41,11 +41,17 @@ impl Compressed {
     /// layers before it, and is free of those on the other side.
     pub fn take_note(&mut self, model: &Model, closed: ActiveSet, segments: &[Segment]) {
         for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
-            let own = ActiveSet::FREE.toggled(layer);
+            let layer_set = ActiveSet::FREE.toggled(layer);
             if model.is_passed(layer, closed) {
-                (self.unladen, self.passed) = (self.unladen.without(own), self.passed.union(own));
+                (self.unladen, self.passed) = (
+                    self.unladen.without(layer_set),
+                    self.passed.union(layer_set),
+                );
             } else if model.is_out_of_reach(layer, segments, closed) {
-                (self.unladen, self.passed) = (self.unladen.without(own), self.passed.without(own));
+                (self.unladen, self.passed) = (
+                    self.unladen.without(layer_set),
+                    self.passed.without(layer_set),
+                );
             }
         }
     }

@@ -36,7 +36,7 @@ impl Integration<'_> {
         let model = self.reference.model;
         let most = model
             .friction_of(contact)
-            .map_or(0.0, |own| own.static_force);
+            .map_or(0.0, |friction| friction.static_force);
         Margin {
             value: most - way.sign() * held.value,
             rate: -way.sign() * held.rate,

@@ -353,9 +353,9 @@ impl Integration<'_> {
         let segment = self.segments[contact];
         let state = &self.state.value;
         let (_, rate) = model.deflection_on(&segment, self.cycle, state, reached);
-        let own = &model.contacts[contact];
-        let [_, opening] = own.gap(&segment, reached);
-        self.cross(contact, reached, rate - own.side * opening);
+        let contact_data = &model.contacts[contact];
+        let [_, opening] = contact_data.gap(&segment, reached);
+        self.cross(contact, reached, rate - contact_data.side * opening);
         Ok(Some(reached))
     }
 
@@ -417,14 +417,19 @@ impl Integration<'_> {
     /// The margin of a contact in a state at a time.
     fn margin(&self, contact: usize, watched: EndCondition, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
-        let (own, segment) = (&model.contacts[contact], &self.segments[contact]);
+        let (contact_data, segment) = (&model.contacts[contact], &self.segments[contact]);
         let closed = self.contact.holds(contact);
         match watched {
             EndCondition::Deflection => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
                 let compressed = closed || self.compressed.unladen.holds(contact);
-                let mut margin = Margin::new(own.side, compressed, motion, own.gap(segment, time));
-                if own.release == Release::Slip || self.leaving.holds(contact) {
+                let mut margin = Margin::new(
+                    contact_data.side,
+                    compressed,
+                    motion,
+                    contact_data.gap(segment, time),
+                );
+                if contact_data.release == Release::Slip || self.leaving.holds(contact) {
                     // Right after a slip the margin has a double root, which round-off must not split.
                     margin.value += round_off(model, contact, state);
                 }
@@ -434,16 +439,21 @@ impl Integration<'_> {
             EndCondition::Limit(way) => self.room(contact, way, state, time),
             EndCondition::Depth => {
                 let motion = model.deflection_on(segment, self.cycle, state, time);
-                let [gap, opening] = own.gap(segment, time);
-                Margin::new(own.side, true, motion, [gap + own.band, opening])
+                let [gap, opening] = contact_data.gap(segment, time);
+                Margin::new(
+                    contact_data.side,
+                    true,
+                    motion,
+                    [gap + contact_data.band, opening],
+                )
             }
             EndCondition::Slide => {
                 let slope = self.slope(state, time);
                 let at = (self.cycle, time);
                 let mut margin = sliding(model, contact, segment, at, (state, &slope));
                 if let Some(friction) = model.friction_of(contact) {
-                    margin.value +=
-                        self.round_off_of_sliding(friction, state) - own.side * friction.belt_speed;
+                    margin.value += self.round_off_of_sliding(friction, state)
+                        - contact_data.side * friction.belt_speed;
                 }
                 margin
             }

@@ -16,18 +16,18 @@ pub(super) fn push(
     state: &[f64],
     slope: &[f64],
 ) -> Margin {
-    let (own, period) = (&model.contacts[contact], model.period());
+    let (contact_data, period) = (&model.contacts[contact], model.period());
     let (deflection, rate) = model.deflection_on(segment, cycle, state, time);
     let acceleration = acceleration(model, segment, (cycle, time), slope);
-    let [gap, opening] = own.gap(segment, time);
+    let [gap, opening] = contact_data.gap(segment, time);
     let [stiffening, curvature] = segment.bends_at(time / period);
     let [indentation, approach, quickening] = [
-        own.side * deflection - gap,
-        own.side * rate - opening,
-        own.side * acceleration - curvature / (period * period),
+        contact_data.side * deflection - gap,
+        contact_data.side * rate - opening,
+        contact_data.side * acceleration - curvature / (period * period),
     ];
     Margin {
-        value: own.side * own.force(segment, time, deflection, rate),
+        value: contact_data.side * contact_data.force(segment, time, deflection, rate),
         rate: stiffening / period * indentation
             + segment.stiffness_at(time / period) * approach
             + segment.damping * quickening,
@@ -37,14 +37,14 @@ pub(super) fn push(
 /// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\], from the positions whose
 /// difference it is.
 pub(super) fn round_off(model: &Model, contact: usize, state: &[f64]) -> f64 {
-    let own = model.sliders.iter().find(|slider| slider.has(contact));
-    let place = own.map_or(0.0, |slider| state[slider.block].abs());
+    let slider = model.sliders.iter().find(|slider| slider.has(contact));
+    let place = slider.map_or(0.0, |slider| state[slider.block].abs());
     let parts = model.stop_of(contact).map_or(0.0, |stop| {
         let gains = &model.directions[stop.direction].gains;
         let (first, second) = state.split_at(gains.len());
         let parts = gains.iter().zip(first.iter().zip(second));
-        let size = |(own, (x, y)): (&MeshGain, (&f64, &f64))| {
-            (own.deflection[0] * x).abs() + (own.deflection[1] * y).abs()
+        let size = |(gain, (x, y)): (&MeshGain, (&f64, &f64))| {
+            (gain.deflection[0] * x).abs() + (gain.deflection[1] * y).abs()
         };
         parts.map(size).sum()
     });

@@ -52,13 +52,13 @@ impl Integration<'_> {
         self.cross(stop.impact, time, speed);
         let (rests, push) = model.impulses_at_rests(stop, self.contact);
         for other in model.active_constraints(self.contact) {
-            if !rests.iter().any(|(own, _)| *own == other) {
+            if !rests.iter().any(|(constraint, _)| *constraint == other) {
                 self.cross(other.contact, time, 0.0);
             }
         }
         let impulse = (1.0 + stop.restitution) * speed / push;
-        for (own, share) in rests.iter().copied().chain([(stop.constraint(), 1.0)]) {
-            self.push(own.direction, share * impulse);
+        for (constraint, share) in rests.iter().copied().chain([(stop.constraint(), 1.0)]) {
+            self.push(constraint.direction, share * impulse);
         }
         self.cross(stop.impact, time, -stop.restitution * speed);
         let force = self.force(stop, time);
@@ -92,8 +92,8 @@ impl Integration<'_> {
     /// Subtracts a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
     fn subtract_rate(&mut self, stop: Stop, rate: f64) {
         let (rests, push) = self.reference.model.impulses_at_rests(stop, self.contact);
-        for (own, share) in rests.into_iter().chain([(stop.constraint(), 1.0)]) {
-            self.push(own.direction, share * rate / push);
+        for (constraint, share) in rests.into_iter().chain([(stop.constraint(), 1.0)]) {
+            self.push(constraint.direction, share * rate / push);
         }
     }
 
@@ -126,9 +126,9 @@ impl Integration<'_> {
             .model
             .stops
             .iter()
-            .filter(|own| **own != stop);
-        others.any(|own| {
-            self.overshoot(*own, time)
+            .filter(|other| **other != stop);
+        others.any(|other| {
+            self.overshoot(*other, time)
                 .is_some_and(|[beyond, rate, noise]| beyond + rate.max(0.0) * lasts >= -noise)
         })
     }
@@ -141,7 +141,9 @@ impl Integration<'_> {
     /// Force \[N\] of a constraint that holds a state, and its rate \[N/s\].
     pub(super) fn holding_force(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
-        let place = model.constraints().position(|own| own.contact == contact);
+        let place = model
+            .constraints()
+            .position(|constraint| constraint.contact == contact);
         let force = |state: &[f64], time: f64| {
             let at = (self.cycle, time);
             model.forces_of_constraints(&self.segments, self.contact, at, state)[place.unwrap_or(0)]

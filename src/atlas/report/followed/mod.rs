@@ -106,14 +106,16 @@ pub(super) struct FixedValues {
 impl FixedValues {
     /// Whether a row of the tables has these values.
     pub fn holds(&self, at: &[f64]) -> bool {
-        let own = self.places.iter().zip(&self.values);
-        own.clone().all(|(&place, (_, value))| at[place] == *value)
+        let fixed = self.places.iter().zip(&self.values);
+        fixed
+            .clone()
+            .all(|(&place, (_, value))| at[place] == *value)
     }
 
     /// Whether the values `at` of the axes `names`, possibly in another order, agree with the fixed values.
     pub fn holds_named(&self, names: &[String], at: &[f64]) -> bool {
         self.values.iter().all(|(name, value)| {
-            let place = names.iter().position(|own| own == name);
+            let place = names.iter().position(|known| known == name);
             place.is_some_and(|place| (at[place] - value).abs() <= 1e-9 * value.abs())
         })
     }
@@ -137,11 +139,14 @@ impl Followed {
             path: table_path(folder, TableKind::Branches, None),
         })?;
         let mut branches: BTreeMap<u64, Vec<Orbit>> = BTreeMap::new();
-        let own = Rows::of(folder, &table, &names)?;
-        let (numbers, stable) = (own.whole("branch")?, table.bool("stable")?);
-        let (periods, rms) = (own.whole("period")?, own.numbers("deflection_rms")?);
-        let sequences = own.texts("sequence")?;
-        for (row, at) in own.at.iter().enumerate() {
+        let table_rows = Rows::of(folder, &table, &names)?;
+        let (numbers, stable) = (table_rows.whole("branch")?, table.bool("stable")?);
+        let (periods, rms) = (
+            table_rows.whole("period")?,
+            table_rows.numbers("deflection_rms")?,
+        );
+        let sequences = table_rows.texts("sequence")?;
+        for (row, at) in table_rows.at.iter().enumerate() {
             branches.entry(numbers[row]).or_default().push(Orbit {
                 at: at.clone(),
                 period: periods[row],
@@ -152,7 +157,7 @@ impl Followed {
         }
         let units = table.units()?;
         let values = |place: usize| {
-            let mut axis_values: Vec<f64> = own.at.iter().map(|at| at[place]).collect();
+            let mut axis_values: Vec<f64> = table_rows.at.iter().map(|at| at[place]).collect();
             axis_values.sort_by(f64::total_cmp);
             axis_values.dedup();
             axis_values
@@ -204,19 +209,19 @@ impl Followed {
             .collect();
         let mut all: Vec<Vec<f64>> = Vec::new();
         for at in axis_values {
-            let own: Vec<f64> = places.iter().map(|&place| at[place]).collect();
-            if all.last() != Some(&own) {
-                all.push(own);
+            let values: Vec<f64> = places.iter().map(|&place| at[place]).collect();
+            if all.last() != Some(&values) {
+                all.push(values);
             }
         }
         all.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         all.dedup();
-        let named = |own: Vec<f64>| {
+        let named = |values: Vec<f64>| {
             let names = places.iter().map(|&place| self.axes[place].name.clone());
-            names.zip(own).collect()
+            names.zip(values).collect()
         };
-        let held = all.into_iter().map(|own| FixedValues {
-            values: named(own),
+        let held = all.into_iter().map(|values| FixedValues {
+            values: named(values),
             places: places.clone(),
         });
         held.collect()
@@ -225,18 +230,22 @@ impl Followed {
 
 fn bifurcations(folder: &Path, names: &[String]) -> Result<Vec<Bifurcation>, ReportError> {
     let table = ResultTable::read(folder, TableKind::Bifurcations)?;
-    let own = Rows::of(folder, &table, names)?;
-    let (branches, after) = (own.whole("branch")?, own.whole("after")?);
-    let (kinds, details) = (own.texts("kind")?, own.texts("detail")?);
-    let rms = own.numbers("deflection_rms")?;
-    let rows = own.at.iter().enumerate().map(|(row, at)| Bifurcation {
-        at: at.clone(),
-        branch: branches[row],
-        after: after[row] as usize,
-        kind: kinds[row].clone(),
-        detail: details[row].clone(),
-        rms: rms[row],
-    });
+    let table_rows = Rows::of(folder, &table, names)?;
+    let (branches, after) = (table_rows.whole("branch")?, table_rows.whole("after")?);
+    let (kinds, details) = (table_rows.texts("kind")?, table_rows.texts("detail")?);
+    let rms = table_rows.numbers("deflection_rms")?;
+    let rows = table_rows
+        .at
+        .iter()
+        .enumerate()
+        .map(|(row, at)| Bifurcation {
+            at: at.clone(),
+            branch: branches[row],
+            after: after[row] as usize,
+            kind: kinds[row].clone(),
+            detail: details[row].clone(),
+            rms: rms[row],
+        });
     Ok(rows.collect())
 }
 
@@ -245,10 +254,10 @@ fn curves(folder: &Path, names: &[String]) -> Result<BTreeMap<u64, Curve>, Repor
     let Some(table) = ResultTable::read_if_there(folder, TableKind::Curves)? else {
         return Ok(curves);
     };
-    let own = Rows::of(folder, &table, names)?;
-    let (numbers, kinds) = (own.whole("curve")?, own.texts("kind")?);
+    let table_rows = Rows::of(folder, &table, names)?;
+    let (numbers, kinds) = (table_rows.whole("curve")?, table_rows.texts("kind")?);
     let notes = table.text("note")?;
-    for (row, at) in own.at.iter().enumerate() {
+    for (row, at) in table_rows.at.iter().enumerate() {
         let curve = curves.entry(numbers[row]).or_insert_with(|| Curve {
             kind: kinds[row].clone(),
             points: Vec::new(),
@@ -267,17 +276,21 @@ struct Rows<'t> {
 
 impl<'t> Rows<'t> {
     fn of(folder: &'t Path, table: &'t ResultTable, names: &[String]) -> Result<Self, ReportError> {
-        let mut own = Self {
+        let mut rows = Self {
             folder,
             table,
             at: vec![Vec::with_capacity(names.len()); table.rows()],
         };
         for name in names {
-            for (at, value) in own.at.iter_mut().zip(non_null_values(folder, table, name)?) {
+            for (at, value) in rows
+                .at
+                .iter_mut()
+                .zip(non_null_values(folder, table, name)?)
+            {
                 at.push(value);
             }
         }
-        Ok(own)
+        Ok(rows)
     }
 
     fn whole(&self, name: &str) -> Result<Vec<u64>, ReportError> {

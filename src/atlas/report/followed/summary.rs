@@ -43,7 +43,10 @@ impl FollowedSummary {
         let axis = followed.axis();
         let orbits = || followed.branches.values().flatten();
         let found = followed.bifurcations.iter().filter(|b| !b.is_end());
-        let pairs = followed.branches.values().flat_map(|own| own.windows(2));
+        let pairs = followed
+            .branches
+            .values()
+            .flat_map(|branch| branch.windows(2));
         let ends = [axis.values.first(), axis.values.last()];
         Self {
             over: axis.name.clone(),

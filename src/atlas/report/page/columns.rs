@@ -107,12 +107,12 @@ impl PartialColumn {
         let rows = (0..wanted.len()).filter(chosen);
         match &mut self.values {
             Values::Numbers(values) if self.head.kind == ColumnKind::Whole => {
-                let own = part.u64(name)?;
-                values.extend(rows.map(|row| own[row].map_or(f64::NAN, |whole| whole as f64)));
+                let column = part.u64(name)?;
+                values.extend(rows.map(|row| column[row].map_or(f64::NAN, |whole| whole as f64)));
             }
             Values::Numbers(values) => {
-                let own = part.f64(name)?;
-                values.extend(rows.map(|row| own[row].unwrap_or(f64::NAN)));
+                let column = part.f64(name)?;
+                values.extend(rows.map(|row| column[row].unwrap_or(f64::NAN)));
             }
             Values::Texts {
                 codes,

@@ -88,8 +88,8 @@ pub(super) fn of_results(
         "held": held,
         "spanning": spanning.collect::<Vec<_>>(),
         "along": summary.carried_along,
-        "over": followed.as_ref().map(|own| own.over),
-        "second": followed.as_ref().and_then(|own| own.second),
+        "over": followed.as_ref().map(|followed| followed.over),
+        "second": followed.as_ref().and_then(|followed| followed.second),
         "motions": counts.iter().map(|(motion, count)| json!({
             "name": motion.name(),
             "mark": motion.mark(),

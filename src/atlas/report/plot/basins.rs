@@ -58,15 +58,15 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         slices.len(),
     );
     for (point_id, cells) in slices.into_iter().take(MOST_SLICES) {
-        let own: Vec<&Attractor> = attractors
+        let of_point: Vec<&Attractor> = attractors
             .iter()
             .filter(|a| a.point_id == point_id)
             .collect();
 
         let words = results.point_words(results.point(point_id)?);
         let mut canvas = results.canvas("basins of attraction on a slice", &[&words]);
-        draw_slice(&mut canvas, &axes, &cells, &own);
-        key(&mut canvas, &cells, &own);
+        draw_slice(&mut canvas, &axes, &cells, &of_point);
+        key(&mut canvas, &cells, &of_point);
         canvas.height = TOP + SIDE + 66.0;
         let name = if single { "basins".to_owned() } else { format!("basins-point={point_id}") };
         drawn.pictures.push(Picture::new(name, canvas));
@@ -107,7 +107,12 @@ fn cells(table: &ResultTable) -> Result<BTreeMap<u64, Vec<Cell>>, PlotError> {
 }
 
 /// `axes`: name and unit of each.
-fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own: &[&Attractor]) {
+fn draw_slice(
+    canvas: &mut Canvas,
+    axes: &[[String; 2]; 2],
+    cells: &[Cell],
+    attractors: &[&Attractor],
+) {
     // From centres to edges: the outermost centres lie half a cell inside.
     let count = cells.iter().map(|cell| cell.at[0]).max().unwrap_or(0) as f64 + 1.0;
     let extent = [0, 1].map(|axis| {
@@ -136,7 +141,7 @@ fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own:
         start += run;
     }
     panel.outline(canvas);
-    for attractor in own {
+    for attractor in attractors {
         for [x, y] in &attractor.strobe {
             if x.abs() < extent[0] && y.abs() < extent[1] {
                 mark(canvas, panel.at(*x, *y), attractor.attractor_id as usize);
@@ -159,7 +164,7 @@ fn mark(canvas: &mut Canvas, at: Place, attractor: usize) {
     canvas.disc(at, 3.6, colour(attractor));
 }
 
-fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
+fn key(canvas: &mut Canvas, cells: &[Cell], attractors: &[&Attractor]) {
     let mut counts: BTreeMap<Ending, usize> = BTreeMap::new();
     for cell in cells {
         *counts.entry(cell.ending.clone()).or_insert(0) += 1;
@@ -172,7 +177,7 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
     };
     let mut y = TOP;
     for (ending, count) in counts.iter().take(MOST_ENTRIES) {
-        let known = own.iter().find(|a| Ok(a.attractor_id) == *ending);
+        let known = attractors.iter().find(|a| Ok(a.attractor_id) == *ending);
         let (name, numbers) = match (ending, known) {
             (Ok(id), Some(attractor)) => {
                 let rms = attractor
@@ -200,11 +205,14 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
         canvas.label([MARGIN, y + 13.0], &text, SOFT);
         y += 24.0;
     }
-    if own.iter().any(|attractor| !attractor.strobe.is_empty()) {
+    if attractors
+        .iter()
+        .any(|attractor| !attractor.strobe.is_empty())
+    {
         mark(
             canvas,
             [MARGIN + 8.0, y + 12.0],
-            own.first().map_or(0, |a| a.attractor_id as usize),
+            attractors.first().map_or(0, |a| a.attractor_id as usize),
         );
         for (line, text) in ["attractor at mesh phase 0,", "projected on the slice"]
             .into_iter()

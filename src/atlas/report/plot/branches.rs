@@ -73,11 +73,11 @@ fn picture(
     results: Option<&Results>,
 ) -> Canvas {
     let axis = followed.axis();
-    let own = || {
+    let branches_here = || {
         let branches = followed.branches.iter();
         branches.filter(|(_, orbits)| orbits.iter().all(|orbit| line.holds(&orbit.at)))
     };
-    let orbits = || own().flat_map(|(_, orbits)| orbits);
+    let orbits = || branches_here().flat_map(|(_, orbits)| orbits);
     let across = range(orbits().map(|orbit| orbit.at[followed.over]));
     let settled: Vec<Place> = (results.map(|results| settled(followed, line, results)))
         .unwrap_or_default()
@@ -93,7 +93,7 @@ fn picture(
     let title = format!("{job}: periodic orbits over {}", axis.name);
     let counts = [
         words(followed, shown, line),
-        match own().count() {
+        match branches_here().count() {
             1 => "1 branch".to_owned(),
             count => format!("{count} branches"),
         },
@@ -119,9 +119,14 @@ fn picture(
     }
     let periods: BTreeSet<u64> = orbits().map(|orbit| orbit.period).collect();
     let periods: Vec<u64> = periods.into_iter().collect();
-    for (number, orbits) in own() {
+    for (number, orbits) in branches_here() {
         let found = followed.bifurcations.iter().filter(|b| b.branch == *number);
-        let place = |period: u64| periods.iter().position(|own| *own == period).unwrap_or(0);
+        let place = |period: u64| {
+            periods
+                .iter()
+                .position(|known| *known == period)
+                .unwrap_or(0)
+        };
         let ink = orbits.first().map_or(0, |orbit| place(orbit.period));
         for (stable, part) in parts(followed.over, orbits, &found.collect::<Vec<_>>()) {
             let part: Vec<Place> = part.iter().map(|[x, y]| panel.at(*x, *y)).collect();

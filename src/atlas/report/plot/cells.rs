@@ -297,13 +297,13 @@ fn ticks(
     step: usize,
     room: impl Fn(&str) -> f64,
 ) -> Vec<(f64, String)> {
-    let own = axis.values.iter().enumerate().step_by(step);
-    let own: Vec<(f64, String)> = own
+    let labels = axis.values.iter().enumerate().step_by(step);
+    let labels: Vec<(f64, String)> = labels
         .map(|(index, value)| (index as f64, scale.shown(*value)))
         .collect();
     let fit = |text: &str| room(text) <= cell * step as f64;
-    if own.len() <= FEW && own.iter().all(|(_, text)| fit(text)) {
-        return own;
+    if labels.len() <= FEW && labels.iter().all(|(_, text)| fit(text)) {
+        return labels;
     }
     let span = cell * axis.values.len() as f64;
     let wanted = ((span / 60.0) as usize).clamp(2, FEW);
@@ -311,7 +311,7 @@ fn ticks(
     let round = round.filter_map(|(value, text)| Some((place(&axis.values, value)?, text)));
     let mut kept = thinned(round.collect(), cell, &room);
     if kept.len() < 2 {
-        kept = thinned(own, cell, &room);
+        kept = thinned(labels, cell, &room);
     }
     kept
 }

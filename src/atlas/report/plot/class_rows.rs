@@ -93,7 +93,7 @@ fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Moti
         let before = index.checked_sub(1).and_then(|before| places.get(before));
         let [from, to] = [x - reach(before), x + reach(places.get(index + 1))];
         match stretches.last_mut() {
-            Some((own, [_, end])) if *own == motion && from - *end < 0.01 => *end = to,
+            Some((last, [_, end])) if *last == motion && from - *end < 0.01 => *end = to,
             _ => stretches.push((motion, [from, to])),
         }
     }

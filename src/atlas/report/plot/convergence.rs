@@ -96,12 +96,12 @@ impl Course {
         let mut found: [Vec<f64>; 3] = Default::default();
         ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
             let ids = part.u64("point_id")?;
-            let Some(row) = ids.iter().position(|own| *own == Some(id)) else {
+            let Some(row) = ids.iter().position(|known| *known == Some(id)) else {
                 return Ok(());
             };
-            for (name, own) in columns[1..].iter().zip(&mut found) {
+            for (name, series) in columns[1..].iter().zip(&mut found) {
                 let list = part.lists(name)?.swap_remove(row).unwrap_or_default();
-                *own = (list.into_iter())
+                *series = (list.into_iter())
                     .map(|value| value.unwrap_or(f64::NAN))
                     .collect();
             }

@@ -210,7 +210,7 @@ fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, V
         let [from, to] = [0, 1].map(|i| place(&pair[i].0));
         let dashed = pair.iter().any(|(_, note)| note.is_some());
         match parts.last_mut() {
-            Some((own, part)) if *own == dashed && part.last() == Some(&from) => part.push(to),
+            Some((last, part)) if *last == dashed && part.last() == Some(&from) => part.push(to),
             _ => parts.push((dashed, vec![from, to])),
         }
     }

@@ -81,7 +81,8 @@ impl Amount {
         if self.unit.is_empty() {
             self.unit.clone_from(&high.unit);
         }
-        let [low, top] = [&self, &high].map(|own| own.si(&high.unit).unwrap_or(own.number));
+        let [low, top] =
+            [&self, &high].map(|amount| amount.si(&high.unit).unwrap_or(amount.number));
         (low < top).then_some([self, high])
     }
 
@@ -120,8 +121,8 @@ impl Unit {
 
     /// The unit as it is written, else `si`.
     pub fn or_si(written: Option<&str>, si: &str) -> Self {
-        let own = written.and_then(|unit| Self::of(unit, si));
-        own.unwrap_or_else(|| Self {
+        let of_unit = written.and_then(|unit| Self::of(unit, si));
+        of_unit.unwrap_or_else(|| Self {
             factor: 1.0,
             text: if si == "1" { "" } else { si }.to_owned(),
         })

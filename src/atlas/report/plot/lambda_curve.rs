@@ -75,15 +75,15 @@ pub(super) fn panel(
     }
     let sweeps = sweeps(results, points);
     for sweep in &sweeps {
-        let own = (sweeps.len() > 1).then_some(sweep.colour);
+        let sweep_colour = (sweeps.len() > 1).then_some(sweep.colour);
         for line in results.lines(&[along], &sweep.points) {
             let points = line.into_iter().map(|place| sweep.points[place]);
             let known =
                 points.filter_map(|point| Some(panel.at(point.axis_values[along], point.lambda?)));
             let line: Vec<Place> = known.collect();
-            canvas.line(&line, own.unwrap_or(PALE), 1.0);
+            canvas.line(&line, sweep_colour.unwrap_or(PALE), 1.0);
         }
-        symbols(canvas, &panel, along, sweep, own);
+        symbols(canvas, &panel, along, sweep, sweep_colour);
     }
     legend(canvas, &sweeps, points, top + 12.0)
 }
@@ -129,13 +129,13 @@ fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bo
     }
 }
 
-/// The points of one sweep, in its `own` colour if there are several sweeps.
+/// The points of one sweep, in the colour `sweep_colour` if there are several sweeps.
 fn symbols(
     canvas: &mut Canvas,
     panel: &Panel,
     along: usize,
     sweep: &Sweep<'_>,
-    own: Option<Colour>,
+    sweep_colour: Option<Colour>,
 ) {
     let known = || {
         let points = sweep.points.iter();
@@ -143,7 +143,7 @@ fn symbols(
     };
     // Symbols of a dense sweep would hide its line, and each other.
     let room = 0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64;
-    let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match own {
+    let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match sweep_colour {
         Some(_) if Motion::of(point).is_marked() => {
             let factor = (room / 4.6).clamp(0.5, 0.75);
             Marker::Disc.sized(canvas, at, Motion::of(point).colour(), factor);
@@ -159,8 +159,14 @@ fn symbols(
         let [low, high] =
             [lambda - error(point), lambda + error(point)].map(|value| panel.y(value));
         if error(point) > 0.0 {
-            let whiskers = low - high > 2.0 * WHISKER && own.is_none() && room > WHISKER;
-            bar(canvas, x, [high, low], own.unwrap_or(INK), whiskers);
+            let whiskers = low - high > 2.0 * WHISKER && sweep_colour.is_none() && room > WHISKER;
+            bar(
+                canvas,
+                x,
+                [high, low],
+                sweep_colour.unwrap_or(INK),
+                whiskers,
+            );
         }
         symbol(canvas, [x, panel.y(lambda)], point);
     }

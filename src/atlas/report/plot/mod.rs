@@ -337,7 +337,7 @@ impl Source {
             _ if self.mesh.is_some() => false,
             PictureKind::Branches => self.followed.is_some(),
             PictureKind::Curves => {
-                (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some())
+                (self.followed.as_ref()).is_some_and(|(followed, _)| followed.second.is_some())
             }
             PictureKind::Phase => self.results.is_some() || self.recording.is_some(),
             // These tables exist only if the job requested them.

@@ -44,12 +44,12 @@ pub(super) fn pictures(
     }
     let mut drawn = Drawn::of_slices(what, ids.len().min(MOST_SLICES), ids.len());
     for &id in ids.iter().take(MOST_SLICES) {
-        let own: Vec<&Orbit> = (found.orbits.iter())
+        let of_point: Vec<&Orbit> = (found.orbits.iter())
             .filter(|orbit| orbit.point_id == id && drawable(orbit))
             .collect();
         let words = results.point_words(results.point(id)?);
         let mut canvas = results.canvas(title, &[&words]);
-        draw(&mut canvas, &own);
+        draw(&mut canvas, &of_point);
         let name = match results.summary.all.len() {
             1 => what.name().to_owned(),
             _ => format!("{}-point={id}", what.name()),

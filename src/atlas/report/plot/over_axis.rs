@@ -24,8 +24,8 @@ pub(super) struct Sweep<'a> {
 /// The sweeps of a slice, up before down.
 pub(super) fn sweeps<'a>(results: &'a Results, points: &[&'a PointSummary]) -> Vec<Sweep<'a>> {
     let of = |direction: Option<&'a str>| -> Vec<&'a PointSummary> {
-        let own = |point: &&&PointSummary| point.direction.as_deref() == direction;
-        points.iter().filter(own).copied().collect()
+        let in_direction = |point: &&&PointSummary| point.direction.as_deref() == direction;
+        points.iter().filter(in_direction).copied().collect()
     };
     let directions = results.directions();
     if directions.is_empty() {

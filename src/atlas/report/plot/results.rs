@@ -157,7 +157,7 @@ impl Results {
     pub fn along_any(&self, name: Option<&str>, except: Option<&str>) -> Result<usize, PlotError> {
         let axes = &self.summary.axes;
         let name =
-            name.or((self.summary.carried_along.as_deref()).filter(|own| Some(*own) != except));
+            name.or((self.summary.carried_along.as_deref()).filter(|swept| Some(*swept) != except));
         let longest = |index: &usize| (axes[*index].values.len() > 1, axes[*index].values.len());
         let known = || {
             axes.iter()

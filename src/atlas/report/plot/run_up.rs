@@ -50,8 +50,8 @@ impl OfSignal {
                 "the run-up is too short for it; make it longer, or lower runup.revolutions",
             ));
         };
-        let own = |row: &usize| signals[*row].as_deref() == Some(name);
-        let rows: Vec<usize> = (0..signals.len()).filter(own).collect();
+        let of_signal = |row: &usize| signals[*row].as_deref() == Some(name);
+        let rows: Vec<usize> = (0..signals.len()).filter(of_signal).collect();
         let Some(&first) = rows.first() else {
             let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
             known.sort_unstable();
@@ -109,15 +109,15 @@ impl RunUpFolder {
     /// Levels in colour over speed and frequency.
     fn spectrogram(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let signal = request.signal.as_deref();
-        let own = OfSignal::read(
+        let selected = OfSignal::read(
             &self.0,
             TableKind::Spectrogram,
             PictureKind::Spectrogram,
             signal,
         )?;
-        let lists = own.table.lists("amplitudes")?;
-        let step = column(&own.table, "frequency_step")?[own.rows[0]];
-        let spectra: Vec<Vec<f64>> = (own.rows.iter())
+        let lists = selected.table.lists("amplitudes")?;
+        let step = column(&selected.table, "frequency_step")?[selected.rows[0]];
+        let spectra: Vec<Vec<f64>> = (selected.rows.iter())
             .map(|row| {
                 lists[*row]
                     .iter()
@@ -129,22 +129,22 @@ impl RunUpFolder {
         // The mean is not vibration; the window spreads it to line 1.
         let largest = spectra
             .iter()
-            .flat_map(|own| own.iter().skip(2))
+            .flat_map(|spectrum| spectrum.iter().skip(2))
             .copied()
             .fold(0.0, f64::max);
-        let scale = scale(&own, request)?;
+        let scale = scale(&selected, request)?;
         let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
             return Err(silent(PictureKind::Spectrogram));
         };
         let level = scale.axis_over([low, high]);
         let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
         let up = Axis::linear("frequency", "Hz", [0.0, lines as f64 * step]);
-        let (mut canvas, panel) = framed(&own, "spectrogram", up);
+        let (mut canvas, panel) = framed(&selected, "spectrogram", up);
         canvas.rectangle([panel.left, TOP], [panel.right, BOTTOM], viridis(0.0));
         let [columns, rows] = CELLS;
         let mut cells = vec![0.0_f64; columns * rows];
-        let [from, to] = range(own.speeds.iter().copied());
-        for (speed, spectrum) in own.speeds.iter().zip(&spectra) {
+        let [from, to] = range(selected.speeds.iter().copied());
+        for (speed, spectrum) in selected.speeds.iter().zip(&spectra) {
             let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
             for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(2) {
                 let cell = &mut cells[at * rows + line * rows / lines];
@@ -153,9 +153,9 @@ impl RunUpFolder {
         }
         // If spectra are farther apart than cells, each extends to the next.
         for at in 1..columns {
-            let (before, own) = cells.split_at_mut(at * rows);
-            if own[..rows].iter().all(|a| *a == 0.0) {
-                own[..rows].copy_from_slice(&before[(at - 1) * rows..]);
+            let (before, present) = cells.split_at_mut(at * rows);
+            if present[..rows].iter().all(|a| *a == 0.0) {
+                present[..rows].copy_from_slice(&before[(at - 1) * rows..]);
             }
         }
         let x = |at: usize| panel.left + (panel.right - panel.left) * at as f64 / columns as f64;
@@ -177,31 +177,32 @@ impl RunUpFolder {
     /// Amplitudes of orders over the speed.
     fn tracks(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let signal = request.signal.as_deref();
-        let own = OfSignal::read(&self.0, TableKind::OrderTracks, PictureKind::Tracks, signal)?;
+        let selected =
+            OfSignal::read(&self.0, TableKind::OrderTracks, PictureKind::Tracks, signal)?;
         let (orders, amplitudes) = (
-            column(&own.table, "order")?,
-            column(&own.table, "amplitude")?,
+            column(&selected.table, "order")?,
+            column(&selected.table, "amplitude")?,
         );
-        let scale = scale(&own, request)?;
-        let mut known: Vec<f64> = own.rows.iter().map(|row| orders[*row]).collect();
+        let scale = scale(&selected, request)?;
+        let mut known: Vec<f64> = selected.rows.iter().map(|row| orders[*row]).collect();
         known.sort_by(f64::total_cmp);
         known.dedup();
-        let largest = own
+        let largest = selected
             .rows
             .iter()
             .map(|row| amplitudes[*row])
             .fold(0.0, f64::max);
         let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
-        let ends = range(own.rows.iter().filter_map(|row| shown(*row)));
+        let ends = range(selected.rows.iter().filter_map(|row| shown(*row)));
         if largest == 0.0 {
             return Err(silent(PictureKind::Tracks));
         }
-        let (mut canvas, panel) = framed(&own, "orders", scale.axis(ends));
+        let (mut canvas, panel) = framed(&selected, "orders", scale.axis(ends));
         for (place, order) in known.iter().enumerate() {
-            let of_order = own
+            let of_order = selected
                 .rows
                 .iter()
-                .zip(&own.speeds)
+                .zip(&selected.speeds)
                 .filter(|(row, _)| orders[**row] == *order);
             let line: Vec<_> = of_order
                 .filter_map(|(row, speed)| Some(panel.at(*speed, shown(*row)?)))
@@ -217,15 +218,15 @@ impl RunUpFolder {
 }
 
 /// The scale of a signal's amplitudes.
-fn scale(own: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
-    Ok(Scale::new(&own.name, &own.unit, &request.display)?.in_decades())
+fn scale(selected: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
+    Ok(Scale::new(&selected.name, &selected.unit, &request.display)?.in_decades())
 }
 
 /// An empty picture with its panel.
-fn framed(own: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
-    let title = format!("{}: {of} of {}", own.job, own.name);
+fn framed(selected: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
+    let title = format!("{}: {of} of {}", selected.job, selected.name);
     let mut canvas = Canvas::titled(&title, "");
-    let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], own.across(), up);
+    let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], selected.across(), up);
     panel.frame(&mut canvas, true);
     (canvas, panel)
 }

@@ -43,14 +43,17 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         let title = format!("basin shares over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
         // A slice counts its branches from 0, for the colours.
-        let mut own: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
+        let mut by_branch: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
         for (attractor, branch) in attractors.iter().zip(&followed) {
             let point = slice
                 .points
                 .iter()
                 .find(|p| p.point_id == attractor.point_id);
             if let Some(point) = point {
-                own.entry(*branch).or_default().push((point, attractor));
+                by_branch
+                    .entry(*branch)
+                    .or_default()
+                    .push((point, attractor));
             }
         }
         let panel = Panel::new(
@@ -61,17 +64,17 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         );
         panel.frame(&mut canvas, true);
         // Intervals of branches at one point overlap: draw them below all lines and symbols.
-        for (place, line) in own.values().enumerate() {
+        for (place, line) in by_branch.values().enumerate() {
             intervals(&mut canvas, &panel, along, place, line);
         }
-        for (place, line) in own.values().enumerate() {
+        for (place, line) in by_branch.values().enumerate() {
             let points: Vec<&PointSummary> = line.iter().map(|(point, _)| *point).collect();
             for part in results.lines(&[along], &points) {
-                let part: Vec<_> = part.into_iter().map(|own| line[own]).collect();
+                let part: Vec<_> = part.into_iter().map(|index| line[index]).collect();
                 draw_branch(&mut canvas, &panel, along, place, &part);
             }
         }
-        key(&mut canvas, along, &own);
+        key(&mut canvas, along, &by_branch);
         canvas
     });
     Ok(drawn)
@@ -114,14 +117,18 @@ fn draw_branch(
 }
 
 /// Names of the branches: their kinds of motion, in the order of their first points.
-fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSummary, &Attractor)>>) {
+fn key(
+    canvas: &mut Canvas,
+    along: usize,
+    by_branch: &BTreeMap<usize, Vec<(&PointSummary, &Attractor)>>,
+) {
     let at = [MARGIN, 84.0];
     let width = WIDTH - 6.0 - MARGIN;
     let (head, size) = fitted("branches; bars: 95 % interval", TICK_SIZE, 8.0, width);
     canvas.text(at, &head, size, SOFT, Anchor::Start);
     let mut y = 98.0;
     let mut named = 0;
-    for (place, line) in own.values().enumerate() {
+    for (place, line) in by_branch.values().enumerate() {
         let (words, numbers) = described(line, along);
         let inks = [(words, INK), (numbers, SOFT)];
         let lines: Vec<(String, Colour)> = inks
@@ -132,7 +139,7 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
             })
             .collect();
         let height = 16.0 * lines.len() as f64 + 8.0;
-        if y + height > BOTTOM - 16.0 && own.len() > place + 1 {
+        if y + height > BOTTOM - 16.0 && by_branch.len() > place + 1 {
             break;
         }
         OTHERS[place % OTHERS.len()].filled(canvas, [MARGIN + 7.0, y + 7.0], colour(place));
@@ -142,8 +149,8 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
         y += height;
         named += 1;
     }
-    if own.len() > named {
-        let text = format!("… and {} more", own.len() - named);
+    if by_branch.len() > named {
+        let text = format!("… and {} more", by_branch.len() - named);
         canvas.label([MARGIN, y + 12.0], &text, SOFT);
     }
 }

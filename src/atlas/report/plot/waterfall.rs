@@ -155,13 +155,14 @@ fn strip(
     for (y, fraction) in lines.filter(|(y, _)| (panel.top..=panel.bottom).contains(y)) {
         let shade = (SHADES * fraction.clamp(0.0, 1.0)).round() as i64;
         let row = ((panel.bottom - y) / ROW).floor() as i64;
-        let own = rows.entry(row).or_insert(0);
-        *own = shade.max(*own);
+        let stored = rows.entry(row).or_insert(0);
+        *stored = shade.max(*stored);
     }
     let mut rows = rows.into_iter().filter(|(_, shade)| *shade > 0).peekable();
     while let Some((first, shade)) = rows.next() {
         let mut last = first;
-        while let Some((row, _)) = rows.next_if(|&(row, own)| row == last + 1 && own == shade) {
+        while let Some((row, _)) = rows.next_if(|&(row, stored)| row == last + 1 && stored == shade)
+        {
             last = row;
         }
         let y = |row: i64| (panel.bottom - ROW * row as f64).max(panel.top);

@@ -10,18 +10,18 @@ const MOST: usize = 12;
 /// One line per mesh, the one that rattles most first.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let all = &summary.rattle;
-    if all.iter().all(|own| own.largest == 0.0) {
+    if all.iter().all(|mesh| mesh.largest == 0.0) {
         return;
     }
     text.push_str("\nrattle by mesh (speeds of impacts per second, m/s²; of stages rad/s²)\n");
     let shown = &all[..all.len().min(MOST)];
-    let width = shown.iter().map(|own| own.name.chars().count()).max();
+    let width = shown.iter().map(|mesh| mesh.name.chars().count()).max();
     let width = width.unwrap_or(0);
-    for own in shown {
-        let [mean, largest] = [own.mean, own.largest].map(number);
-        _ = write!(text, "  {:<width$}  mean {mean:>8}", own.name);
-        if own.largest > 0.0 {
-            _ = write!(text, "  largest {largest:>8} at point {}", own.point_id);
+    for mesh in shown {
+        let [mean, largest] = [mesh.mean, mesh.largest].map(number);
+        _ = write!(text, "  {:<width$}  mean {mean:>8}", mesh.name);
+        if mesh.largest > 0.0 {
+            _ = write!(text, "  largest {largest:>8} at point {}", mesh.point_id);
         }
         text.push('\n');
     }

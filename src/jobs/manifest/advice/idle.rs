@@ -95,8 +95,8 @@ fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
         }
     }
     let of_both = |key: &String| {
-        let own = ["pinion", "wheel"].map(|shaft| format!("shafts.{shaft}.{key}"));
-        own.iter().all(|path| given(job, root, path))
+        let paths = ["pinion", "wheel"].map(|shaft| format!("shafts.{shaft}.{key}"));
+        paths.iter().all(|path| given(job, root, path))
     };
     (shared.into_iter())
         .filter(of_both)
@@ -161,6 +161,9 @@ fn silent(first: &PointSpec) -> Vec<(String, String)> {
     );
     list("torque_ripple", ripples.collect());
     let motions = excitation.imposed_motion.iter();
-    list("imposed_motion", motions.map(|own| own.amplitude).collect());
+    list(
+        "imposed_motion",
+        motions.map(|motion| motion.amplitude).collect(),
+    );
     found
 }

@@ -50,7 +50,11 @@ pub fn advice(job: &Job) -> Vec<Advice> {
         let place = text.place_of(&key);
         // Harmonics computed from deviations of each tooth cannot be changed directly.
         let derived = place.is_none() && key.starts_with("excitation.");
-        let warned = job.warnings.diagnostics.iter().any(|own| own.key == key);
+        let warned = job
+            .warnings
+            .diagnostics
+            .iter()
+            .any(|warning| warning.key == key);
         if kind == AdviceKind::Suspect
             && let Some(meant) = text.root.at(&key).and_then(|node| bare(node, &key))
         {

@@ -19,11 +19,11 @@ pub(super) fn of_shafts(source: &StructureSource) -> Vec<(String, String)> {
         StructureSource::Train(train) => (train.shafts.iter().enumerate())
             .flat_map(|(number, shaft)| {
                 let sections = shaft.sections.iter().enumerate();
-                sections.flat_map(move |(section, own)| {
+                sections.flat_map(move |(section, shaft_section)| {
                     let key = |key| format!("train.shaft.{number}.sections.{section}.{key}");
                     [
-                        (key("outer"), own.outer, DIAMETERS),
-                        (key("length"), own.length, LENGTHS),
+                        (key("outer"), shaft_section.outer, DIAMETERS),
+                        (key("length"), shaft_section.length, LENGTHS),
                     ]
                 })
             })

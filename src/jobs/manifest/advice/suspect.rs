@@ -316,7 +316,7 @@ fn drive(variant: &Variant, found: &mut Words) {
         ),
     );
     for (index, name) in ["pinion", "wheel"].into_iter().enumerate() {
-        let (own, other) = (&shafts[index], &shafts[1 - index]);
+        let (shaft, other) = (&shafts[index], &shafts[1 - index]);
         let tip =
             gears.pitch_radii()[index] + (1.0 + gears.form.profile_shift[index]) * gears.module;
         if let Ok(centres) = gears.centre_distance() {
@@ -330,14 +330,14 @@ fn drive(variant: &Variant, found: &mut Words) {
                 ),
             );
         }
-        let room = 2.0 * own.span * own.gear_position.min(1.0 - own.gear_position);
+        let room = 2.0 * shaft.span * shaft.gear_position.min(1.0 - shaft.gear_position);
         found.add(
             gears.body_length[index] > room && variant.model.source.kind() == "flexible",
             "gear.body_length",
             format!(
                 "the {name}'s body of {} does not fit between bearings {} apart",
                 length(gears.body_length[index]),
-                length(own.span)
+                length(shaft.span)
             ),
         );
     }

@@ -94,11 +94,11 @@ pub(super) fn add(
 /// The axis of an expression of known axes; it joins their group.
 fn axis(
     issues: &Issues,
-    own: &Pending<'_>,
+    derived: &Pending<'_>,
     axes: &[GridAxis],
     groups: &mut Vec<Vec<usize>>,
 ) -> Option<GridAxis> {
-    let (entry, expression) = (own.entry, &own.expression);
+    let (entry, expression) = (derived.entry, &derived.expression);
     let place = |name: &str| axes.iter().position(|axis| axis.axis.name() == name);
     let needed: Vec<usize> = expression
         .names()
@@ -128,7 +128,7 @@ fn axis(
         return None;
     }
     let path = path_of(&entry.key);
-    let dimension = dimension_of(own.spec).unwrap_or(Dimension::Ratio);
+    let dimension = dimension_of(derived.spec).unwrap_or(Dimension::Ratio);
     let length = first.map_or(1, |first| axes[first].axis.values.len());
     let mut values = Vec::with_capacity(length);
     for at in 0..length {
@@ -149,7 +149,7 @@ fn axis(
             issues,
             node: &entry.node,
             path: &path,
-            spec: own.spec,
+            spec: derived.spec,
         };
         values.push(given.in_range(value, dimension)?);
     }
@@ -172,14 +172,14 @@ fn axis(
 }
 
 /// The fault of an expression without a value: an unknown name, or a circle of expressions.
-fn without_value(own: &Pending<'_>, pending: &[Pending<'_>], axes: &[GridAxis]) -> Diagnostic {
-    let (names, text) = (own.expression.names(), own.expression.text());
+fn without_value(derived: &Pending<'_>, pending: &[Pending<'_>], axes: &[GridAxis]) -> Diagnostic {
+    let (names, text) = (derived.expression.names(), derived.expression.text());
     let known: Vec<&str> = (axes.iter().map(|axis| axis.axis.name()))
         .chain(pending.iter().map(|other| other.entry.key.as_str()))
         .collect();
     match names.iter().find(|name| !known.contains(&name.as_str())) {
         Some(name) => fault(
-            own.entry,
+            derived.entry,
             format!("`{text}` names `{name}`, which is no axis of the grid"),
         )
         .label("unknown name")
@@ -192,7 +192,7 @@ fn without_value(own: &Pending<'_>, pending: &[Pending<'_>], axes: &[GridAxis]) 
                 .map(|other| other.entry.key.as_str())
                 .collect();
             fault(
-                own.entry,
+                derived.entry,
                 format!("`{text}` needs its own value: {}", circle.join(", ")),
             )
             .label("a circle of expressions")

@@ -82,7 +82,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
     let ties = tied::read(&section);
     let is_tied = |name: &str| {
         ties.iter()
-            .any(|tie| tie.names.iter().any(|own| own == name))
+            .any(|tie| tie.names.iter().any(|tied_name| tied_name == name))
     };
     let (mut drawn, mut derived) = (Vec::new(), Vec::new());
     for entry in (section.entries().iter()).filter(|entry| !NOT_AXES.contains(&entry.key.as_str()))
@@ -93,9 +93,9 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
         }
         let tied = is_tied(&entry.key);
         let read = if expressions::is_one(entry) {
-            expressions::read(root.issues, entry).map(|own| derived.push(own))
+            expressions::read(root.issues, entry).map(|new_axis| derived.push(new_axis))
         } else if samples::is_distribution(&entry.node) {
-            samples::read(root.issues, entry, tied, base_dir).map(|own| drawn.push(own))
+            samples::read(root.issues, entry, tied, base_dir).map(|new_axis| drawn.push(new_axis))
         } else {
             read_axis(root.issues, entry, tied).map(|axis| axes.valid.push(axis))
         };
@@ -103,11 +103,11 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
             axes.faulty.push(entry.key.clone());
         }
     }
-    let own = axes.valid.len();
+    let first = axes.valid.len();
     let mut groups = tied::places(&ties, &axes.valid, &names, &axes.faulty, root.issues);
     if let Some(list) = listed {
         axes.faulty.extend(list.faulty);
-        groups.push((own..own + list.axes.len()).collect());
+        groups.push((first..first + list.axes.len()).collect());
         axes.valid.extend(list.axes);
     }
     let first_drawn = axes.valid.len();
@@ -155,7 +155,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
 
 /// Records missing axes; `names` are columns of a list of points.
 fn find_missing(section: &Section, names: &[String], oscillator: bool, axes: &mut Axes) {
-    let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
+    let has = |name: &str| section.has(name) || names.iter().any(|known| known == name);
     // An unreadable list may have any column.
     if axes.unknown {
         let absent = ["load", "torque", "speed"]
@@ -191,7 +191,7 @@ fn is_without_mesh(root: &Section) -> bool {
 
 /// The axes that are distributions, with their values; axes without values are faulty.
 fn draw(section: &Section, drawn: Vec<Drawn>, axes: &mut Axes, seed: u64) -> Option<DrawnAxes> {
-    let names: Vec<String> = drawn.iter().map(|own| own.name().to_owned()).collect();
+    let names: Vec<String> = drawn.iter().map(|axis| axis.name().to_owned()).collect();
     let whole = axes.faulty.is_empty();
     let drawn = samples::draw(section, drawn, whole, seed);
     if drawn.is_none() {
@@ -245,7 +245,13 @@ fn size_is_accepted(section: &Section, axes: &Axes, directions: usize) -> bool {
     let all = &axes.dimensions;
     let shown = all.iter().take(MOST_FACTORS);
     let mut factors: Vec<_> = shown
-        .map(|own| format!("{} {}", own.length, axes.valid[own.axes[0]].axis.name()))
+        .map(|dimension| {
+            format!(
+                "{} {}",
+                dimension.length,
+                axes.valid[dimension.axes[0]].axis.name()
+            )
+        })
         .collect();
     if all.len() > MOST_FACTORS {
         factors.push(format!("{} more axes", all.len() - MOST_FACTORS));

@@ -118,7 +118,10 @@ fn section_for_criteria<'t>(section: &Section<'t>, key: &str, by: &[Criterion]) 
             "name class or period in by, or remove longest_period",
         ),
     };
-    let effective = by.is_empty() || by.iter().any(|own| own.is_number() == of_numbers);
+    let effective = by.is_empty()
+        || by
+            .iter()
+            .any(|criterion| criterion.is_number() == of_numbers);
     if !effective {
         section.without_effect(&[key], why, remedy);
     }

@@ -145,26 +145,31 @@ pub(super) fn draw(
     drawn.sort_by(|a, b| a.key.rank().cmp(&b.key.rank()));
     let shares = design.shares(drawn.len(), count, seed);
     let values: Vec<Vec<f64>> = (drawn.iter().zip(shares))
-        .map(|(own, shares)| {
+        .map(|(axis, shares)| {
             shares
                 .iter()
-                .map(|share| own.distribution.quantile(*share))
+                .map(|share| axis.distribution.quantile(*share))
                 .collect()
         })
         .collect();
-    let fit = (drawn.iter().zip(&values)).map(|(own, values)| own.in_range(section.issues, values));
+    let fit =
+        (drawn.iter().zip(&values)).map(|(axis, values)| axis.in_range(section.issues, values));
     if fit.filter(|fit| !fit).count() > 0 {
         return None;
     }
     let samples = Samples {
-        axes: (drawn.iter().map(|own| own.distribution.clone()).enumerate()).collect(),
+        axes: (drawn
+            .iter()
+            .map(|axis| axis.distribution.clone())
+            .enumerate())
+        .collect(),
         design,
         count,
     };
     let axes = drawn
         .into_iter()
         .zip(values)
-        .map(|(own, values)| own.axis(values));
+        .map(|(axis, values)| axis.axis(values));
     Some(DrawnAxes {
         axes: axes.collect(),
         samples,

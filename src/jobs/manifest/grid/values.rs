@@ -80,7 +80,7 @@ impl AxisReader<'_> {
 
     /// One value of any size in SI.
     pub fn unbounded(&mut self, node: &Node, path: &str) -> Option<f64> {
-        let own = match &node.value {
+        let given = match &node.value {
             Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
                 match units::parse_any(text) {
                     Ok((_, Dimension::Ratio)) => Dimension::Ratio,
@@ -89,9 +89,9 @@ impl AxisReader<'_> {
             }
             _ => self.dimension.unwrap_or(Dimension::Ratio),
         };
-        let dimension = *self.dimension.get_or_insert(own);
+        let dimension = *self.dimension.get_or_insert(given);
         if self.spec.kind == Kind::ContactDamping
-            && (own != dimension
+            && (given != dimension
                 || (dimension == Dimension::Damping && !matches!(node.value, Value::Text(_))))
         {
             let message = format!("`{}` mixes damping ratios and coefficients", self.path);

@@ -114,9 +114,9 @@ fn nearest(topic: &str) -> Option<String> {
 fn of_table(key: &Key, path: &str) -> String {
     let mut text = format!("[{path}]\n\n{}\n", wrapped(key.about, 0));
     let shared = (path != key.path).then_some(path);
-    let own = listed(MANIFEST, key.path);
-    if !own.is_empty() {
-        text += &format!("\n{own}");
+    let keys = listed(MANIFEST, key.path);
+    if !keys.is_empty() {
+        text += &format!("\n{keys}");
     }
     let below: Vec<&str> = schema::children(MANIFEST, shared.unwrap_or(key.path))
         .into_iter()

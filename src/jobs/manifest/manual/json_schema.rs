@@ -234,11 +234,14 @@ fn axis_reference(key: &Key) -> Map<String, Value> {
 
 /// Texts with units, the values of axes, and every kind of axis.
 fn definitions(axes: &[(String, &'static Key)]) -> Value {
-    let own = schema::all(MANIFEST).filter(|key| matches!(key.kind, Kind::Axis(_)));
+    let of_manifest = schema::all(MANIFEST).filter(|key| matches!(key.kind, Kind::Axis(_)));
     let mut definitions = texts();
     definitions.insert("distribution".to_owned(), distribution());
     let of_files = modal_keys::forms().map(|(_, key)| key);
-    for key in own.chain(axes.iter().map(|(_, key)| *key)).chain(of_files) {
+    for key in of_manifest
+        .chain(axes.iter().map(|(_, key)| *key))
+        .chain(of_files)
+    {
         let name = value_name(key);
         let whole = key.kind == Kind::Integer;
         definitions.insert(format!("axis_{name}"), axis(&reference(&name), whole));

@@ -33,8 +33,8 @@ pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<Structure
     let mut all: Vec<Option<StructureContact>> = Vec::new();
     for table in &tables {
         match contact(table, modes) {
-            Some((own, Some(restitution))) => all.extend(own.rigid(restitution).map(Some)),
-            found => all.push(found.map(|(own, _)| own)),
+            Some((spring, Some(restitution))) => all.extend(spring.rigid(restitution).map(Some)),
+            found => all.push(found.map(|(spring, _)| spring)),
         }
     }
     let sliders = sliders.iter().map(|table| slider(table, modes));
@@ -102,7 +102,7 @@ fn contact(table: &Section, modes: Option<usize>) -> Option<(StructureContact, O
     };
     let cycles = table.integers::<2>("cycles");
     let (participation, (law, restitution)) = (participation?, law?);
-    let own = StructureContact {
+    let structure_contact = StructureContact {
         name: name?.to_owned(),
         force: force?.unwrap_or_else(|| participation.clone()),
         tilt: Vec::new(),
@@ -114,5 +114,5 @@ fn contact(table: &Section, modes: Option<usize>) -> Option<(StructureContact, O
         law,
         copies: None,
     };
-    Some((own, restitution))
+    Some((structure_contact, restitution))
 }

@@ -21,8 +21,8 @@ pub(super) fn lines(
     root.without_effect(&OF_MESH, "without `mesh`", "remove it, or add mesh");
     let load = optional(root, "torque", modes);
     let shown = if root.has("displacement") {
-        let own = column(root, "displacement", modes);
-        own.filter(|own| acts(root, "displacement", own))?
+        let displacement = column(root, "displacement", modes);
+        displacement.filter(|displacement| acts(root, "displacement", displacement))?
     } else {
         let felt = contacts?
             .iter()

@@ -185,7 +185,7 @@ pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
     let inside = units::parse(&meant, dimension).is_ok_and(|value| spec.bounds.contain(value));
     let other = unit != dimension.unit() && inside;
     other.then(|| {
-        let own = dimension.unit();
-        format!("a bare number is in {own}: write the unit, such as \"{meant}\"")
+        let si_unit = dimension.unit();
+        format!("a bare number is in {si_unit}: write the unit, such as \"{meant}\"")
     })
 }

@@ -49,9 +49,9 @@ pub(super) fn has_exponents(
     let (retained, most) = (model.retained, model.exponents());
     let (of, note) = match model.neutral_exponents() {
         0 => ("none".to_owned(), String::new()),
-        own => (
-            format!("{own}, under drag"),
-            format!(", and {own} under drag"),
+        other => (
+            format!("{other}, under drag"),
+            format!(", and {other} under drag"),
         ),
     };
     let neutral = match model.neutral() {

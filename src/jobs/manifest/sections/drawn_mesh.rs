@@ -95,10 +95,10 @@ pub(super) fn of_drawing(
     continuous: bool,
     pairs: Option<Option<u32>>,
 ) -> Option<Option<MeshTableSpec>> {
-    let own = &section.if_effective(!matches!(pairs, Some(Some(_))));
-    let segments = if continuous { None } else { own.integer("segments") };
-    let shaft_tilt = own.boolean("shaft_tilt");
-    let face = face(own, gears);
+    let effective = &section.if_effective(!matches!(pairs, Some(Some(_))));
+    let segments = if continuous { None } else { effective.integer("segments") };
+    let shaft_tilt = effective.boolean("shaft_tilt");
+    let face = face(effective, gears);
     let contact = section.choice("contact");
     let resolution = section.choice("resolution");
     let (pairs, face, shaft_tilt) = (pairs?, face?, shaft_tilt?);

@@ -56,14 +56,15 @@ pub(super) fn read(
         table_harmonics: table_harmonics?,
         transmission_error: [errors?, of_gears.clone()?].concat(),
         // An error of tooth positions moves both flanks.
-        coast_transmission_error: of_coast?.map(|own| [own, of_gears.unwrap_or_default()].concat()),
+        coast_transmission_error: of_coast?
+            .map(|of_coast| [of_coast, of_gears.unwrap_or_default()].concat()),
         torque_ripple: [ripples?, curve?].concat(),
         imposed_motion: (motions?.into_iter())
-            .map(|own| ImposedMotion {
-                shaft: own.shaft,
-                order: own.order,
-                amplitude: own.amplitude,
-                phase: own.phase,
+            .map(|motion| ImposedMotion {
+                shaft: motion.shaft,
+                order: motion.order,
+                amplitude: motion.amplitude,
+                phase: motion.phase,
             })
             .collect(),
     })
@@ -100,8 +101,8 @@ fn harmonic(table: &Section) -> Option<(u32, f64, f64)> {
 /// Number of teeth of a gear of the first mesh, if known.
 fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
     match source {
-        StructureSource::Modal(own) if wheel => own.wheel_teeth,
-        StructureSource::Modal(own) => Some(own.teeth),
+        StructureSource::Modal(structure) if wheel => structure.wheel_teeth,
+        StructureSource::Modal(structure) => Some(structure.teeth),
         // Gears on crossed axes have teeth, too.
         StructureSource::Train(train) => Some(train.pair.teeth[usize::from(wheel)]),
         drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),

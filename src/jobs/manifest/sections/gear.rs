@@ -301,8 +301,8 @@ fn check(section: &Section, pair: &GearPair) -> Option<()> {
     }
     let error = match Flanks::new(pair) {
         Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => {
-            (undercut.iter()).for_each(|(gear, tooth, own)| {
-                warn_of_undercut(section, *gear, tooth, *own);
+            (undercut.iter()).for_each(|(gear, tooth, undercut)| {
+                warn_of_undercut(section, *gear, tooth, *undercut);
             });
             return Some(());
         }

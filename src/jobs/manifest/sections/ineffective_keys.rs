@@ -57,8 +57,8 @@ pub(super) fn check_axes(root: &Section, kind: DriveKind) {
             continue;
         };
         let of_one = ["pinion.", "wheel."];
-        let own = of_one.iter().find_map(|shaft| key.strip_prefix(shaft));
-        if has_effect(kind, own.unwrap_or(key)) {
+        let stripped = of_one.iter().find_map(|shaft| key.strip_prefix(shaft));
+        if has_effect(kind, stripped.unwrap_or(key)) {
             continue;
         }
         let path = format!("grid.\"{}\"", axis.key);

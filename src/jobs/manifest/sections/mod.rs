@@ -64,9 +64,9 @@ impl Variant {
     }
 }
 
-fn share<T: PartialEq>(own: &mut Arc<T>, other: &Arc<T>) {
-    if own == other {
-        *own = Arc::clone(other);
+fn share<T: PartialEq>(target: &mut Arc<T>, other: &Arc<T>) {
+    if target == other {
+        *target = Arc::clone(other);
     }
 }
 

@@ -91,8 +91,8 @@ fn of_train(
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
     let why = "with kind = \"train\": [train] describes the drive";
-    let own = ["file", "length"];
-    section.without_effect(&own, why, "remove it, or set kind = \"modal\"");
+    let keys = ["file", "length"];
+    section.without_effect(&keys, why, "remove it, or set kind = \"modal\"");
     let remedy = "remove it, or set kind = \"flexible\"";
     root.without_effect(&["gear", "shafts"], why, remedy);
     let gyroscopic = section.boolean("gyroscopic");

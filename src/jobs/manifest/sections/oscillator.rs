@@ -22,11 +22,11 @@ pub(super) fn is_one(root: &Section, context: &Context) -> bool {
     };
     let has_no_mesh = |tree: &Node| tree.entry("mesh").is_none();
     let known = context.modal_files.get(&context.base_dir.join(file));
-    let own = known.and_then(Option::as_ref).map(|file| &file.tree);
+    let file_tree = known.and_then(Option::as_ref).map(|file| &file.tree);
     is_kind(root, "modal")
         && modal_keys::tree(root.entries())
             .flatten()
-            .or(own)
+            .or(file_tree)
             .is_some_and(has_no_mesh)
 }
 
@@ -108,7 +108,7 @@ fn stiffness(structure: &ModalStructure) -> f64 {
     let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);
     let mut springs =
         (structure.contacts.iter()).filter(|contact| contact.law.dry_friction.is_none());
-    let contact = springs.find_map(|own| own.law.stiffness.first());
+    let contact = springs.find_map(|contact| contact.law.stiffness.first());
     match (lowest, contact) {
         (Some(omega), _) => omega * omega / square,
         (None, Some((_, series))) => series[0].abs(),

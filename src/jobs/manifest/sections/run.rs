@@ -83,9 +83,9 @@ fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
 fn kernel(section: &Section) -> Option<KernelSetting> {
     let chosen = section.choice("kernel");
     let settings = KernelSetting::SETTINGS;
-    if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
-        let all = settings.iter().flat_map(|(_, own)| own.iter());
-        let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
+    if let Some((name, keys)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
+        let all = settings.iter().flat_map(|(_, keys)| keys.iter());
+        let idle: BTreeSet<&str> = all.filter(|key| !keys.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
         let remedy = "remove it, or set the kernel that uses it";
         let idle: Vec<&str> = idle.into_iter().collect();

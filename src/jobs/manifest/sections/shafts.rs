@@ -99,15 +99,15 @@ fn shaft(
     pitch_radius: Option<f64>,
     kind: DriveKind,
 ) -> Option<(Shaft, Option<[Pedestal; 2]>)> {
-    let own = shared.required_child(name)?;
-    let diameter = own.quantity("diameter");
-    let inner = own.quantity("inner_diameter");
-    let end_inertia = own.quantity("end_inertia");
-    let viscous = own.quantity("drag");
-    let constant = own.quantity("drag_torque");
+    let table = shared.required_child(name)?;
+    let diameter = table.quantity("diameter");
+    let inner = table.quantity("inner_diameter");
+    let end_inertia = table.quantity("end_inertia");
+    let viscous = table.quantity("drag");
+    let constant = table.quantity("drag_torque");
     let either = |key: &str| {
-        let section = if own.has(key) { &own } else { shared };
-        if own.has(key) && shared.has(key) {
+        let section = if table.has(key) { &table } else { shared };
+        if table.has(key) && shared.has(key) {
             // An overridden value is still checked.
             _ = shared.quantity(key);
         }
@@ -115,34 +115,34 @@ fn shaft(
     };
     let (span, overhang) = (either("span"), either("overhang"));
     let place = "gear_position";
-    let gear_position = if has_effect(kind, place) || own.has(place) || shared.has(place) {
+    let gear_position = if has_effect(kind, place) || table.has(place) || shared.has(place) {
         either(place)
     } else {
         // The position has no effect.
         Some(0.5)
     };
-    let bearings = bearings(shared, &own, kind);
-    let pedestals = pedestals(shared, &own, kind);
+    let bearings = bearings(shared, &table, kind);
+    let pedestals = pedestals(shared, &table, kind);
     let diameter = diameter?;
     if pitch_radius.is_some_and(|radius| diameter >= 2.0 * radius) {
         let message = format!(
             "the diameter of the {name} shaft is not less than the pitch diameter of its gear, {} m",
             2.0 * pitch_radius?
         );
-        return own
+        return table
             .inconsistent("diameter", message)
             .label("does not fit into the gear")
             .remedy("check the shaft's diameter, gear.module and gear.teeth")
-            .fail(own.issues);
+            .fail(table.issues);
     }
     let inner_diameter = inner?;
     if inner_diameter >= diameter {
         let message = format!("the {name} shaft has no wall: its outer diameter is {diameter} m");
-        return own
+        return table
             .inconsistent("inner_diameter", message)
             .label("not less than the diameter")
             .remedy("check both diameters of the shaft; a solid shaft has no inner_diameter")
-            .fail(own.issues);
+            .fail(table.issues);
     }
     let shaft = Shaft {
         diameter,
@@ -199,7 +199,12 @@ impl<'t> LayeredTable<'t> {
     /// The result of `read` for a key; an overridden value is still checked.
     fn value<T>(&self, key: &str, mut read: impl FnMut(&Section<'t>) -> Option<T>) -> Option<T> {
         let section = self.of(key);
-        if self.special.as_ref().is_some_and(|own| own.has(key)) && self.common.has(key) {
+        if self
+            .special
+            .as_ref()
+            .is_some_and(|special| special.has(key))
+            && self.common.has(key)
+        {
             _ = read(&self.common);
         }
         read(section)
@@ -211,9 +216,9 @@ impl<'t> LayeredTable<'t> {
     }
 }
 
-fn bearings(shared: &Section, own: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
+fn bearings(shared: &Section, special: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
     let needed = |key: &str| has_effect(kind, &format!("bearings.{key}"));
-    let Some(layers) = LayeredTable::read(shared, own, "bearings", needed("y"))? else {
+    let Some(layers) = LayeredTable::read(shared, special, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
@@ -257,10 +262,14 @@ fn bearings(shared: &Section, own: &Section, kind: DriveKind) -> Option<[Bearing
 }
 
 /// The supports of both bearings; the outer `None` is a fault.
-fn pedestals(shared: &Section, own: &Section, kind: DriveKind) -> Option<Option<[Pedestal; 2]>> {
+fn pedestals(
+    shared: &Section,
+    special: &Section,
+    kind: DriveKind,
+) -> Option<Option<[Pedestal; 2]>> {
     if let Some(name) = kind.name().filter(|&name| name != Tier::Pedestal.name()) {
         let why = format!("with kind = \"{name}\": its bearings stand on the ground");
-        for section in [shared, own] {
+        for section in [shared, special] {
             section.without_effect(
                 &["pedestals"],
                 &why,
@@ -270,7 +279,7 @@ fn pedestals(shared: &Section, own: &Section, kind: DriveKind) -> Option<Option<
         return Some(None);
     }
     let required = kind == DriveKind::Rigid(Tier::Pedestal);
-    let Some(layers) = LayeredTable::read(shared, own, "pedestals", required)? else {
+    let Some(layers) = LayeredTable::read(shared, special, "pedestals", required)? else {
         return Some(None);
     };
     let x = layers.both("x");

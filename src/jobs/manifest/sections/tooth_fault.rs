@@ -121,7 +121,7 @@ fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
             .fail(table.issues);
     }
     let flanks = flanks?;
-    let has_fault = ["drive", "coast"].map(|own| flanks == own || flanks == "both");
+    let has_fault = ["drive", "coast"].map(|flank| flanks == flank || flanks == "both");
     let crack = match RootCrack::new(gears, gear, depth) {
         _ if depth == 0.0 => None,
         Ok(crack) => Some(crack),
@@ -137,7 +137,7 @@ fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
         gear,
         tooth: number - 1,
         stiffness,
-        cracks: has_fault.map(|own| crack.filter(|_| own)),
-        missing: has_fault.map(|own| if own { loss } else { 0.0 }),
+        cracks: has_fault.map(|present| crack.filter(|_| present)),
+        missing: has_fault.map(|present| if present { loss } else { 0.0 }),
     })
 }

@@ -114,10 +114,10 @@ fn too_fine(
     [shaft, section]: [usize; 2],
     error: &TrainError,
 ) -> Diagnostic {
-    let own = &train.shafts[shaft].sections[section];
+    let shaft_section = &train.shafts[shaft].sections[section];
     let sections = tables[shaft].tables("sections");
-    let long = slip::of_length(own.length, "length", slip::LENGTHS);
-    let thin = slip::of_length(own.outer, "diameter", slip::DIAMETERS);
+    let long = slip::of_length(shaft_section.length, "length", slip::LENGTHS);
+    let thin = slip::of_length(shaft_section.outer, "diameter", slip::DIAMETERS);
     let of_section = sections.as_ref().and_then(|all| all.get(section));
     let (table, key, slip) = match (of_section, train.shafts[shaft].element) {
         (Some(table), _) if long.is_some() => (table, "length", long),

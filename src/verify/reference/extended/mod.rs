@@ -279,14 +279,15 @@ impl Integration<'_> {
     fn clamp_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
-            let (segment, own) = (&self.segments[*slip], &model.contacts[*slip]);
+            let (segment, contact_data) = (&self.segments[*slip], &model.contacts[*slip]);
             let start = (self.cycle, DoubleDouble::ZERO);
             let stretch = self
                 .extended
                 .structure
                 .deflection(model, segment, start, &self.state);
-            let size = (self.state.iter()).fold(own.half_gap, |most, x| x.value().abs().max(most));
-            (own.side * stretch.value() - own.half_gap).abs() <= AT_LIMIT * size
+            let size = (self.state.iter())
+                .fold(contact_data.half_gap, |most, x| x.value().abs().max(most));
+            (contact_data.side * stretch.value() - contact_data.half_gap).abs() <= AT_LIMIT * size
         };
         let slips = model.sliders.iter().flat_map(|slider| slider.slips());
         let slips = slips
@@ -303,10 +304,10 @@ impl Integration<'_> {
         for slider in &model.sliders {
             for slip in slider.slips().into_iter().filter(|slip| slips.holds(*slip)) {
                 self.state[slider.block] = DoubleDouble::ZERO;
-                let (segment, own) = (&self.segments[slip], &model.contacts[slip]);
+                let (segment, contact_data) = (&self.segments[slip], &model.contacts[slip]);
                 let at = (self.cycle, time);
                 let deflection = structure.deflection(model, segment, at, &self.state);
-                let stretch = DoubleDouble::exact(own.half_gap) * own.side;
+                let stretch = DoubleDouble::exact(contact_data.half_gap) * contact_data.side;
                 self.state[slider.block] = deflection - stretch;
             }
         }
@@ -354,15 +355,15 @@ impl Integration<'_> {
         if met != StateEnd::Freedom {
             self.cross(contact, reached);
         }
-        let own = ActiveSet::FREE.toggled(contact);
+        let changed = ActiveSet::FREE.toggled(contact);
         // After a jump of the push or of the surface at the start of a step, neither is zero.
         let stepped =
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
             _ if stepped => {}
             StateEnd::Slide => {}
-            StateEnd::Surface | StateEnd::Freedom => self.crossed = own,
-            StateEnd::NoForce => self.forceless = own,
+            StateEnd::Surface | StateEnd::Freedom => self.crossed = changed,
+            StateEnd::NoForce => self.forceless = changed,
         }
         Ok((reached, Some(place)))
     }
@@ -438,12 +439,12 @@ impl Integration<'_> {
     /// Coefficients of `s δ − b` of a contact on a step \[m\].
     fn indentation(&self, contact: usize, series: &StepSeries) -> Vec<DoubleDouble> {
         let model = self.extended.model;
-        let own = &model.contacts[contact];
+        let contact_data = &model.contacts[contact];
         let line = model.line(&self.segments[contact]);
         let mut out: Vec<_> = (series.deflections[line].iter())
-            .map(|&d| d * own.side)
+            .map(|&d| d * contact_data.side)
             .collect();
-        out[0] += DoubleDouble::exact(-own.half_gap);
+        out[0] += DoubleDouble::exact(-contact_data.half_gap);
         for (value, &gap_error) in out.iter_mut().zip(&series.gap_errors[contact]) {
             *value += gap_error * -1.0;
         }

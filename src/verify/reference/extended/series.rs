@@ -377,9 +377,9 @@ fn cosine(
     let (sin, cos) = phase.sin_cos();
     let (mut sines, mut cosines) = (vec![sin], vec![cos]);
     for j in 0..order {
-        let slope = |own: &[DoubleDouble]| {
-            let further = j.checked_sub(1).map(|before| own[before] * 2.0 * second);
-            let sum = own[j] * first + further.unwrap_or(DoubleDouble::ZERO);
+        let slope = |terms: &[DoubleDouble]| {
+            let further = j.checked_sub(1).map(|before| terms[before] * 2.0 * second);
+            let sum = terms[j] * first + further.unwrap_or(DoubleDouble::ZERO);
             sum / DoubleDouble::exact((j + 1) as f64)
         };
         let (c, s) = (-slope(&sines), slope(&cosines));

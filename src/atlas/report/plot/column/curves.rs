@@ -40,8 +40,8 @@ pub(super) fn draw(
     let mut extent = Extent::default();
     for name in &names {
         let all = plans.values().flat_map(|plan| &plan.curves);
-        let own = all.filter(|(key, _)| name_of(key) == *name);
-        extent.reach(own.map(|(_, curve)| curve), &scale);
+        let named = all.filter(|(key, _)| name_of(key) == *name);
+        extent.reach(named.map(|(_, curve)| curve), &scale);
     }
     let floors = std::mem::take(&mut extent.floors);
     extent.reach(measured.iter(), &scale);
@@ -74,8 +74,8 @@ pub(super) fn draw(
         let others = others.unwrap_or_default();
         let held = plan.shared_values().join(", ");
         let hidden = names.iter().zip(&floors).map(|(name, floor)| {
-            let own = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
-            let dots = own.flat_map(|(_, curve)| &curve.dots);
+            let named = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
+            let dots = named.flat_map(|(_, curve)| &curve.dots);
             dots.filter(|dot| dot.value < *floor).count()
         });
         let below = match hidden.sum() {
@@ -126,9 +126,9 @@ impl Extent {
         self.floors.push(floor);
         for dot in dots {
             self.across.push(dot.x);
-            let own = [dot.low, dot.high, dot.value].into_iter();
-            let own = own.filter(|value| value.is_finite() && *value >= floor);
-            self.ends.extend(own);
+            let bar = [dot.low, dot.high, dot.value].into_iter();
+            let bar = bar.filter(|value| value.is_finite() && *value >= floor);
+            self.ends.extend(bar);
         }
     }
 
@@ -152,7 +152,7 @@ struct Plans {
 
 impl Plans {
     fn of(sources: &[Source<'_>], group: &[Vec<Series>], axes: &Axes, scale: &Scale) -> Self {
-        let mut own = Self {
+        let mut plans = Self {
             order: Vec::new(),
             plans: BTreeMap::new(),
             dropped: 0,
@@ -161,16 +161,16 @@ impl Plans {
             let mut free = vec![axes.over[place]];
             free.extend(axes.by[place]);
             let (slices, all) = source.results.slices_of_both(&free);
-            own.dropped += all - slices.len();
+            plans.dropped += all - slices.len();
             for slice in &slices {
-                if !own.plans.contains_key(&slice.suffix) {
-                    own.order.push(slice.suffix.clone());
+                if !plans.plans.contains_key(&slice.suffix) {
+                    plans.order.push(slice.suffix.clone());
                 }
-                let plan = own.plans.entry(slice.suffix.clone()).or_default();
+                let plan = plans.plans.entry(slice.suffix.clone()).or_default();
                 plan.take(place, source, slice, &group[place], axes, scale);
             }
         }
-        own
+        plans
     }
 }
 
@@ -222,7 +222,7 @@ fn file(
 fn common(names: &[&str]) -> String {
     let first = names.first().copied().unwrap_or_default();
     let parts = first.split('_').take_while(|part| {
-        let begins = |name: &&str| name.split('_').any(|own| own == *part);
+        let begins = |name: &&str| name.split('_').any(|word| word == *part);
         names.iter().all(begins)
     });
     let shared: Vec<&str> = parts.collect();
@@ -232,8 +232,8 @@ fn common(names: &[&str]) -> String {
 /// The axis along the curves, and the axis by which they differ.
 fn axes(sources: &[Source<'_>], request: &PlotRequest) -> Result<Axes, PlotError> {
     let first = sources[0].results;
-    let own = |name: Option<&str>, except: Option<&str>| first.along_any(name, except);
-    let over = own(request.over.as_deref(), request.by.as_deref())?;
+    let along = |name: Option<&str>, except: Option<&str>| first.along_any(name, except);
+    let over = along(request.over.as_deref(), request.by.as_deref())?;
     let over_name = &first.summary.axes[over].name;
     if request.by.as_ref() == Some(over_name) {
         return Err(PlotError::SameAxis {

@@ -103,12 +103,12 @@ impl Labelled<'_> {
             let mut distinct: Vec<usize> = Vec::new();
             for (key, curve) in curves() {
                 let style = self.style(key);
-                let own = if coloured { key[lead] } else { style.dashes };
-                if distinct.contains(&own) {
+                let index = if coloured { key[lead] } else { style.dashes };
+                if distinct.contains(&index) {
                     continue;
                 }
-                distinct.push(own);
-                let (dashes, colour) = if coloured { (0, style.colour) } else { (own, INK) };
+                distinct.push(index);
+                let (dashes, colour) = if coloured { (0, style.colour) } else { (index, INK) };
                 let parts = if coloured { slice::from_ref(&lead) } else { &others[..] };
                 let words = parts.iter().flat_map(|&part| self.words(part, key));
                 entries.push(Entry {
@@ -151,8 +151,12 @@ impl Labelled<'_> {
         let counts = [0, 1, 2, 3].map(|part| self.count(part));
         let (lead, _) = self.lead();
         let place = |part: usize| {
-            let smaller = self.plan.curves.keys().filter(|own| own[part] < key[part]);
-            let mut distinct: Vec<usize> = smaller.map(|own| own[part]).collect();
+            let smaller = self
+                .plan
+                .curves
+                .keys()
+                .filter(|other| other[part] < key[part]);
+            let mut distinct: Vec<usize> = smaller.map(|other| other[part]).collect();
             distinct.sort_unstable();
             distinct.dedup();
             distinct.len()

@@ -98,7 +98,7 @@ pub(super) fn draw_loudness(results: &Results, request: &PlotRequest) -> Result<
     }
     let series = series::read(results, &column)?;
     let mut points = 0..results.summary.all.len();
-    if !points.any(|point| series.iter().any(|own| own.one(point).is_some())) {
+    if !points.any(|point| series.iter().any(|shown| shown.one(point).is_some())) {
         return Ok(Drawn::default());
     }
     match draw_series(&named(&[results]), vec![series], request) {

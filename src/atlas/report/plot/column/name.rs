@@ -46,8 +46,10 @@ impl Element {
                     words.map(str::to_owned).collect()
                 };
                 let meant = |place: &usize| {
-                    let own = words(&names[*place]);
-                    words(wanted).iter().all(|word| own.contains(word))
+                    let words_of_name = words(&names[*place]);
+                    words(wanted)
+                        .iter()
+                        .all(|word| words_of_name.contains(word))
                 };
                 (0..names.len().min(length)).filter(meant).collect()
             }

@@ -43,7 +43,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     draw_curves(&mut canvas, &panel, &curves);
 
     let first = machine.latency.first().map(|row| row.key.cpu_node);
-    let own: Vec<_> = (machine.latency.iter())
+    let rows: Vec<_> = (machine.latency.iter())
         .filter(|row| row.key.cpu_node == row.key.memory_node && Some(row.key.cpu_node) == first)
         .collect();
     let kinds = [
@@ -55,7 +55,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         .map(|(name, order, huge_pages, colour)| Curve {
             name: name.to_owned(),
             colour,
-            places: (own.iter())
+            places: (rows.iter())
                 .filter(|row| row.key.order == order && row.key.huge_pages == huge_pages)
                 .map(|row| [row.key.size as f64, row.figure.value])
                 .collect(),

@@ -52,12 +52,12 @@ impl MeshCurves {
         let mut curve = Vec::with_capacity(pieces * SAMPLES);
         for (piece, ends) in self.table.breaks.windows(2).enumerate() {
             let at = first + piece * length;
-            let own: Vec<f64> = (0..nodes)
+            let at_nodes: Vec<f64> = (0..nodes)
                 .map(|n| values[at + n * members + member])
                 .collect();
             curve.extend((0..SAMPLES).map(|sample| {
                 let share = sample as f64 / (SAMPLES - 1) as f64;
-                let value = interpolated(&self.table.node, &own, 2.0 * share - 1.0);
+                let value = interpolated(&self.table.node, &at_nodes, 2.0 * share - 1.0);
                 [ends[0] + share * (ends[1] - ends[0]), value]
             }));
         }

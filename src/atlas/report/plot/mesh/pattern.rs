@@ -103,12 +103,12 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
         let y = |edge: usize| panel.y(edge as f64 / slices as f64 - 0.5);
         let mut start = 0;
         while start < phases {
-            let own = step(start, slice);
+            let load_step = step(start, slice);
             let run = (start..phases)
-                .take_while(|&p| step(p, slice) == own)
+                .take_while(|&p| step(p, slice) == load_step)
                 .count();
             let x = |edge: usize| panel.x(edges[edge]);
-            let colour = own.map_or(APART, |step| viridis(f64::from(step) / STEPS));
+            let colour = load_step.map_or(APART, |step| viridis(f64::from(step) / STEPS));
             // Slightly enlarged, because abutting edges show as seams in some viewers.
             let right = (x(start + run) + 0.3).min(panel.right);
             let low = (y(slice) + 0.3).min(panel.bottom);

@@ -89,8 +89,8 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
             }
         }
         for (slot, pair) in slots.iter().zip(-moved_up..) {
-            let own = &slot[first..first + samples];
-            passages.entry(pair).or_default().extend(own);
+            let shares = &slot[first..first + samples];
+            passages.entry(pair).or_default().extend(shares);
         }
     }
     passages

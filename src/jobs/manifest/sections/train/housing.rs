@@ -17,17 +17,17 @@ pub(super) fn read(
         let (file, span) = (table.text("file")?, table.span_of("file"));
         housing_file::load(section.issues, context, file, span)
     })?;
-    let nodes = housing.iter().flat_map(|own| &own.nodes);
+    let nodes = housing.iter().flat_map(|joined| &joined.nodes);
     let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
     let mut joints = Vec::new();
     for (shaft, table) in shafts.iter().enumerate() {
-        for (bearing, own) in table.tables("bearings")?.iter().enumerate() {
-            if !own.has("housing") {
+        for (bearing, bearing_table) in table.tables("bearings")?.iter().enumerate() {
+            if !bearing_table.has("housing") {
                 continue;
             }
-            let name = own.text("housing")?;
+            let name = bearing_table.text("housing")?;
             let Some(node) = nodes.iter().position(|node| *node == name) else {
-                unknown(own, name, &nodes);
+                unknown(bearing_table, name, &nodes);
                 return None;
             };
             joints.push(HousingJoint {

@@ -8,7 +8,7 @@ use crate::shaft::{Bearing, ShaftSection, TrainGear};
 /// Checks that no hub reaches under another gear of its shaft.
 pub(super) fn check_hub_distances(table: &Section, gears: &[(TrainGear, ToothForm)]) -> Option<()> {
     let tables = table.tables("gears")?;
-    for (own, (gear, _)) in tables.iter().zip(gears) {
+    for (gear_table, (gear, _)) in tables.iter().zip(gears) {
         let Some(hub) = gear.hub else { continue };
         let reach = |other: &TrainGear| {
             0.5 * other
@@ -32,7 +32,7 @@ pub(super) fn check_hub_distances(table: &Section, gears: &[(TrainGear, ToothFor
             } else {
                 "move the gears apart, or remove the hub".to_owned()
             };
-            return hub_fault(own, "hub_length", what, ["too long", &remedy]);
+            return hub_fault(gear_table, "hub_length", what, ["too long", &remedy]);
         }
     }
     Some(())
@@ -45,13 +45,13 @@ pub(super) fn hubs_leave_bearings(
     bearings: &[(f64, Bearing)],
 ) -> Option<()> {
     let tables = table.tables("gears")?;
-    for (own, (gear, _)) in tables.iter().zip(gears) {
+    for (gear_table, (gear, _)) in tables.iter().zip(gears) {
         let Some(hub) = gear.hub else { continue };
         let room = |bearing: &(f64, Bearing)| 2.0 * (bearing.0 - gear.at).abs();
         let nearest = (1..)
             .zip(bearings)
             .min_by(|(_, a), (_, b)| room(a).total_cmp(&room(b)));
-        let covered = nearest.filter(|(_, own)| room(own) < hub.length * (1.0 - 1e-9));
+        let covered = nearest.filter(|(_, bearing)| room(bearing) < hub.length * (1.0 - 1e-9));
         if let Some((number, bearing)) = covered {
             let what = format!(
                 "the hub of `{}` is {:.3} mm long and covers bearing {number} at {:.3} mm",
@@ -63,7 +63,7 @@ pub(super) fn hubs_leave_bearings(
                 0.0 => "move the gear or the bearing, or remove the hub".to_owned(),
                 room => format!("make hub_length at most {:.3} mm", 1e3 * room),
             };
-            return hub_fault(own, "hub_length", what, ["too long", &remedy]);
+            return hub_fault(gear_table, "hub_length", what, ["too long", &remedy]);
         }
     }
     Some(())

@@ -178,7 +178,7 @@ fn mesh(
     let (drawing, law) = (drawing?, law?);
     let mut beside = beside?;
     let planets = gears.and_then(|gears| parts.set_of(gears));
-    let planets = planets.filter(|own| own.sun_drives() && !table.has("phase"));
+    let planets = planets.filter(|set| set.sun_drives() && !table.has("phase"));
     if let (Drawing::Ring(_, ring, true), Some(planets)) = (&drawing, planets) {
         let sun = parts.sun_pair(section, train, planets);
         let behind = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);

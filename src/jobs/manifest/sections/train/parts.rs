@@ -71,12 +71,13 @@ impl Parts<'_> {
     /// The set with a planet of this name.
     fn set_of_planet(&self, name: &str) -> Option<&Planets> {
         let is_it = |shaft: usize| self.shafts[shaft].name == name;
-        (self.planets.iter()).find(|own| own.set.planets.iter().any(|planet| is_it(planet.shaft)))
+        (self.planets.iter())
+            .find(|planets| planets.set.planets.iter().any(|planet| is_it(planet.shaft)))
     }
 
     /// The set whose first planet is one of two gears.
     pub fn set_of(&self, gears: [GearPlace; 2]) -> Option<&Planets> {
-        let has = |own: &&Planets| own.first().is_some_and(|first| gears.contains(&first));
+        let has = |planets: &&Planets| planets.first().is_some_and(|first| gears.contains(&first));
         self.planets.iter().find(has)
     }
 
@@ -106,7 +107,7 @@ impl Parts<'_> {
             return Some(found);
         }
         let name = &self.shafts[found].name;
-        let known: Vec<&str> = named.iter().map(|own| own.name.as_str()).collect();
+        let known: Vec<&str> = named.iter().map(|shaft| shaft.name.as_str()).collect();
         let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
         let fault = unknown_name(section, "driver", "driver", what, &known);
         section.issues.push(fault.remedy(
@@ -142,13 +143,15 @@ impl Parts<'_> {
             let shafts = self.named().iter().enumerate();
             shafts.flat_map(|(shaft, on)| {
                 let gears = on.gears.iter().enumerate();
-                gears.map(move |(gear, own)| (own.name.as_str(), GearPlace { shaft, gear }))
+                gears.map(move |(gear, train_gear)| {
+                    (train_gear.name.as_str(), GearPlace { shaft, gear })
+                })
             })
         };
         let found = both.map(|name| {
             let planets = self.planets.iter().find(|planets| planets.name == name);
-            let place =
-                (all().find(|(own, _)| *own == name)).or_else(|| Some((name, planets?.first()?)));
+            let place = (all().find(|(candidate, _)| *candidate == name))
+                .or_else(|| Some((name, planets?.first()?)));
             if place.is_none() {
                 let common = self.planets.iter().map(|planets| planets.name.as_str());
                 let known: Vec<&str> = all().map(|(name, _)| name).chain(common).collect();
@@ -176,8 +179,11 @@ impl Parts<'_> {
         );
         let unlike = if one == two {
             Some("it is the same gear twice".to_owned())
-        } else if [one, two].iter().all(|own| own.shaft >= self.named().len()) {
-            let gears = [a, b].map(|own| own.name.trim_end_matches(" 1").to_owned());
+        } else if [one, two]
+            .iter()
+            .all(|gear_place| gear_place.shaft >= self.named().len())
+        {
+            let gears = [a, b].map(|gear| gear.name.trim_end_matches(" 1").to_owned());
             let error = TrainError::PlanetsMesh { gears };
             let (span, path) = (section.span_of(key), section.path_of(key));
             let kind = DiagnosticKind::Inconsistent;
@@ -240,17 +246,18 @@ impl Parts<'_> {
         gears: [GearPlace; 2],
     ) -> Option<(GearPair, InternalPair)> {
         let inside_out = if train.gear(gears[0]).internal { [gears[1], gears[0]] } else { gears };
-        let [own, ring] = inside_out.map(|place| train.gear(place));
+        let [inner, ring] = inside_out.map(|place| train.gear(place));
         let drawn = inside_out.map(|place| &self.drawn[place.shaft][place.gear]);
         // The mesh with the sun has shortened the tips of planets.
-        let planets = self.set_of(gears).filter(|own| own.sun_drives());
+        let planets = self.set_of(gears).filter(|planets| planets.sun_drives());
         let sun = planets.and_then(|planets| self.sun_pair(section, train, planets));
         let cut = sun.and_then(|sun| Tooth::tip_radius_of(&sun, 1).ok());
-        let tips = [(own, drawn[0], 1.0), (ring, drawn[1], -1.0)].map(|(gear, form, outwards)| {
-            let addendum = gear.module * (form.rack.addendum + form.profile_shift[0]);
-            let given = form.tip_diameter[0].map(|diameter| 0.5 * diameter);
-            given.unwrap_or(gear.pitch_radius() + outwards * addendum)
-        });
+        let tips =
+            [(inner, drawn[0], 1.0), (ring, drawn[1], -1.0)].map(|(gear, form, outwards)| {
+                let addendum = gear.module * (form.rack.addendum + form.profile_shift[0]);
+                let given = form.tip_diameter[0].map(|diameter| 0.5 * diameter);
+                given.unwrap_or(gear.pitch_radius() + outwards * addendum)
+            });
         let mut pair = self.pair(inside_out, train.pair.rated_torque);
         pair.form.tip_diameter = [cut.unwrap_or(tips[0]), tips[1]].map(|tip| Some(2.0 * tip));
         let fault = match train.parallel_placement(gears) {
@@ -260,14 +267,17 @@ impl Parts<'_> {
                     set_common_face(&mut pair, &beside);
                     pair.form.centre_distance = Some(beside.centre_distance);
                 }
-                let checked = InternalPair::of(&pair).and_then(|own| {
-                    own.check()?;
-                    Ok(own)
+                let checked = InternalPair::of(&pair).and_then(|internal| {
+                    internal.check()?;
+                    Ok(internal)
                 });
                 match checked {
                     Ok(inside) => return Some((pair, inside)),
                     Err(error) => {
-                        format!("gear `{}` cannot run in `{}`: {error}", own.name, ring.name)
+                        format!(
+                            "gear `{}` cannot run in `{}`: {error}",
+                            inner.name, ring.name
+                        )
                     }
                 }
             }

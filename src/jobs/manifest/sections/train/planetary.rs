@@ -28,8 +28,8 @@ pub(super) fn read(
     let mut radii = Vec::with_capacity(tables.len());
     let named = shafts.len();
     for table in &tables {
-        if let Some((own, radius)) = set(table, density, (shafts, drawn), (named, &names)) {
-            planets.push(own);
+        if let Some((planet_set, radius)) = set(table, density, (shafts, drawn), (named, &names)) {
+            planets.push(planet_set);
             radii.push(radius);
         }
     }
@@ -63,13 +63,15 @@ fn names(tables: &[Section], issues: &Issues, shafts: &[TrainShaft]) -> Option<V
         let other = names[..number]
             .iter()
             .find(|other| Planets::has_name(name, other) || Planets::has_name(other, name));
-        let taken = of_shafts.iter().find(|own| Planets::has_name(name, own));
+        let taken = of_shafts
+            .iter()
+            .find(|taken_name| Planets::has_name(name, taken_name));
         let what = match (other, taken) {
             (Some(other), _) => format!(
                 "two planetary sets call their planets `{other}` and `{name}`, so that single planets have one name"
             ),
-            (None, Some(own)) => {
-                format!("a shaft or gear has the name `{own}`, which is that of a planet")
+            (None, Some(taken_name)) => {
+                format!("a shaft or gear has the name `{taken_name}`, which is that of a planet")
             }
             (None, None) => continue,
         };
@@ -173,7 +175,11 @@ fn carrier(
     };
     let name = table.text("carrier")?;
     let known = shafts.iter().any(|shaft| shaft.name == name);
-    if known || !names.iter().any(|own| Planets::has_name(own, name)) {
+    if known
+        || !names
+            .iter()
+            .any(|known_name| Planets::has_name(known_name, name))
+    {
         return parts.shaft(table, "carrier");
     }
     let error = TrainError::CarrierIsPlanet {
@@ -205,14 +211,18 @@ fn angles(table: &Section) -> Option<Vec<f64>> {
 
 /// The bearing of a planet of this width \[m\] on its pin.
 fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
-    let own = table.required_child("bearing")?;
-    let rolling = rolling::read(&own, &["radial"]);
+    let bearing_table = table.required_child("bearing")?;
+    let rolling = rolling::read(&bearing_table, &["radial"]);
     let radial = match rolling {
-        Some(None) => own.quantity("radial"),
+        Some(None) => bearing_table.quantity("radial"),
         _ => Some(0.0),
     };
     let mut optional = |key: &str| {
-        if own.has(key) { own.quantity(key).map(Some) } else { Some(None) }
+        if bearing_table.has(key) {
+            bearing_table.quantity(key).map(Some)
+        } else {
+            Some(None)
+        }
     };
     let [axial, tilt] = ["axial", "tilt"].map(&mut optional);
     let (radial, width) = (radial?, width?);
@@ -236,12 +246,12 @@ impl Parts<'_> {
         for (number, table) in tables.iter().enumerate() {
             meshes.push((self.gears(table, "gears")?, Some(number)));
         }
-        let own = self.planets[set].first()?;
+        let planet = self.planets[set].first()?;
         let external = |gear: &GearPlace| !self.shafts[gear.shaft].gears[gear.gear].internal;
         Some(
             meshes
                 .into_iter()
-                .find(|(gears, _)| gears.contains(&own) && gears.iter().all(external)),
+                .find(|(gears, _)| gears.contains(&planet) && gears.iter().all(external)),
         )
     }
 }
@@ -304,7 +314,7 @@ impl Planets {
         mesh: &TrainMesh,
     ) -> Result<Vec<TrainMesh>, TrainError> {
         let of_planet = |place: &GearPlace| Some(*place) == self.first();
-        let Some(own) = mesh.gears.iter().find(|place| !of_planet(place)) else {
+        let Some(gear_place) = mesh.gears.iter().find(|place| !of_planet(place)) else {
             return Ok(Vec::new());
         };
         if !mesh.gears.iter().any(of_planet) || self.angles.len() == 1 {
@@ -312,10 +322,10 @@ impl Planets {
         }
         let read = train.meshes.iter().map(|mesh| mesh.gears);
         let central = train.central_teeth(set, std::iter::once(train.gears).chain(read));
-        let sense = train.rolling_sense(*own)?;
+        let sense = train.rolling_sense(*gear_place)?;
         let from = self.angles[0];
         let others = self.set.planets[1..].iter().zip(&self.angles[1..]);
-        let gear = train.gear(*own);
+        let gear = train.gear(*gear_place);
         Ok(others
             .map(|(planet, &angle)| {
                 let place = GearPlace {
@@ -326,7 +336,7 @@ impl Planets {
                 TrainMesh {
                     gears: mesh
                         .gears
-                        .map(|own| if of_planet(&own) { place } else { own }),
+                        .map(|gear_place| if of_planet(&gear_place) { place } else { gear_place }),
                     law: mesh.law.with_phase_lead(ahead),
                     pressure_angle: mesh.pressure_angle,
                 }

@@ -7,7 +7,7 @@ use crate::shaft::{RollingBearing, RollingElement};
 /// The rolling elements of a bearing, which replace the radial keys `springs`; `Some(None)` without rolling elements.
 pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBearing>> {
     let kind = if table.has("ball") { "ball" } else { "roller" };
-    let Some(own) = table.child(kind)? else {
+    let Some(rolling_table) = table.child(kind)? else {
         return Some(None);
     };
     table.given_twice(springs, kind, "give the radial stiffness");
@@ -15,29 +15,29 @@ pub(super) fn read(table: &Section, springs: &[&str]) -> Option<Option<RollingBe
         table.given_twice(&["roller"], kind, "describe the rolling elements");
     }
     let bearing = all_of!(RollingBearing {
-        count: own.integer("count"),
-        pitch_diameter: own.quantity("pitch_diameter"),
-        contact_angle: own.quantity("contact_angle"),
-        clearance: own.quantity("clearance"),
+        count: rolling_table.integer("count"),
+        pitch_diameter: rolling_table.quantity("pitch_diameter"),
+        contact_angle: rolling_table.quantity("contact_angle"),
+        clearance: rolling_table.quantity("clearance"),
         element: if kind == "ball" {
             all_of!(RollingElement::Ball {
-                diameter: own.quantity("diameter"),
-                conformity: own.pair("conformity"),
-                young_modulus: own.quantity("young_modulus"),
-                poisson_ratio: own.quantity("poisson_ratio"),
+                diameter: rolling_table.quantity("diameter"),
+                conformity: rolling_table.pair("conformity"),
+                young_modulus: rolling_table.quantity("young_modulus"),
+                poisson_ratio: rolling_table.quantity("poisson_ratio"),
             })
         } else {
             all_of!(RollingElement::Roller {
-                diameter: own.quantity("diameter"),
-                length: own.quantity("length"),
+                diameter: rolling_table.quantity("diameter"),
+                length: rolling_table.quantity("length"),
             })
         },
     })?;
     if let Err(error) = bearing.law() {
-        return own
+        return rolling_table
             .whole_fault(DiagnosticKind::Inconsistent, error.to_string())
             .label("not a bearing")
-            .fail(own.issues);
+            .fail(rolling_table.issues);
     }
     Some(Some(bearing))
 }

@@ -288,8 +288,8 @@ fn lie_outside(table: &Section, parts: &[(&str, f64, &str)]) -> Option<()> {
     let Some(wrong) = parts.windows(2).find(|pair| pair[0].1 >= pair[1].1) else {
         return Some(());
     };
-    let [(inside, inner, own), (outside, outer, other)] = [wrong[0], wrong[1]];
-    let key = [other, own]
+    let [(inside, inner, inner_key), (outside, outer, other)] = [wrong[0], wrong[1]];
+    let key = [other, inner_key]
         .into_iter()
         .find(|key| *key != "teeth" && table.has(key))
         .unwrap_or("teeth");
