@@ -64,9 +64,9 @@ impl Exponentials {
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
-    /// Exponentials of all blocks, for the kernel's regular window lengths (`own`) and for the last window of
+    /// Exponentials of all blocks, for the kernel's regular window lengths (`regular`) and for the last window of
     /// another length (`cut`).
-    own: WindowCache<Exponentials>,
+    regular: WindowCache<Exponentials>,
     cut: Exponentials,
 }
 
@@ -79,7 +79,7 @@ impl<'m> ModalMotion<'m> {
     /// The motion of the blocks of a borrowed or owned model.
     pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
-            own: WindowCache::new(),
+            regular: WindowCache::new(),
             cut: Exponentials::new(model.modes()),
             model,
         }
@@ -94,13 +94,13 @@ impl<'m> ModalMotion<'m> {
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
         let blocks = &self.model.blocks;
-        let own = self.own.get_or_insert_recurring(tau, || {
-            let mut own = Exponentials::new(blocks.len());
-            own.fill(blocks, tau);
-            own
+        let regular = self.regular.get_or_insert_recurring(tau, || {
+            let mut new = Exponentials::new(blocks.len());
+            new.fill(blocks, tau);
+            new
         });
-        let exponentials = match own {
-            Some(own) => own,
+        let exponentials = match regular {
+            Some(regular) => regular,
             None => {
                 self.cut.fill(blocks, tau);
                 &self.cut

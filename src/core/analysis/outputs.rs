@@ -295,8 +295,8 @@ impl Outputs {
     /// Statistics and standard errors of the outputs of a quantity, after whole cycles.
     pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
         let mut found = [OutputStatistics::default(), OutputStatistics::default()];
-        let own = self.names.iter().zip(self.sums.iter().zip(&self.centres));
-        for (_, (sums, centre)) in own.filter(|((_, own), _)| *own == quantity) {
+        let outputs = self.names.iter().zip(self.sums.iter().zip(&self.centres));
+        for (_, (sums, centre)) in outputs.filter(|((_, kind), _)| *kind == quantity) {
             let mut sums = sums.clone();
             if self.open {
                 sums.advance();
@@ -327,7 +327,7 @@ impl Outputs {
 
     /// Mean and root mean square about it of every output, by the name of its signal.
     pub fn sizes(&self) -> Vec<(&str, SignalSize)> {
-        let own = self.sums.iter().zip(&self.centres);
+        let outputs = self.sums.iter().zip(&self.centres);
         let size = |(sums, centre): (&BlockSums<[f64; 3]>, &f64)| {
             let [first, rms] = self.about_centre(sums);
             SignalSize {
@@ -336,7 +336,7 @@ impl Outputs {
             }
         };
         (self.names.iter().map(|(name, _)| name.as_str()))
-            .zip(own.map(size))
+            .zip(outputs.map(size))
             .collect()
     }
 }

@@ -102,7 +102,7 @@ impl Assembly<'_> {
             let damping = if number == 0 { drive.damping } else { 0.0 };
             let teeth = drive.tooth_cycles.each_ref();
             let [drive_teeth, coast_teeth] =
-                teeth.map(|own| if number == 0 { &own[..] } else { &[] });
+                teeth.map(|cycles| if number == 0 { &cycles[..] } else { &[] });
             let on_drive = self.cycles((&drive_side, mesh, drive_teeth), damping, directions)?;
             let on_coast = match &coast {
                 None => on_drive.clone(),

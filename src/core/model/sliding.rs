@@ -29,9 +29,13 @@ impl Model {
         if to.holds(contact) && self.film_layers > 0 {
             to = to.without(self.others_of_film(contact));
         }
-        let own = |slider: &&Slider| slider.slips().contains(&contact);
-        let slider = self.sliders.iter().find(own).map(|own| own.spring());
-        let stick = || self.friction_of(contact).map(|own| own.stick());
+        let has_contact = |slider: &&Slider| slider.slips().contains(&contact);
+        let slider = self
+            .sliders
+            .iter()
+            .find(has_contact)
+            .map(|slider| slider.spring());
+        let stick = || self.friction_of(contact).map(|friction| friction.stick());
         match slider.or_else(stick) {
             Some(other) => to.toggled(other),
             None => to,

@@ -138,9 +138,9 @@ impl Model {
         subtract_column(moved, amount, [&mut *first, &mut *second]);
         let springs = active.iter().filter(|contact| self.is_spring(*contact));
         for segment in springs.map(|contact| &segments[contact]) {
-            let own = self.gains(segment);
-            let damped = -segment.damping * pushed(own, gains) * amount;
-            let along = own.iter().map(|own| own.mesh_input);
+            let spring_gains = self.gains(segment);
+            let damped = -segment.damping * pushed(spring_gains, gains) * amount;
+            let along = spring_gains.iter().map(|gain| gain.mesh_input);
             subtract_column(along, damped, [&mut *first, &mut *second]);
         }
     }

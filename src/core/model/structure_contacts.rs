@@ -162,15 +162,15 @@ fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), Model
 /// # Errors
 /// [`ModelError::OutOfRange`].
 pub(super) fn contact(
-    own: &StructureContact,
+    source: &StructureContact,
     release: Release,
     period: f64,
     directions: &mut Directions,
     on_bearings: &[[f64; 4]],
     (basis, blocks, slider): (&Basis, &[Block], Option<usize>),
 ) -> Result<Contact, ModelError> {
-    let [p, q] = own.cycles;
-    let law = &own.law;
+    let [p, q] = source.cycles;
+    let law = &source.law;
     let divisions = divisions(law);
     check_stiffness(law, &divisions)?;
     positive(
@@ -185,18 +185,18 @@ pub(super) fn contact(
     positive("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (law.error.iter())
-        .map(|own| {
-            let turns_per_cycle = own.turns_per_cycle() * ratio;
+        .map(|harmonic| {
+            let turns_per_cycle = harmonic.turns_per_cycle() * ratio;
             TransmissionErrorHarmonic {
                 angular_frequency: TAU * turns_per_cycle / period,
                 turns_per_cycle,
-                amplitude: own.amplitude,
-                phase: own.phase + TAU * own.turns_per_cycle() * law.phase,
+                amplitude: harmonic.amplitude,
+                phase: harmonic.phase + TAU * harmonic.turns_per_cycle() * law.phase,
             }
         })
         .collect();
-    let [mut w, mut g] = [&own.participation, &own.force].map(|column| basis.turn(column));
-    let columns = [&own.tilt, &own.rubbing[0], &own.rubbing[1]];
+    let [mut w, mut g] = [&source.participation, &source.force].map(|column| basis.turn(column));
+    let columns = [&source.tilt, &source.rubbing[0], &source.rubbing[1]];
     let [mut tilt, along, lever] = columns.map(|column| match column.as_slice() {
         [] => vec![0.0; w.len()],
         column => basis.turn(column),
@@ -215,7 +215,7 @@ pub(super) fn contact(
     let mut direction = |division: &Division| {
         let [turn, arm] = division.friction;
         let law = [division.centre(), turn, arm];
-        if let Some(&(_, same)) = known.iter().find(|(own, _)| *own == law) {
+        if let Some(&(_, same)) = known.iter().find(|(known_law, _)| *known_law == law) {
             return same;
         }
         let off = |i: usize| law[0] * tilt[i];
@@ -231,7 +231,7 @@ pub(super) fn contact(
         let added = if holds {
             directions.add_stop_direction((&gains, blocks), &error, on_bearings)
         } else {
-            directions.add(gains, -arm * own.sliding, &error, on_bearings)
+            directions.add(gains, -arm * source.sliding, &error, on_bearings)
         };
         known.push((law, added));
         added

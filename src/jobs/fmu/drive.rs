@@ -52,12 +52,12 @@ impl Drive {
         let job = resources.job(folder)?;
         let point = resources.point(&job)?;
         let drive = Self::new(job, point, TableStore::read_only(folder.join(TABLES)))?;
-        let own = resources.token(&drive.description);
-        if token == own {
+        let expected = resources.token(&drive.description);
+        if token == expected {
             return Ok(drive);
         }
         let given = token.to_owned();
-        Err(FmuError::Token { given, own })
+        Err(FmuError::Token { given, expected })
     }
 
     /// The job.

@@ -61,14 +61,14 @@ pub enum FmuError {
     },
     /// The description was written for other resources or another library.
     #[error(
-        "the token {given} is not that of the resources, {own}: the description, the resources and the library must come from \
+        "the token {given} is not that of the resources, {expected}: the description, the resources and the library must come from \
          one file that `atlas fmu` wrote"
     )]
     Token {
         /// The token from the importer.
         given: String,
         /// The token of the resources and this library.
-        own: String,
+        expected: String,
     },
     /// The library belongs to another version than the program.
     #[error(

@@ -201,10 +201,10 @@ impl ModelView<'_> {
     fn closed(&self, mesh: usize) -> ActiveSet {
         let flanks = self.model.meshes[mesh].flanks;
         let closed = self.motion.contact;
-        let own = |contact: usize| {
+        let of_mesh = |contact: usize| {
             if mesh == 0 { self.model.of_mesh(contact) } else { flanks.contains(&contact) }
         };
-        let own = closed.iter().filter(|contact| own(*contact));
-        own.fold(ActiveSet::FREE, ActiveSet::toggled)
+        let closed = closed.iter().filter(|contact| of_mesh(*contact));
+        closed.fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 }

@@ -18,23 +18,23 @@ pub(super) fn cell_rows(point: &mut PointRow) -> Vec<OfPoint<CellOutcome>> {
 pub fn basins_table() -> Table<OfPoint<CellOutcome>> {
     Table::new(columns![row: OfPoint<CellOutcome>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
-        u32 "i", "1", row.own.column, "Column of the cell in the slice, from 0 at the smallest x";
-        u32 "j", "1", row.own.row, "Row of the cell in the slice, from 0 at the smallest y";
-        f64 "x", "m", row.own.place[0],
+        u32 "i", "1", row.result.column, "Column of the cell in the slice, from 0 at the smallest x";
+        u32 "j", "1", row.result.row, "Row of the cell in the slice, from 0 at the smallest y";
+        f64 "x", "m", row.result.place[0],
             "Mesh deflection by the first mode at the centre of the cell, relative to run.initial; for \
              velocities, the deflection of equal energy";
-        f64 "y", "m (m/s in a phase plane)", row.own.place[1],
+        f64 "y", "m (m/s in a phase plane)", row.result.place[1],
             "Mesh deflection by the second mode, measured like x; in a phase plane, the rate of mesh deflection by the same mode";
-        u32 "attractor_id", "1", row.own.attractor,
+        u32 "attractor_id", "1", row.result.attractor,
             "Attractor of the point, as in attractors.parquet; null if the motion settled on none";
-        text "status", "", row.own.status.name(),
+        text "status", "", row.result.status.name(),
             "Status of the cell: ok, not_converged, diverged, event_storm";
-        text "class", "", row.own.class.as_ref().map(Class::name),
+        text "class", "", row.result.class.as_ref().map(Class::name),
             "Class of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
-        u32 "period", "mesh cycles", row.own.class.as_ref()?.period(),
+        u32 "period", "mesh cycles", row.result.class.as_ref()?.period(),
             "Period of steady_contact and periodic motion";
-        bool "in_full", "", row.own.in_full,
+        bool "in_full", "", row.result.in_full,
             "Whether the motion was measured like a probe; false if it approached a known orbit or ended early";
-        u64 "cycles", "mesh cycles", row.own.cycles, "Mesh cycles integrated";
+        u64 "cycles", "mesh cycles", row.result.cycles, "Mesh cycles integrated";
     ])
 }

@@ -238,12 +238,12 @@ fn work_columns() -> Vec<Column<PointRow>> {
 pub fn poincare_table() -> Table<OfPoint<PoincareSample>> {
     Table::new(columns![row: OfPoint<PoincareSample>;
         u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
-        u64 "cycle", "mesh cycles", row.own.cycle,
+        u64 "cycle", "mesh cycles", row.result.cycle,
             "Mesh cycle, counted from the start of the simulation";
-        f64 "phase", "1", row.own.phase, "Mesh phase of the sample, in [0, 1)";
-        f64 "deflection", "m", row.own.deflection, "Mesh deflection";
-        f64 "velocity", "m/s", row.own.velocity, "Rate of the mesh deflection";
-        text "section", "", row.own.kind.name(),
+        f64 "phase", "1", row.result.phase, "Mesh phase of the sample, in [0, 1)";
+        f64 "deflection", "m", row.result.deflection, "Mesh deflection";
+        f64 "velocity", "m/s", row.result.velocity, "Rate of the mesh deflection";
+        text "section", "", row.result.kind.name(),
             "Reason for the sample: strobe, entry (into drive contact), release (out of it), coast_entry, \
              coast_release, maximum or minimum (of the deflection), force_maximum, surface_up or \
              surface_down (towards larger or smaller values)";

@@ -20,17 +20,17 @@ pub fn horizon_table() -> Table<OfPoint<HorizonMeasure>> {
     const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (forces) or m (deflection)";
     Table::new(columns![row: OfPoint<HorizonMeasure>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
-        text "quantity", "", row.own.quantity.name(),
+        text "quantity", "", row.result.quantity.name(),
             "separation: distance of twins; exponent: growth of a tangent vector; force, deflection: \
              averages of mesh force and deflection; contact_force: average of the force that presses flanks \
              together";
-        u64 "cycles", "mesh cycles", row.own.cycles,
+        u64 "cycles", "mesh cycles", row.result.cycles,
             "Mesh cycles since the twins started (separation), or of the average";
-        f64 "value", UNIT, row.own.value, "Mean; for separations, the geometric mean";
-        f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.own.spread,
+        f64 "value", UNIT, row.result.value, "Mean; for separations, the geometric mean";
+        f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.result.spread,
             "Standard deviation of one sample: of the natural logarithm of separations, of finite-time \
              exponents, and of averages (their standard error)";
-        u64 "samples", "1", row.own.samples, "Number of twins, or of successive windows of this length";
+        u64 "samples", "1", row.result.samples, "Number of twins, or of successive windows of this length";
     ])
 }
 

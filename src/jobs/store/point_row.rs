@@ -62,13 +62,13 @@ pub struct OfPoint<T> {
     /// The point.
     pub point_id: u64,
     /// The result.
-    pub own: T,
+    pub result: T,
 }
 
 impl<T> OfPoint<T> {
     /// The rows of all results of a point.
     pub(super) fn all(point_id: u64, found: impl IntoIterator<Item = T>) -> Vec<Self> {
-        let row = |own| Self { point_id, own };
+        let row = |result| Self { point_id, result };
         found.into_iter().map(row).collect()
     }
 }

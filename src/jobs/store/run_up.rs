@@ -36,7 +36,7 @@ impl Row for InstantRow {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OfSignal<T> {
     signal: Named,
-    own: T,
+    value: T,
 }
 
 impl Row for OfSignal<OrderPoint> {}
@@ -45,7 +45,7 @@ impl Row for OfSignal<Level> {}
 
 impl Row for OfSignal<SpectrumRow> {
     fn list_bytes(&self) -> usize {
-        size_of_val(&self.own.amplitudes[..])
+        size_of_val(&self.value.amplitudes[..])
     }
 }
 
@@ -75,13 +75,13 @@ pub fn signals_table(signals: &[[String; 2]]) -> Table<InstantRow> {
 /// Columns of `order_tracks.parquet`.
 pub fn order_tracks_table() -> Table<OfSignal<OrderPoint>> {
     Table::new(columns![row: OfSignal<OrderPoint>;
-        f64 "time", "s", row.own.time, TIME;
-        f64 "speed", "rad/s", row.own.speed, SPEED;
+        f64 "time", "s", row.value.time, TIME;
+        f64 "speed", "rad/s", row.value.speed, SPEED;
         text "signal", "", &*row.signal[0], SIGNALS;
         text "unit", "", &*row.signal[1], UNIT;
-        f64 "order", "1", row.own.order, "Multiple of the rotation of the pinion";
-        f64 "amplitude", AMPLITUDE_UNITS, row.own.amplitude, "Peak value under a Hann window over some revolutions";
-        f64 "phase", "rad", row.own.phase,
+        f64 "order", "1", row.value.order, "Multiple of the rotation of the pinion";
+        f64 "amplitude", AMPLITUDE_UNITS, row.value.amplitude, "Peak value under a Hann window over some revolutions";
+        f64 "phase", "rad", row.value.phase,
             "Phase: signal = ... + amplitude cos(order angle + phase), the mean angle of the pinion counted from mesh cycle 0";
     ])
 }
@@ -89,32 +89,32 @@ pub fn order_tracks_table() -> Table<OfSignal<OrderPoint>> {
 /// Columns of `levels.parquet`.
 pub fn levels_table() -> Table<OfSignal<Level>> {
     Table::new(columns![row: OfSignal<Level>;
-        f64 "time", "s", row.own.time, TIME;
-        f64 "speed", "rad/s", row.own.speed, SPEED;
-        f64 "load", "1", row.own.load, LOAD;
+        f64 "time", "s", row.value.time, TIME;
+        f64 "speed", "rad/s", row.value.speed, SPEED;
+        f64 "load", "1", row.value.load, LOAD;
         text "signal", "", &*row.signal[0], SIGNALS;
         text "unit", "", &*row.signal[1], UNIT;
-        f64 "mean", AMPLITUDE_UNITS, row.own.mean, "Mean over some revolutions";
-        f64 "rms", AMPLITUDE_UNITS, row.own.rms, "Root mean square about the mean";
-        f64 "smallest", AMPLITUDE_UNITS, row.own.range[0], "Smallest value";
-        f64 "largest", AMPLITUDE_UNITS, row.own.range[1], "Largest value";
-        f64 "fraction_drive", "1", row.own.fractions[0], "Part of the rotation with the drive flank in contact";
-        f64 "fraction_free", "1", row.own.fractions[1], "Part of the rotation without contact";
-        f64 "fraction_coast", "1", row.own.fractions[2], "Part of the rotation with the coast flank in contact";
-        f64 "fraction_both", "1", row.own.fractions[3], "Part of the rotation with both flanks in contact";
-        f64 "impacts_per_cycle", "1", row.own.closings, "Closings of contacts per mesh cycle";
+        f64 "mean", AMPLITUDE_UNITS, row.value.mean, "Mean over some revolutions";
+        f64 "rms", AMPLITUDE_UNITS, row.value.rms, "Root mean square about the mean";
+        f64 "smallest", AMPLITUDE_UNITS, row.value.range[0], "Smallest value";
+        f64 "largest", AMPLITUDE_UNITS, row.value.range[1], "Largest value";
+        f64 "fraction_drive", "1", row.value.fractions[0], "Part of the rotation with the drive flank in contact";
+        f64 "fraction_free", "1", row.value.fractions[1], "Part of the rotation without contact";
+        f64 "fraction_coast", "1", row.value.fractions[2], "Part of the rotation with the coast flank in contact";
+        f64 "fraction_both", "1", row.value.fractions[3], "Part of the rotation with both flanks in contact";
+        f64 "impacts_per_cycle", "1", row.value.closings, "Closings of contacts per mesh cycle";
     ])
 }
 
 /// Columns of `spectrogram.parquet`.
 pub fn spectrogram_table() -> Table<OfSignal<SpectrumRow>> {
     Table::new(columns![row: OfSignal<SpectrumRow>;
-        f64 "time", "s", row.own.time, TIME;
-        f64 "speed", "rad/s", row.own.speed, SPEED;
+        f64 "time", "s", row.value.time, TIME;
+        f64 "speed", "rad/s", row.value.speed, SPEED;
         text "signal", "", &*row.signal[0], SIGNALS;
         text "unit", "", &*row.signal[1], UNIT;
-        f64 "frequency_step", "Hz", row.own.step, "Distance between lines; the first is at frequency 0";
-        list "amplitudes", AMPLITUDE_UNITS, &*row.own.amplitudes,
+        f64 "frequency_step", "Hz", row.value.step, "Distance between lines; the first is at frequency 0";
+        list "amplitudes", AMPLITUDE_UNITS, &*row.value.amplitudes,
             "Peak value of the sine that would give each line, under a Hann window";
     ])
 }
@@ -139,9 +139,9 @@ fn named<T>(
     names: &[Named],
     signal: impl Fn(&T) -> usize,
 ) -> impl Iterator<Item = OfSignal<T>> {
-    rows.into_iter().map(move |own| OfSignal {
-        signal: names[signal(&own)].clone(),
-        own,
+    rows.into_iter().map(move |value| OfSignal {
+        signal: names[signal(&value)].clone(),
+        value,
     })
 }
 
@@ -168,9 +168,9 @@ pub fn write_run_up(
             values: (run.instants.values.iter().map(|values| values[index])).collect(),
         }
     });
-    let tracks = named(run.orders, &names, |own| own.signal);
-    let levels = named(run.levels, &names, |own| own.signal);
-    let spectra = named(run.spectra, &names, |own| own.signal);
+    let tracks = named(run.orders, &names, |row| row.signal);
+    let levels = named(run.levels, &names, |row| row.signal);
+    let spectra = named(run.spectra, &names, |row| row.signal);
     let (changes, signals) = (contact_changes_table(), signals_table(&run.signals));
     let mut tables = CommandTables::start(folder, RUNUP_RECORD, metadata)?;
     tables.write(TableKind::ContactChanges, changes, run.events)?;

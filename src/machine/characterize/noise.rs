@@ -25,7 +25,7 @@ struct ProcessorTimes {
     /// Ticks that the hypervisor took.
     stolen: u64,
     /// Ticks of this process.
-    own: u64,
+    this_process: u64,
 }
 
 /// Observes the machine from its creation on.
@@ -58,9 +58,9 @@ impl NoiseMonitor {
 
 fn now(threads: &[u32]) -> Option<ProcessorTimes> {
     let stat = fs::read_to_string("/proc/stat").ok()?;
-    let own = fs::read_to_string("/proc/self/stat").ok()?;
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
     Some(ProcessorTimes {
-        own: process_ticks(&own)?,
+        this_process: process_ticks(&stat)?,
         ..of_processors(&stat, threads)?
     })
 }
@@ -106,7 +106,7 @@ fn verdict(between: Option<(ProcessorTimes, ProcessorTimes)>, scatter: Option<f6
         let all = end.all.checked_sub(start.all).filter(|all| *all > 0)?;
         Some(((pick(&end) - pick(&start)) / all as f64).max(0.0))
     };
-    let others = part(|a| a.busy as f64 - a.own as f64);
+    let others = part(|a| a.busy as f64 - a.this_process as f64);
     let stolen = part(|a| a.stolen as f64);
     let mut remarks = Vec::new();
     let mut notice = |value: Option<f64>, most: f64, words: fn(f64) -> String| {
@@ -174,7 +174,7 @@ mod tests {
             all: 1000,
             busy: 900,
             stolen: 30,
-            own: 500,
+            this_process: 500,
         };
         let noise = verdict(Some((start, end)), Some(0.2));
         assert!(!noise.quiet);
@@ -184,7 +184,7 @@ mod tests {
             assert!(all_remarks.contains(words), "{all_remarks}");
         }
         let alone = ProcessorTimes {
-            own: 900,
+            this_process: 900,
             stolen: 0,
             ..end
         };
@@ -198,7 +198,7 @@ mod tests {
         let before = now(&[0, 1]);
         if let Some(before) = before {
             let after = now(&[0, 1]).unwrap();
-            assert!(after.own >= before.own && after.all >= before.all);
+            assert!(after.this_process >= before.this_process && after.all >= before.all);
         }
     }
 }

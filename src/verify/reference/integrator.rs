@@ -293,14 +293,14 @@ impl Integration<'_> {
             for &watched in self.end_conditions(contact) {
                 self.sample(contact, watched, left, h);
                 let samples = std::mem::take(&mut self.samples);
-                let mut own = false;
+                let mut advanced = false;
                 let found = first_crossing(&samples, resolution, |tau| {
-                    own = true;
+                    advanced = true;
                     self.advance(left, tau);
                     self.margin(contact, watched, &self.moved.value, left + tau)
                 });
                 self.samples = samples;
-                if own {
+                if advanced {
                     probed = true;
                     // Restore the stages of the whole step.
                     self.advance(left, h);

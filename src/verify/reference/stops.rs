@@ -82,11 +82,11 @@ impl Integration<'_> {
         let at = (self.cycle, time);
         let forces =
             model.forces_of_constraints(&self.segments, self.contact, at, &self.state.value);
-        let mut own = model
+        let mut holding = model
             .constraints()
             .zip(forces)
-            .filter(|(own, _)| *own == stop.constraint());
-        own.next().map_or(0.0, |(_, force)| force)
+            .filter(|(constraint, _)| *constraint == stop.constraint());
+        holding.next().map_or(0.0, |(_, force)| force)
     }
 
     /// Subtracts a rate \[m/s\] at a stop from the state, together with the contacts that hold it.

@@ -125,12 +125,12 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         x: &[PairSeries<TERMS>],
         y: &[PairSeries<TERMS>],
     ) -> Series {
-        let (own, by) = (
+        let (direction, derivative) = (
             &self.model.directions[direction],
             &self.by.directions[direction],
         );
         let mut out = [0.0; TERMS];
-        for (i, (gain, change)) in own.gains.iter().zip(&by.gains).enumerate() {
+        for (i, (gain, change)) in direction.gains.iter().zip(&derivative.gains).enumerate() {
             for row in 0..2 {
                 let (w, w_p) = (gain.deflection[row], change.deflection[row]);
                 for n in 0..TERMS {
@@ -138,8 +138,11 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
                 }
             }
         }
-        let line = &self.model.lines[own.line].transmission_error;
-        for (h, change) in line.iter().zip(&self.by.lines[own.line].transmission_error) {
+        let line = &self.model.lines[direction.line].transmission_error;
+        for (h, change) in line
+            .iter()
+            .zip(&self.by.lines[direction.line].transmission_error)
+        {
             let phase = h.turned(window.cycle, window.start) + h.phase;
             let [cos, sin] = [0.0, -FRAC_PI_2]
                 .map(|turn| cosine_series(h.angular_frequency, phase + turn, window.duration));

@@ -140,12 +140,12 @@ impl Workspace {
         // The padding of a state stays zero.
         self.states.set_length(needed);
         self.spare.set_length(needed);
-        let mut own = self.states.chunks_exact_mut(self.length);
-        if let Some(first) = own.next() {
+        let mut columns = self.states.chunks_exact_mut(self.length);
+        if let Some(first) = columns.next() {
             pad(state, first);
         }
-        for (i, own) in own.enumerate() {
-            pad(tangents.vector(i), own);
+        for (i, column) in columns.enumerate() {
+            pad(tangents.vector(i), column);
         }
     }
 

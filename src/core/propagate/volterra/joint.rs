@@ -91,8 +91,8 @@ impl JointWindow<'_> {
         }
         for (view, solution) in self.stretch.views.iter().zip(solutions) {
             let mut deflection = [Row::ZERO];
-            let mut own = self.active.iter().enumerate();
-            match own.find(|(_, contact)| view.contacts.contains(contact)) {
+            let mut closed = self.active.iter().enumerate();
+            match closed.find(|(_, contact)| view.contacts.contains(contact)) {
                 Some((i, contact)) => {
                     deflection[0] = joint.free[i * count];
                     self.add_gap_error(contact, 1.0, &mut deflection[0]);

@@ -47,7 +47,7 @@ impl PartialEq for FaceCoupling {
 /// Compliances as series along the path of contact; rows and columns are the waves from the first on.
 #[derive(Debug, Clone)]
 struct Solved {
-    own: PositionSeries,
+    same_pair: PositionSeries,
     /// Compliances between pairs 1, 2 … base pitches apart, as functions of the position of the pair behind.
     ahead: Vec<PositionSeries>,
 }
@@ -86,7 +86,7 @@ impl FaceCoupling {
     /// path of contact count as its end. As for plane gears, the displacement is taken where the line of force crosses
     /// the centre line of each tooth. `None` if the numbers are not finite.
     pub fn of_pair(&self, s: f64) -> Option<Mat<f64>> {
-        Some(self.solved()?.own.at(s))
+        Some(self.solved()?.same_pair.at(s))
     }
 
     /// Displacements of the pair at position s, by rows, under waves of load on the pair `ahead` base pitches
@@ -151,10 +151,10 @@ impl FaceCoupling {
         let modulus = [0, 1].map(|gear| self.materials[gear].young_modulus);
         // Displacements refer to the centre line and loads to the flank, so the matrix is not exactly symmetric. Take
         // the symmetric part.
-        let own = PositionSeries::new(&rule, ranges[0], waves - 1, |node| {
+        let same_pair = PositionSeries::new(&rule, ranges[0], waves - 1, |node| {
             Mat::from_fn(waves - 1, waves - 1, |i, j| {
                 let of = |gear: usize, i: usize, j: usize| {
-                    gears[gear].own[node][(i + 1, j + 1)] / modulus[gear]
+                    gears[gear].same_tooth[node][(i + 1, j + 1)] / modulus[gear]
                 };
                 0.5 * (of(0, i, j) + of(1, i, j) + of(0, j, i) + of(1, j, i))
             })
@@ -173,7 +173,7 @@ impl FaceCoupling {
                 })
             })
             .collect();
-        Some(Solved { own, ahead })
+        Some(Solved { same_pair, ahead })
     }
 }
 

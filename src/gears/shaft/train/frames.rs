@@ -39,10 +39,14 @@ impl TrainDrive {
 
     /// The set whose frame each shaft is in, the first of those that share it; `None` in the fixed frame.
     pub(super) fn frames(&self) -> Vec<Option<usize>> {
-        let group = self.groups(self.across().into_iter().map(|own| own.shafts));
+        let group = self.groups(
+            self.across()
+                .into_iter()
+                .map(|connection| connection.shafts),
+        );
         let sets = |shaft: usize| {
             let mut carriers = self.planetary.iter().map(|set| group[set.carrier]);
-            carriers.position(|own| own == group[shaft])
+            carriers.position(|carrier| carrier == group[shaft])
         };
         (0..self.shafts.len()).map(sets).collect()
     }
@@ -62,12 +66,12 @@ impl TrainDrive {
         };
         let all = self.across();
         let joins = |count: &usize| {
-            let group = self.groups(all[..=*count].iter().map(|own| own.shafts));
+            let group = self.groups(all[..=*count].iter().map(|connection| connection.shafts));
             group[carriers[0]] == group[carriers[1]]
         };
         let name = |shaft: usize| self.shafts[shaft].name.clone();
         let culprit = (0..all.len()).find(joins).map(|last| &all[last]);
-        let what = culprit.map_or_else(String::new, |own| match own {
+        let what = culprit.map_or_else(String::new, |connection| match connection {
             CrossConnection {
                 shafts: [one, two],
                 coupling: true,

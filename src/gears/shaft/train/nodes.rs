@@ -30,7 +30,7 @@ struct ShaftNodes {
     /// Nodes by position \[m\], ascending; for a rigid shaft its carried nodes.
     places: Vec<(f64, usize)>,
     /// The nodes with independent freedoms.
-    own: std::ops::Range<usize>,
+    independent: std::ops::Range<usize>,
 }
 
 /// Parts on a shaft, for messages.
@@ -212,7 +212,7 @@ impl TrainDrive {
             density: self.density,
         };
         let mut nodes = vec![(0.0, assembly.add_node())];
-        let own = nodes[0].1;
+        let first = nodes[0].1;
         for stretch in shaft.stretches(places) {
             let section = &shaft.sections[stretch.section];
             let kind = Section::hollow(stretch.outer, section.inner)?;
@@ -227,7 +227,7 @@ impl TrainDrive {
         let last = nodes[nodes.len() - 1].1;
         Ok(ShaftNodes {
             places: nodes,
-            own: own..last + 1,
+            independent: first..last + 1,
         })
     }
 
@@ -242,7 +242,7 @@ impl TrainDrive {
         let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
         let nodes = &shafts[set.carrier];
         let (body, along) = if self.shafts[set.carrier].sections.is_empty() {
-            (nodes.own.start, set.at)
+            (nodes.independent.start, set.at)
         } else {
             (nodes.at(set.at), 0.0)
         };
@@ -322,14 +322,14 @@ fn rigid(
     }
     Ok(ShaftNodes {
         places: nodes,
-        own: body..body + 1,
+        independent: body..body + 1,
     })
 }
 
 impl ShaftNodes {
     /// The node nearest to a position.
     fn at(&self, place: f64) -> usize {
-        (self.places.get(self.position(place))).map_or(self.own.start, |node| node.1)
+        (self.places.get(self.position(place))).map_or(self.independent.start, |node| node.1)
     }
 
     /// Index of the node nearest to a position.
@@ -342,19 +342,19 @@ impl ShaftNodes {
 
     /// Fixes the motions that are not free.
     fn fix(&self, assembly: &mut Assembly, shaft: &TrainShaft) -> Result<(), ShaftError> {
-        for node in self.own.clone() {
+        for node in self.independent.clone() {
             for freedom in shaft.motion.fixed_freedoms() {
                 assembly.fix(node, *freedom)?;
             }
         }
         let fixed = match shaft.motion {
             Motion::All | Motion::Translation | Motion::Rotation => return Ok(()),
-            Motion::None => self.own.clone(),
-            Motion::Lateral if self.own.len() > 1 => {
+            Motion::None => self.independent.clone(),
+            Motion::Lateral if self.independent.len() > 1 => {
                 let node = self.at(shaft.torque_at);
                 node..node + 1
             }
-            Motion::Lateral => self.own.clone(),
+            Motion::Lateral => self.independent.clone(),
         };
         for node in fixed {
             assembly.fix(node, Freedom::RotationZ)?;
@@ -387,13 +387,13 @@ impl Assembled {
             .filter(|(_, marked)| **marked);
         let nodes = shafts.flat_map(|(shaft, _)| {
             let carried = shaft.places.iter().map(|(_, node)| *node);
-            shaft.own.clone().chain(carried)
+            shaft.independent.clone().chain(carried)
         });
         nodes.collect()
     }
 
     /// The nodes of a shaft with independent freedoms.
     pub fn independent_nodes(&self, shaft: usize) -> std::ops::Range<usize> {
-        self.shafts[shaft].own.clone()
+        self.shafts[shaft].independent.clone()
     }
 }

@@ -186,8 +186,8 @@ impl TrainDrive {
 
     /// Why a shaft is free to move.
     fn free_shaft(&self, shaft: String, direction: &'static str) -> TrainError {
-        let own = self.shafts.iter().filter(|own| own.name == shaft);
-        let bearings = own.flat_map(|own| &own.bearings);
+        let named = self.shafts.iter().filter(|part| part.name == shaft);
+        let bearings = named.flat_map(|part| &part.bearings);
         let clearances = bearings.filter_map(|(_, bearing)| Some(bearing.rolling?.clearance));
         match (clearances.reduce(f64::max), self.bearing_load) {
             (Some(clearance), Some(load)) => TrainError::HeldByNoElement {

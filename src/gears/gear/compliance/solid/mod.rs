@@ -30,7 +30,7 @@ pub(super) fn waves(heights: f64) -> usize {
 /// Compliance of a gear: waves of displacement under waves of load along the face on one tooth, by load case.
 pub(super) struct SolidGear {
     /// At the loaded tooth, for each roll angle: waves of displacement by rows.
-    pub own: Vec<Mat<f64>>,
+    pub same_tooth: Vec<Mat<f64>>,
     /// The parts even and odd along the face.
     parities: [Parity; 2],
 }
@@ -54,8 +54,8 @@ impl SolidGear {
         waves: usize,
         rolls: &[f64],
     ) -> Option<Self> {
-        let mut own = vec![Mat::zeros(waves, waves); rolls.len()];
-        let parity = |odd: bool, own: &mut Vec<Mat<f64>>| -> Option<Parity> {
+        let mut same_tooth = vec![Mat::zeros(waves, waves); rolls.len()];
+        let parity = |odd: bool, same_tooth: &mut Vec<Mat<f64>>| -> Option<Parity> {
             let axial = Axial::new(width / tooth.root_radius, waves + 1, waves, odd);
             let solid = SolidTooth::new(tooth, poisson_ratio, rolls, &axial)?;
             let ring = ring::waves(teeth, tooth.root_half_angle, ratio, poisson_ratio, &axial)?;
@@ -65,13 +65,13 @@ impl SolidGear {
                 .map(|rows| Mat::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]))
                 .collect();
             let ahead = feet.split_off(1);
-            for (index, own) in own.iter_mut().enumerate() {
+            for (index, same_tooth) in same_tooth.iter_mut().enumerate() {
                 let carried = linalg::product(feet[0].as_ref(), solid.forces[index].as_ref());
                 let body = linalg::product(solid.places[index].transpose(), carried.as_ref());
                 let first = usize::from(odd);
                 for j in 0..body.ncols() {
                     for i in 0..body.nrows() {
-                        own[(first + 2 * i, first + 2 * j)] =
+                        same_tooth[(first + 2 * i, first + 2 * j)] =
                             solid.clamped[index][(i, j)] + body[(i, j)];
                     }
                 }
@@ -81,14 +81,20 @@ impl SolidGear {
                 ahead,
             })
         };
-        let parities = [parity(false, &mut own)?, parity(true, &mut own)?];
-        Some(Self { own, parities })
+        let parities = [
+            parity(false, &mut same_tooth)?,
+            parity(true, &mut same_tooth)?,
+        ];
+        Some(Self {
+            same_tooth,
+            parities,
+        })
     }
 
     /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, by waves of load on this one. Displacements
     /// are positive towards growing x of the loaded tooth. Roll angles are given by their indices.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
-        let waves = self.own[near].nrows();
+        let waves = self.same_tooth[near].nrows();
         let mut out = Mat::zeros(waves, waves);
         for (first, parity) in self.parities.iter().enumerate() {
             let carried = linalg::product(

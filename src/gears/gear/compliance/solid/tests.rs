@@ -31,7 +31,7 @@ fn an_even_load_meets_the_plane_gear() {
         let strain = plane(1.0 / 0.91, 0.3 / 0.7);
         let even = |width: f64| {
             let solid = SolidGear::new(&gear, teeth, ratio, 0.3, width, 6, &[roll]).unwrap();
-            solid.own[0][(0, 0)]
+            solid.same_tooth[0][(0, 0)]
         };
         let (narrow, wide) = (even(2e-3) / stress, even(80e-3));
         assert!((narrow - 1.0).abs() < 0.03, "{narrow}");
@@ -49,7 +49,7 @@ fn short_waves_are_borne_by_stiffer_teeth() {
     let gear = tooth(20);
     let rolls = [middle(&gear), gear.tip_roll];
     let solid = SolidGear::new(&gear, 20, 1.46, 0.3, 20e-3, 6, &rolls).unwrap();
-    for own in &solid.own {
+    for own in &solid.same_tooth {
         for n in 1..6 {
             assert!(
                 own[(n, n)] > 0.0 && own[(n, n)] < own[(n - 1, n - 1)],
@@ -59,7 +59,8 @@ fn short_waves_are_borne_by_stiffer_teeth() {
     }
     let ahead = solid.coupling(1, [1, 0]);
     for n in 1..4 {
-        let [own, next] = [&solid.own[0], &ahead].map(|matrix| matrix[(n, n)] / matrix[(0, 0)]);
+        let [own, next] =
+            [&solid.same_tooth[0], &ahead].map(|matrix| matrix[(n, n)] / matrix[(0, 0)]);
         assert!(next < own, "{n}: {next} {own}");
     }
 }
