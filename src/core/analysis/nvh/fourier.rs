@@ -119,7 +119,7 @@ impl Fourier {
             for (group, sums) in frequencies.chunks_exact(2).zip(sums.chunks_exact_mut(2)) {
                 let mut integrals = [[Lanes::ZERO; TERMS]; 2];
                 lanes::integrate(set, group, &stretch, &mut integrals);
-                lanes::add_by_terms(set, own, &integrals, series, &stretch, sums);
+                lanes::add_by_terms(set, group, &integrals, series, &stretch, sums);
             }
         } else {
             let (places, weights, parts) = (&rule.places, &rule.weights, at_nodes.parts());
