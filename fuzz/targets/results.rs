@@ -41,7 +41,7 @@ static POINTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
         options,
         parts: &parts,
         topology: None,
-        called_off: &AtomicBool::new(false),
+        interrupt: &AtomicBool::new(false),
     };
     sweep.run(&mut journal, &mut Nobody).expect("a run");
     fs::read(here.join("points.parquet")).expect("its table")

@@ -20,10 +20,10 @@ pub fn attended<T: Send>(
     work: impl FnOnce(&AtomicBool) -> T + Send,
     mut between: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
-    let called_off = AtomicBool::new(false);
+    let interrupt = AtomicBool::new(false);
     thread::scope(|scope| {
         let waiting = thread::current();
-        let flag = &called_off;
+        let flag = &interrupt;
         let working = scope.spawn(move || {
             let done = work(flag);
             waiting.unpark();
@@ -34,7 +34,7 @@ pub fn attended<T: Send>(
             py.detach(|| thread::park_timeout(LOOK));
             if raised.is_ok() {
                 raised = py.check_signals().and_then(|()| between(py));
-                called_off.store(raised.is_err(), Ordering::Relaxed);
+                interrupt.store(raised.is_err(), Ordering::Relaxed);
             }
         }
         let done = working.join().unwrap_or_else(|panic| resume_unwind(panic));

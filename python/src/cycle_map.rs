@@ -286,9 +286,9 @@ impl CycleMap {
         config: &MapConfig<'_>,
         work: u64,
     ) -> PyResult<Result<MapImage, MapError>> {
-        let on_threads = |called_off: &AtomicBool| match config.threads {
-            1 => self.map.image(config, called_off),
-            _ => self.pool.install(|| self.map.image(config, called_off)),
+        let on_threads = |interrupt: &AtomicBool| match config.threads {
+            1 => self.map.image(config, interrupt),
+            _ => self.pool.install(|| self.map.image(config, interrupt)),
         };
         if work <= AT_ONCE {
             Ok(py.detach(|| on_threads(&AtomicBool::new(false))))

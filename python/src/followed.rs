@@ -29,10 +29,10 @@ pub fn follow(
         .map_err(|error| refused(py, &format!("cannot start worker threads: {error}")))?;
     let passed = Mutex::new(Vec::new());
     let lines = || passed.lock().unwrap_or_else(PoisonError::into_inner);
-    let work = |called_off: &_| {
+    let work = |interrupt: &_| {
         let parts = Prepared::new(TableStore::open(tables));
         let tell = |text: &str| lines().push(text.to_owned());
-        pool.install(|| follow_job(job, &parts, called_off, &tell))
+        pool.install(|| follow_job(job, &parts, interrupt, &tell))
     };
     let tell = |py: Python<'_>| {
         for line in std::mem::take(&mut *lines()) {

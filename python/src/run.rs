@@ -67,7 +67,7 @@ pub fn run(
         return json(py, &record);
     }
     let news = Mutex::new(None);
-    let work = |called_off: &_| {
+    let work = |interrupt: &_| {
         let (topology, warnings) = this_machine();
         let run = JobRun {
             job,
@@ -84,7 +84,7 @@ pub fn run(
             topology: topology.as_ref(),
             warnings,
         };
-        run.run(called_off, &mut News(&news))
+        run.run(interrupt, &mut News(&news))
     };
     let report_progress = |py: Python<'_>| {
         let latest = news.lock().unwrap_or_else(PoisonError::into_inner).take();

@@ -36,12 +36,12 @@ pub fn sensitivity(
         cycles,
     };
     let parts = Prepared::new(TableStore::open(tables));
-    let work = |called_off: &_| {
+    let work = |interrupt: &_| {
         let own = Differentiated {
             point: &point.spec,
             held: &point.changes,
         };
-        sensitivities(point.job(), own, &keys, &asked, step, &parts, called_off)
+        sensitivities(point.job(), own, &keys, &asked, step, &parts, interrupt)
     };
     let found = attended(py, work, |_| Ok(()))?.map_err(|error| failed(py, &error))?;
     let rows = table(&found.rows).map_err(|error| failed(py, &error))?;

@@ -50,13 +50,13 @@ pub fn trace(
         config,
         parts: &parts,
     };
-    let work = |called_off: &_| {
+    let work = |interrupt: &_| {
         let model = trace.model()?;
         let signals: Vec<[String; 2]> = named_outputs(&model, config.outputs)
             .map(|(name, quantity)| [name, quantity.unit().to_owned()])
             .collect();
         let open = || Ok(TraceTables::new(model.period(), modal, &signals));
-        let (outcome, tables) = trace.record(&model, called_off, open)?;
+        let (outcome, tables) = trace.record(&model, interrupt, open)?;
         let tables = tables.finish().map_err(PointTraceError::Sink)?;
         Ok::<_, PointTraceError<_>>((outcome, tables))
     };

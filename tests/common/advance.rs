@@ -134,7 +134,7 @@ pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
             &mut raising,
             &mut Counters::default(),
         );
-        let off = matches!(ended, Err(Stop::CalledOff { cycle: 0 }));
+        let off = matches!(ended, Err(Stop::Interrupted { cycle: 0 }));
         assert_eq!(off, std::ptr::eq(watched, &flag));
         raising.0
     })

@@ -59,9 +59,9 @@ fn probes(model: &Model, seed: u64, question: MultistabilityConfig) -> Probes {
 
 fn ask(model: &Model, seed: u64, question: MultistabilityConfig) -> MultistabilityOutcome {
     let start = mean_equilibrium(model);
-    let called_off = AtomicBool::new(false);
+    let interrupt = AtomicBool::new(false);
     let probes = probes(model, seed, question);
-    probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap()
+    probe_basins(model, &volterra(model), &start, &probes, &interrupt).unwrap()
 }
 
 fn probe(model: &Model, seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityOutcome {
@@ -92,9 +92,9 @@ fn is_called_near_equilibrium(model: &Model, class: Class) {
         let (sin, cos) = (seed as f64).sin_cos();
         start.state[0] += 1e-2 * norm.unit() * cos / norm.weights()[0];
         start.state[1] += 1e-2 * norm.unit() * sin / norm.weights()[1];
-        let called_off = AtomicBool::new(false);
+        let interrupt = AtomicBool::new(false);
         let probes = probes(model, seed, question(1, 0.0));
-        let found = probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap();
+        let found = probe_basins(model, &volterra(model), &start, &probes, &interrupt).unwrap();
         assert_eq!(
             found.probes[0].class,
             Some(class),

@@ -278,8 +278,8 @@ fn probes(model: &Model) -> u32 {
     };
     let probes = Probes::new(model, asked, point, true).unwrap();
     let start = model.start(&InitialState::Static);
-    let called_off = AtomicBool::new(false);
-    let found = probe_basins(model, &volterra(model), &start, &probes, &called_off);
+    let interrupt = AtomicBool::new(false);
+    let found = probe_basins(model, &volterra(model), &start, &probes, &interrupt);
     found.unwrap().attractors.len() as u32
 }
 
@@ -611,8 +611,8 @@ fn samples(model: &Model, section: Section) -> Vec<PoincareSample> {
         nvh: None,
     };
     let start = model.start(&InitialState::Static);
-    let called_off = AtomicBool::new(false);
-    let found = investigate(model, &volterra(model), start, &questions, &called_off);
+    let interrupt = AtomicBool::new(false);
+    let found = investigate(model, &volterra(model), start, &questions, &interrupt);
     found.unwrap().poincare
 }
 

@@ -548,8 +548,8 @@ fn a_start_out_of_range_is_told_as_such() {
         TrajectoryState::new(&model, start.state, 0)
     };
     fn put<K: Kernel>(model: &Model, kernel: &K, start: TrajectoryState) -> PointOutcome {
-        let called_off = AtomicBool::new(false);
-        investigate(model, kernel, start, &questions(10, 50), &called_off).unwrap()
+        let interrupt = AtomicBool::new(false);
+        investigate(model, kernel, start, &questions(10, 50), &interrupt).unwrap()
     }
     let closed_modes = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
     let stepping = Stepping::new(&model, 400, 1000);

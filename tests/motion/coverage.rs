@@ -66,8 +66,8 @@ fn ask(model: &Model, seed: u64, rule: Rule) -> PointOutcome {
         *x *= 1.0 + 1e-6 * stream.normal();
     }
     let start = TrajectoryState::new(model, start.state, 0);
-    let called_off = AtomicBool::new(false);
-    investigate(model, &volterra(model), start, &questions, &called_off).unwrap()
+    let interrupt = AtomicBool::new(false);
+    investigate(model, &volterra(model), start, &questions, &interrupt).unwrap()
 }
 
 /// A value, its standard error, and half the width of its 95 % interval in standard errors.

@@ -157,9 +157,9 @@ fn exponents_below_round_off_of_a_long_period_are_those_of_a_cycle() {
             settle: true,
             ..questions(exact.len(), 400, 2000)
         };
-        let called_off = AtomicBool::new(false);
+        let interrupt = AtomicBool::new(false);
         let start = model.start(&InitialState::Static);
-        let outcome = investigate(&model, &volterra(&model), start, &asked, &called_off).unwrap();
+        let outcome = investigate(&model, &volterra(&model), start, &asked, &interrupt).unwrap();
         let class = Some(Class::SteadyContact(Some(20)));
         assert_eq!(outcome.class, class, "{name}: {}", outcome.reason);
         let lyapunov = outcome.lyapunov.unwrap();
@@ -204,9 +204,9 @@ fn multipliers_that_underflow_stop_no_point() {
             settle: true,
             ..questions(2, 100, 1000)
         };
-        let called_off = AtomicBool::new(false);
+        let interrupt = AtomicBool::new(false);
         let start = model.start(&InitialState::Static);
-        let outcome = investigate(&model, &volterra(&model), start, &asked, &called_off).unwrap();
+        let outcome = investigate(&model, &volterra(&model), start, &asked, &interrupt).unwrap();
         assert!(exact * f64::from(period) < -800.0, "{exact}");
         let class = Some(Class::SteadyContact(Some(period)));
         assert_eq!(outcome.class, class, "{}", outcome.reason);
@@ -398,8 +398,8 @@ fn neutral_pair_is_left_out() {
     let ask = |model: &Model| {
         let start: TrajectoryState = model.start(&InitialState::Static);
         let questions = questions(2, 500, 1000);
-        let called_off = AtomicBool::new(false);
-        let outcome = investigate(model, &volterra(model), start, &questions, &called_off).unwrap();
+        let interrupt = AtomicBool::new(false);
+        let outcome = investigate(model, &volterra(model), start, &questions, &interrupt).unwrap();
         outcome.lyapunov.unwrap().exponents
     };
     let (two, one) = (ask(&pair), ask(&single));

@@ -66,8 +66,8 @@ fn usual() -> LyapunovConfig {
 }
 
 fn ask_from(model: &Model, start: TrajectoryState, questions: &PointConfig) -> PointOutcome {
-    let called_off = AtomicBool::new(false);
-    investigate(model, &volterra(model), start, questions, &called_off).unwrap()
+    let interrupt = AtomicBool::new(false);
+    investigate(model, &volterra(model), start, questions, &interrupt).unwrap()
 }
 
 fn ask(model: &Model, questions: &PointConfig) -> PointOutcome {

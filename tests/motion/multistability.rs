@@ -47,9 +47,9 @@ fn probe_with(
     question: MultistabilityConfig,
 ) -> MultistabilityOutcome {
     let start = model.start(&InitialState::Static);
-    let called_off = AtomicBool::new(false);
+    let interrupt = AtomicBool::new(false);
     let probes = probes(model, seed, question);
-    probe_basins(model, kernel, &start, &probes, &called_off).unwrap()
+    probe_basins(model, kernel, &start, &probes, &interrupt).unwrap()
 }
 
 /// Modes on springs between two symmetric stops, with excitation at the mesh frequency.
@@ -393,7 +393,7 @@ fn all_may_storm() {
 fn troubled_probes_are_counted() {
     let model = ONE_DEGREE.model(10e-6, 300.0);
     let start = model.start(&InitialState::Static);
-    let called_off = AtomicBool::new(false);
+    let interrupt = AtomicBool::new(false);
     // The motion between the stops has four events per cycle.
     let kernel = Volterra::new(&model, f64::EPSILON, 3);
     let found = probe_with(&kernel, &model, 1, question());
@@ -410,14 +410,14 @@ fn troubled_probes_are_counted() {
         assert_eq!(probe.basin.share, share);
         assert!((settled[0].basin.share + share - 1.0).abs() < 1e-15);
     }
-    called_off.store(true, std::sync::atomic::Ordering::Relaxed);
+    interrupt.store(true, std::sync::atomic::Ordering::Relaxed);
     assert!(
         probe_basins(
             &model,
             &kernel,
             &start,
             &probes(&model, 1, question()),
-            &called_off
+            &interrupt
         )
         .is_err()
     );

@@ -39,8 +39,8 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
         states: Vec::new(),
     };
     let mut onward = trajectory.clone();
-    let called_off = AtomicBool::new(false);
-    let found = survey_orbits(model, &kernel, &mut onward, &config, &called_off).unwrap();
+    let interrupt = AtomicBool::new(false);
+    let found = survey_orbits(model, &kernel, &mut onward, &config, &interrupt).unwrap();
     (found, trajectory)
 }
 
@@ -183,8 +183,8 @@ fn given_states_are_searched_from() {
         returns: 1,
         states: vec![modal(displacement, velocity), modal(1e3, 0.0)],
     };
-    let (kernel, called_off) = (volterra(&model), AtomicBool::new(false));
-    let again = survey_orbits(&model, &kernel, &mut settled.clone(), &config, &called_off);
+    let (kernel, interrupt) = (volterra(&model), AtomicBool::new(false));
+    let again = survey_orbits(&model, &kernel, &mut settled.clone(), &config, &interrupt);
     let again = again.unwrap();
     let led = again
         .orbits

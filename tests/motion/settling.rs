@@ -372,8 +372,8 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
             }),
             ..questions(300)
         };
-        let called_off = AtomicBool::new(false);
-        let outcome = investigate(&model, &kernel, start, &asked, &called_off).unwrap();
+        let interrupt = AtomicBool::new(false);
+        let outcome = investigate(&model, &kernel, start, &asked, &interrupt).unwrap();
         let lyapunov = outcome.lyapunov.unwrap();
         println!("{:?} {lyapunov:?}", outcome.class);
         assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);

@@ -50,13 +50,13 @@ fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointO
         section: Section::default(),
         nvh: None,
     };
-    let called_off = AtomicBool::new(false);
+    let interrupt = AtomicBool::new(false);
     investigate(
         model,
         &volterra(model),
         start.clone(),
         &questions,
-        &called_off,
+        &interrupt,
     )
     .unwrap()
 }

@@ -69,9 +69,9 @@ pub fn run(args: &FollowArgs) -> Status {
         }
     };
     let followed =
-        match pool.install(|| follow_job(&job, &parts, &process.called_off, &report_progress)) {
+        match pool.install(|| follow_job(&job, &parts, &process.interrupt, &report_progress)) {
             Ok(followed) => followed,
-            Err(FollowError::CalledOff(_)) => {
+            Err(FollowError::Interrupted(_)) => {
                 return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
             }
             Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),

@@ -129,7 +129,7 @@ fn measure(args: &MeasureArgs) -> Status {
         &topology,
         &settings,
         &mut |progress| advance(&bar, progress),
-        &process.called_off,
+        &process.interrupt,
     );
     bar.finish_and_clear();
     let Some(found) = found.or_explain(1)? else {

@@ -67,7 +67,7 @@ pub fn run(args: &PlanArgs) -> Status {
         },
         parts: &parts,
         topology: process.topology.as_ref(),
-        called_off: &process.called_off,
+        interrupt: &process.interrupt,
     };
     let Some(found) = sweep::forecast(&sweep, BUDGET).or_explain(1)? else {
         return Err(ExitCode::from(super::INTERRUPTED));

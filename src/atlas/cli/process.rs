@@ -39,7 +39,7 @@ const ENDING: u8 = 2;
 static STAGE: AtomicU8 = AtomicU8::new(WORKING);
 
 /// Set by Ctrl-C and SIGTERM from [`Process::prepare`] on.
-static CALLED_OFF: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+static INTERRUPT: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// Message if the process ends without waiting.
 static LEFT: Mutex<String> = Mutex::new(String::new());
@@ -64,7 +64,7 @@ pub fn run_interruptibly(work: fn() -> ExitCode) -> ExitCode {
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if !CALLED_OFF.load(Ordering::Relaxed) {
+        if !INTERRUPT.load(Ordering::Relaxed) {
             continue;
         }
         if since.get_or_insert_with(Instant::now).elapsed() >= PATIENCE && enter(ENDING) {
@@ -111,7 +111,7 @@ pub fn end_when_interrupted() -> io::Result<()> {
 #[derive(Debug)]
 pub struct Process {
     /// Set by Ctrl-C and SIGTERM.
-    pub called_off: Arc<AtomicBool>,
+    pub interrupt: Arc<AtomicBool>,
     /// The machine, if it can be described.
     pub topology: Option<Topology>,
     /// Warnings for the user, one sentence each.
@@ -126,13 +126,13 @@ impl Process {
     /// Signals cannot be watched; the error has been printed.
     pub fn prepare(left: &str) -> Result<Self, ExitCode> {
         left.clone_into(&mut LEFT.lock().unwrap_or_else(PoisonError::into_inner));
-        let called_off = CALLED_OFF.clone();
-        watch_signals(&called_off)
+        let interrupt = INTERRUPT.clone();
+        watch_signals(&interrupt)
             .map_err(|error| fail(1, &format!("cannot watch for signals: {error}")))?;
         AT_ONCE.store(false, Ordering::Relaxed);
         let (topology, warnings) = this_machine();
         Ok(Self {
-            called_off,
+            interrupt,
             topology,
             warnings,
         })
@@ -140,11 +140,11 @@ impl Process {
 }
 
 /// Lets Ctrl-C and SIGTERM cancel the sweep; a second signal ends the process at once.
-fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
+fn watch_signals(interrupt: &Arc<AtomicBool>) -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = i32::from(INTERRUPTED);
-        flag::register_conditional_shutdown(signal, status, called_off.clone())?;
-        flag::register(signal, called_off.clone())?;
+        flag::register_conditional_shutdown(signal, status, interrupt.clone())?;
+        flag::register(signal, interrupt.clone())?;
     }
     // Without a handler, this signal ends the process silently when a file exceeds `ulimit -f`. With a handler, the
     // write fails and the error is printed.

@@ -151,7 +151,7 @@ impl Retry<'_> {
             },
             parts: &parts,
             topology: process.topology.as_ref(),
-            called_off: &process.called_off,
+            interrupt: &process.interrupt,
         };
         let finished = sweep.run(&mut journal, voice)?;
         if finished.written.missing > 0 {

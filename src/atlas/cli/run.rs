@@ -56,7 +56,7 @@ pub fn run(args: &RunArgs) -> Status {
 
 fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
     let Process {
-        called_off,
+        interrupt,
         topology,
         warnings,
     } = Process::prepare(&left(folder))?;
@@ -76,7 +76,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
         warnings,
     };
     let mut voice = Console::new(args, job, folder);
-    let JobRunEnd { finished, record } = match run.run(&called_off, &mut voice) {
+    let JobRunEnd { finished, record } = match run.run(&interrupt, &mut voice) {
         Ok(ran) => ran,
         Err(error) => {
             drop(voice);

@@ -63,8 +63,8 @@ pub fn run(args: &RunupArgs) -> Status {
         spec,
         parts: &parts,
     };
-    let (config, run) = match run_up.record(&process.called_off) {
-        Err(RunUpError::CalledOff) => return Err(fail(INTERRUPTED, NOTHING_WRITTEN)),
+    let (config, run) = match run_up.record(&process.interrupt) {
+        Err(RunUpError::Interrupted) => return Err(fail(INTERRUPTED, NOTHING_WRITTEN)),
         recorded => recorded.or_fail(BAD_INPUT)?,
     };
     begin_writing();

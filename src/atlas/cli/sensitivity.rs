@@ -76,9 +76,9 @@ pub fn run(args: &SensitivityArgs) -> Status {
         &settings,
         args.step,
         &parts,
-        &process.called_off,
+        &process.interrupt,
     ) {
-        Err(SensitivityError::CalledOff(_)) => return Err(fail(INTERRUPTED, "interrupted")),
+        Err(SensitivityError::Interrupted(_)) => return Err(fail(INTERRUPTED, "interrupted")),
         found => found.or_explain(BAD_INPUT)?,
     };
     let text = either(args.json, || in_json(&found), || in_text(&found));

@@ -94,11 +94,11 @@ pub fn run(args: &TraceArgs) -> Status {
     let config = &trace.config;
     let label = label(&job, &point, &model, config);
     let open = || TraceWriter::create(&folder, &label, config.modal);
-    let (outcome, writer) = match trace.record(&model, &process.called_off, open) {
-        Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::CalledOff { .. })) => {
+    let (outcome, writer) = match trace.record(&model, &process.interrupt, open) {
+        Ok((outcome, _)) if matches!(outcome.stop, Some(Stop::Interrupted { .. })) => {
             return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
-        Err(PointTraceError::CalledOff(_)) => {
+        Err(PointTraceError::Interrupted(_)) => {
             return Err(fail(INTERRUPTED, NOTHING_WRITTEN));
         }
         recorded => recorded.or_fail(1)?,

@@ -3,7 +3,6 @@
 
 mod analyses;
 mod averages;
-mod called_off;
 mod classify;
 mod config;
 mod contact_jumps;
@@ -17,6 +16,7 @@ mod energy;
 mod evidence;
 mod frequencies;
 mod horizon;
+mod interrupt;
 mod lasting_contact;
 mod lyapunov;
 mod modal_series;
@@ -45,7 +45,6 @@ mod twin;
 mod window_cache;
 
 pub use analyses::Analyses;
-pub use called_off::{CalledOff, EndedEarly};
 pub use config::{
     Effort, GrowthNorm, LyapunovConfig, NvhConfig, OrderConfig, PointConfig, Signals,
     SpectrumConfig,
@@ -60,6 +59,7 @@ pub use energy::EnergyAudit;
 pub use evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{HorizonConfig, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability};
+pub use interrupt::{EndedEarly, Interrupted};
 pub use lyapunov::{TangentGrowth, displaced};
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityConfig, MultistabilityOutcome, Plane,

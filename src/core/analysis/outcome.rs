@@ -1,7 +1,7 @@
 //! What is known about an operating point after its analyses? The result files hold these numbers.
 
-use super::called_off::CalledOff;
 use super::evidence::{ChaosOutcome, EvidenceOutcome};
+use super::interrupt::Interrupted;
 use super::poincare_sample::PoincareSample;
 use super::power_outcome::PowerOutcome;
 use crate::model::Flanks;
@@ -40,14 +40,14 @@ impl Status {
 }
 
 impl TryFrom<Stop> for Status {
-    type Error = CalledOff;
+    type Error = Interrupted;
 
-    fn try_from(stop: Stop) -> Result<Self, CalledOff> {
+    fn try_from(stop: Stop) -> Result<Self, Interrupted> {
         match stop {
             Stop::Diverged { .. } | Stop::FarStart { .. } => Ok(Self::Diverged),
             Stop::EventStorm { .. } => Ok(Self::EventStorm),
             Stop::Stuck { .. } | Stop::Refused { .. } | Stop::Backwards { .. } => Ok(Self::Failed),
-            Stop::CalledOff { .. } => Err(CalledOff),
+            Stop::Interrupted { .. } => Err(Interrupted),
         }
     }
 }

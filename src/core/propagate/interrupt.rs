@@ -8,13 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Debug, Clone, Copy)]
 pub struct Interruptible<'a, K> {
     kernel: &'a K,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl<'a, K: Kernel> Interruptible<'a, K> {
     /// The kernel, with the flag that ends its integrations.
-    pub fn new(kernel: &'a K, called_off: &'a AtomicBool) -> Self {
-        Self { kernel, called_off }
+    pub fn new(kernel: &'a K, interrupt: &'a AtomicBool) -> Self {
+        Self { kernel, interrupt }
     }
 }
 
@@ -41,7 +41,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
     ) -> Result<(), Stop> {
         let mut attentive = FlagObserver {
             observer,
-            called_off: self.called_off,
+            interrupt: self.interrupt,
         };
         (self.kernel).advance_cycle(trajectory, tangents, workspace, &mut attentive, counters)
     }
@@ -50,7 +50,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
 /// An observer that checks the flag.
 struct FlagObserver<'a, O> {
     observer: &'a mut O,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl<O: Observer> Observer for FlagObserver<'_, O> {
@@ -68,7 +68,7 @@ impl<O: Observer> Observer for FlagObserver<'_, O> {
         self.observer.event(event);
     }
 
-    fn called_off(&self) -> bool {
-        self.called_off.load(Ordering::Relaxed) || self.observer.called_off()
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed) || self.observer.is_interrupted()
     }
 }

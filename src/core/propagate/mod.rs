@@ -121,7 +121,7 @@ pub enum Stop {
     },
     /// The user interrupted the integration; the trajectory itself did not fail.
     #[error("interrupted in mesh cycle {cycle}")]
-    CalledOff {
+    Interrupted {
         /// The mesh cycle.
         cycle: u64,
     },

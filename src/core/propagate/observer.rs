@@ -128,7 +128,7 @@ pub trait Observer {
     fn event(&mut self, event: &Event);
 
     /// Whether the integration ends here; called before every window.
-    fn called_off(&self) -> bool {
+    fn is_interrupted(&self) -> bool {
         false
     }
 }
@@ -160,8 +160,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.event(event);
     }
 
-    fn called_off(&self) -> bool {
-        self.0.called_off() || self.1.called_off()
+    fn is_interrupted(&self) -> bool {
+        self.0.is_interrupted() || self.1.is_interrupted()
     }
 }
 
@@ -180,7 +180,7 @@ impl<O: Observer> Observer for &mut O {
         (**self).event(event);
     }
 
-    fn called_off(&self) -> bool {
-        (**self).called_off()
+    fn is_interrupted(&self) -> bool {
+        (**self).is_interrupted()
     }
 }

@@ -16,7 +16,7 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point::{PointResult, Worker, compute_point, row};
 use crate::analysis::{
-    CalledOff, Class, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
+    Class, Interrupted, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
@@ -118,13 +118,13 @@ fn carried_from<'a>(job: &Job, end: Option<&'a ChainEnd>) -> Option<CarriedState
 /// points of the grid, at its value on the swept axis.
 ///
 /// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
+/// [`Interrupted`] when `interrupt` was raised meanwhile.
 pub fn chain_state_before(
     job: &Job,
     point: &PointSpec,
     parts: &Prepared,
-    called_off: &AtomicBool,
-) -> Result<ChainState, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<ChainState, Interrupted> {
     let mut link = ChainState::default();
     let (Some(carried), Some(direction)) = (&job.carried, point.direction) else {
         return Ok(link);
@@ -155,7 +155,7 @@ pub fn chain_state_before(
             index: 0,
             topology: None,
         };
-        let row = compute(job, &before, &link, parts, worker, called_off)?;
+        let row = compute(job, &before, &link, parts, worker, interrupt)?;
         link.pass(job, &row);
     }
     Ok(link)
@@ -218,19 +218,19 @@ fn with_level(point: &PointSpec) -> PointSpec {
 /// Computes the point after `link`.
 ///
 /// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
+/// [`Interrupted`] when `interrupt` was raised meanwhile.
 pub fn compute(
     job: &Job,
     point: &PointSpec,
     link: &ChainState,
     parts: &Prepared,
     worker: Worker<'_>,
-    called_off: &AtomicBool,
-) -> Result<PointRow, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<PointRow, Interrupted> {
     let clock = Instant::now();
     let refined = &*with_level_if_refined(point);
     let start = carried_from(job, link.end.as_ref());
-    let mut result = compute_point(refined, start, parts, called_off)?;
+    let mut result = compute_point(refined, start, parts, interrupt)?;
     let level = level(&result.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         result.outcome.nvh = None;
@@ -251,7 +251,7 @@ pub fn compute(
             job,
             point,
             parts,
-            called_off,
+            interrupt,
         };
         chain = Some(Box::new(ChainPart {
             upwards: direction == Direction::Up,
@@ -280,7 +280,7 @@ struct Search<'a> {
     job: &'a Job,
     point: &'a PointSpec,
     parts: &'a Prepared,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl Search<'_> {
@@ -290,7 +290,7 @@ impl Search<'_> {
         link: &ChainState,
         result: &mut PointResult,
         level: Option<Level>,
-    ) -> Result<Option<Transition>, CalledOff> {
+    ) -> Result<Option<Transition>, Interrupted> {
         let halvings = halvings(self.point);
         let (Some(near), Some(to)) = (&link.near, verdict(&result.outcome)) else {
             return Ok(None);
@@ -333,7 +333,7 @@ impl Search<'_> {
                 break;
             };
             let start = carried_from(self.job, Some(&near.end));
-            let trial_result = compute_point(&between, start, self.parts, self.called_off)?;
+            let trial_result = compute_point(&between, start, self.parts, self.interrupt)?;
             found.trials += 1;
             result.outcome.cycles += trial_result.outcome.cycles;
             let here = self::level(&trial_result.outcome);

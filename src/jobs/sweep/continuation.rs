@@ -4,7 +4,7 @@
 use super::family::PointFamily;
 use super::motion_scale;
 use super::parts::Prepared;
-use crate::analysis::CalledOff;
+use crate::analysis::Interrupted;
 use crate::analysis::continuation::bifurcation::Bifurcation;
 use crate::analysis::continuation::branch::StepSettings;
 use crate::analysis::continuation::curve::{Curve, CurveSettings, follow, is_known};
@@ -58,7 +58,7 @@ pub enum FollowError {
     },
     /// The work was interrupted.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
 }
 
 /// Branches at one combination of values of the other axes.
@@ -100,7 +100,7 @@ pub struct Followed {
 pub fn follow_job(
     job: &Job,
     parts: &Prepared,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Followed, FollowError> {
     let spec = job.continuation.as_ref().ok_or(FollowError::NotAsked)?;
@@ -115,7 +115,7 @@ pub fn follow_job(
         .collect();
     let lines: Vec<Line> = (bases.par_iter())
         .map(|base| {
-            let line = line(job, spec, base, parts, called_off)?;
+            let line = line(job, spec, base, parts, interrupt)?;
             passed(&format!(
                 "{}: {} branches",
                 place_of(job, &line.axis_values),
@@ -147,7 +147,7 @@ pub fn follow_job(
                 (second, base),
                 &of_plane,
                 parts,
-                called_off,
+                interrupt,
                 passed,
             )?);
         }
@@ -190,7 +190,7 @@ fn line(
     spec: &ContinuationSpec,
     base: &PointSpec,
     parts: &Prepared,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Line, FollowError> {
     states_fit(spec, base.model.retained)?;
     let axes: Vec<usize> = std::iter::once(spec.over).chain(spec.second).collect();
@@ -230,18 +230,18 @@ fn line(
     let explored = DriveMap::new(&family, at)
         .map_err(ExploreError::from)
         .and_then(|map| {
-            let mut map = map.with_interrupt(called_off);
-            explore(&mut map, second, &exploration, called_off)
+            let mut map = map.with_interrupt(interrupt);
+            explore(&mut map, second, &exploration, interrupt)
                 .map(|branches| (branches, map.models))
         });
-    CalledOff::check(called_off)?;
+    Interrupted::check(interrupt)?;
     match explored {
         Ok((branches, models)) => Ok(Line {
             axis_values,
             branches,
             models,
         }),
-        Err(ExploreError::CalledOff(called_off)) => Err(called_off.into()),
+        Err(ExploreError::Interrupted(interrupt)) => Err(interrupt.into()),
         Err(source) => Err(refused(source)),
     }
 }
@@ -270,7 +270,7 @@ fn plane(
     (second, base): (usize, &PointSpec),
     lines: &[&Line],
     parts: &Prepared,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
     passed: &(dyn Fn(&str) + Sync),
 ) -> Result<Curves, FollowError> {
     let family = family(job, base, &[spec.over, second], parts)?;
@@ -294,7 +294,7 @@ fn plane(
     let of_kind: Vec<Vec<Curve>> = (CURVES.par_iter())
         .map(|kind| {
             let map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
-            let mut map = map.with_interrupt(called_off);
+            let mut map = map.with_interrupt(interrupt);
             let mut curves: Vec<Curve> = Vec::new();
             let branches = lines.iter().flat_map(|line| &line.branches.all);
             let found = branches.flat_map(|(_, branch)| {
@@ -302,13 +302,13 @@ fn plane(
                 branch.bifurcations.iter().filter(wanted)
             });
             for bifurcation in found.filter(|b| b.kind.name() == *kind) {
-                CalledOff::check(called_off)?;
+                Interrupted::check(interrupt)?;
                 if is_known(&plane, &curves, bifurcation) {
                     continue;
                 }
                 curves.extend(follow(&mut map, &plane, bifurcation));
             }
-            CalledOff::check(called_off)?;
+            Interrupted::check(interrupt)?;
             passed(&format!(
                 "{}: {} curves ({kind})",
                 place_of(job, &axis_values),

@@ -191,19 +191,19 @@ impl CycleMap {
             .map_err(MapError::NoDerivative)
     }
 
-    /// Maps states. Raising `called_off` ends the work; the result is then incomplete.
+    /// Maps states. Raising `interrupt` ends the work; the result is then incomplete.
     ///
     /// # Errors
     /// [`MapError::Build`] if the tables of a kernel could not be loaded or computed.
     pub fn image(
         &self,
         config: &MapConfig<'_>,
-        called_off: &AtomicBool,
+        interrupt: &AtomicBool,
     ) -> Result<MapImage, MapError> {
         let work = MapRequest {
             model: self.model(),
             config,
-            called_off,
+            interrupt,
         };
         match &self.kernel {
             MapKernel::Kept(kernel) => Ok(work.with(&**kernel)),
@@ -219,7 +219,7 @@ impl CycleMap {
 struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 /// Splits the first numbers off a slice.
@@ -296,7 +296,7 @@ impl MapRequest<'_> {
     /// Maps the states of a piece one after the other.
     fn map<K: Kernel>(&self, kernel: &K, piece: &mut StateChunk<'_>) {
         let config = self.config;
-        let kernel = &Interruptible::new(kernel, self.called_off);
+        let kernel = &Interruptible::new(kernel, self.interrupt);
         let dimension = 2 * self.model.modes();
         let mut workspace = kernel.workspace();
         let count = config.tangents.count(dimension);

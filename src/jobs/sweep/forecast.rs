@@ -100,7 +100,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         options,
         parts,
         topology,
-        called_off,
+        interrupt,
     } = *sweep;
     let length = job.chain_length();
     let selection = ChainSelection::of_shard(job, options.shard);
@@ -132,8 +132,8 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         tried: Mutex::default(),
     };
     let points = places.iter().map(|&n| selection.id(n)).collect::<Vec<_>>();
-    calibration.try_all(&points, &crew, topology, (budget, called_off))?;
-    if called_off.load(Ordering::Relaxed) {
+    calibration.try_all(&points, &crew, topology, (budget, interrupt))?;
+    if interrupt.load(Ordering::Relaxed) {
         return Ok(None);
     }
     let calibration_time = clock.elapsed().as_secs_f64();
@@ -201,7 +201,7 @@ impl Calibration<'_> {
         points: &[usize],
         crew: &Workers,
         topology: Option<&Topology>,
-        (budget, called_off): (Duration, &AtomicBool),
+        (budget, interrupt): (Duration, &AtomicBool),
     ) -> Result<(), SweepError> {
         let next = AtomicUsize::new(0);
         let (done, waiting) = channel::<()>();
@@ -210,7 +210,7 @@ impl Calibration<'_> {
             let watch = move || {
                 let started = Instant::now();
                 while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
-                    if started.elapsed() >= budget || called_off.load(Ordering::Relaxed) {
+                    if started.elapsed() >= budget || interrupt.load(Ordering::Relaxed) {
                         over.store(true, Ordering::Relaxed);
                     }
                 }

@@ -67,13 +67,13 @@ pub fn this_machine() -> (Option<Topology>, Vec<String>) {
 
 impl JobRun<'_> {
     /// Continues from the journal of the folder, or starts one. Afterwards there is a record and no journal, or both if
-    /// `called_off` was raised.
+    /// `interrupt` was raised.
     ///
     /// # Errors
     /// [`JobRunError`]; the journal keeps its points.
     pub fn run(
         self,
-        called_off: &AtomicBool,
+        interrupt: &AtomicBool,
         watcher: &mut dyn ProgressObserver,
     ) -> Result<JobRunEnd, JobRunError> {
         let Self {
@@ -98,7 +98,7 @@ impl JobRun<'_> {
             options,
             parts: &parts,
             topology,
-            called_off,
+            interrupt,
         };
         let finished = match sweep.run(&mut journal, watcher) {
             Ok(finished) => finished,

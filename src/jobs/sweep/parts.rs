@@ -233,16 +233,16 @@ impl Prepared {
     }
 
     /// Fetches or computes the mesh tables of some points of a job, each on all threads of the current rayon pool,
-    /// until `called_off` is raised. Calls `progress` for every table. The affected points report failures.
+    /// until `interrupt` is raised. Calls `progress` for every table. The affected points report failures.
     pub fn prepare(
         &self,
         job: &Job,
         points: impl IntoIterator<Item = usize>,
-        called_off: &AtomicBool,
+        interrupt: &AtomicBool,
         progress: &mut dyn FnMut(),
     ) {
         for (point, spec) in needed_meshes(job, points) {
-            if called_off.load(Ordering::Relaxed) {
+            if interrupt.load(Ordering::Relaxed) {
                 return;
             }
             if let Ok(structure) = self.structure(&point.model) {

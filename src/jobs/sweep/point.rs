@@ -5,7 +5,7 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
 use crate::analysis::{
-    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, EndedEarly, HorizonOutcome,
+    Analyses, Class, CovariantError, CovariantOutcome, EndedEarly, HorizonOutcome, Interrupted,
     MultistabilityOutcome, OrbitSurvey, PointConfig, PointOutcome, Probes, Status,
     covariant_vectors, investigate_onward, predictability, probe_basins, survey_orbits,
 };
@@ -109,10 +109,10 @@ pub(super) fn compute_point(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
-    called_off: &AtomicBool,
-) -> Result<PointResult, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<PointResult, Interrupted> {
     let computed = catch_unwind(AssertUnwindSafe(|| {
-        build_and_compute(point, start, parts, called_off)
+        build_and_compute(point, start, parts, interrupt)
     }));
     match computed {
         Ok(Ok(result)) => result,
@@ -159,8 +159,8 @@ fn build_and_compute(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
-    called_off: &AtomicBool,
-) -> Result<Result<PointResult, CalledOff>, BuildError> {
+    interrupt: &AtomicBool,
+) -> Result<Result<PointResult, Interrupted>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;
     let kernel = PointKernel::of(point, &model, parts)?;
     let initial = model.start(&point.run.initial);
@@ -182,7 +182,7 @@ fn build_and_compute(
         probes: probes.clone(),
         analyses: &point.analyses,
         seed,
-        called_off,
+        interrupt,
     };
     match (kernel.apply(&model, parts, task(&kernel)), kernel.instead()) {
         (Err(BuildError::Tables { .. }), Some(other)) => other.apply(&model, parts, task(&other)),
@@ -205,27 +205,27 @@ struct PointTask<'a> {
     probes: Option<Probes>,
     analyses: &'a Analyses,
     seed: PointSeed,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl KernelUse for PointTask<'_> {
-    type Output = Result<PointResult, CalledOff>;
+    type Output = Result<PointResult, Interrupted>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let Self {
-            model, called_off, ..
+            model, interrupt, ..
         } = self;
-        let kernel = &Interruptible::new(kernel, called_off);
+        let kernel = &Interruptible::new(kernel, interrupt);
         let mut laps = StepTimer::new(match self.probes {
             Some(_) => ProcessorClock::Process,
             None => ProcessorClock::Thread,
         });
         let mut trajectory = self.start;
         let mut outcome =
-            investigate_onward(model, kernel, &mut trajectory, &self.config, called_off)?;
+            investigate_onward(model, kernel, &mut trajectory, &self.config, interrupt)?;
         laps.end(Step::Integration, true);
         let multistability = (self.probes.as_ref())
-            .map(|probes| probe_basins(model, kernel, &self.initial, probes, called_off))
+            .map(|probes| probe_basins(model, kernel, &self.initial, probes, interrupt))
             .transpose()?;
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
         laps.end(Step::Multistability, self.probes.is_some());
@@ -234,7 +234,7 @@ impl KernelUse for PointTask<'_> {
         let orbits = match &self.analyses.orbits {
             Some(config) if whole => {
                 let mut onward = trajectory.clone();
-                let found = survey_orbits(model, kernel, &mut onward, config, called_off)?;
+                let found = survey_orbits(model, kernel, &mut onward, config, interrupt)?;
                 outcome.cycles += found.cycles;
                 Some(found)
             }
@@ -244,12 +244,12 @@ impl KernelUse for PointTask<'_> {
         let chaotic = whole && outcome.class.is_some_and(|class| class.is_chaos());
         let horizon_config = self.analyses.horizon.filter(|_| chaotic);
         let measured = horizon_config.map(|config| {
-            predictability(model, kernel, &trajectory, &config, self.seed, called_off)
+            predictability(model, kernel, &trajectory, &config, self.seed, interrupt)
         });
         let horizon = match measured {
             None => None,
             Some(Ok(found)) => Some(found),
-            Some(Err(EndedEarly::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(EndedEarly::Interrupted(interrupt))) => return Err(interrupt),
             Some(Err(EndedEarly::Stop(stop))) => {
                 outcome.reason.push_str(&format!(" (no horizon: {stop})"));
                 None
@@ -260,12 +260,12 @@ impl KernelUse for PointTask<'_> {
         let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
         let covariant_config = self.analyses.covariant.filter(|_| aperiodic);
         let found = covariant_config.map(|config| {
-            covariant_vectors(model, kernel, &trajectory, &config, self.seed, called_off)
+            covariant_vectors(model, kernel, &trajectory, &config, self.seed, interrupt)
         });
         let covariant = match found {
             None => None,
             Some(Ok(found)) => Some(found),
-            Some(Err(CovariantError::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(CovariantError::Interrupted(interrupt))) => return Err(interrupt),
             Some(Err(error)) => {
                 let reason = &mut outcome.reason;
                 reason.push_str(&format!(" (no covariant vectors: {error})"));
@@ -275,7 +275,7 @@ impl KernelUse for PointTask<'_> {
         outcome.cycles += covariant.iter().map(|c| c.cycles).sum::<u64>();
         laps.end(Step::Covariant, covariant.is_some());
         // An interrupted integration may look like one without results.
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         Ok(PointResult {
             outcome,
             multistability,

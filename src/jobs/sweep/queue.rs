@@ -241,10 +241,10 @@ impl<'a> Queue<'a> {
         written: impl Fn() -> u64,
         pause: impl Fn(),
         node: Option<usize>,
-        called_off: &AtomicBool,
+        interrupt: &AtomicBool,
         mut compute: impl FnMut(ChainTask) -> Option<()>,
     ) {
-        while !called_off.load(Ordering::Relaxed) {
+        while !interrupt.load(Ordering::Relaxed) {
             match self.next(written(), node) {
                 NextAction::Chain { turn, work } => {
                     let (place, clock) = (turn.place, Instant::now());

@@ -104,7 +104,7 @@ pub(super) struct Recorder<'a> {
     pub refinement: Option<&'a Mutex<Refinement>>,
     /// Number of failed points, without those of earlier runs, that interrupts the sweep.
     pub most_failures: Option<u64>,
-    pub called_off: &'a AtomicBool,
+    pub interrupt: &'a AtomicBool,
 }
 
 /// Summary after everything is written.
@@ -135,7 +135,7 @@ impl Recorder<'_> {
             let failed = self.progress.failed - failed_before;
             if !gave_up && self.most_failures.is_some_and(|most| failed >= most) {
                 gave_up = true;
-                self.called_off.store(true, Ordering::Relaxed);
+                self.interrupt.store(true, Ordering::Relaxed);
             }
         }
         self.watcher.writing();

@@ -106,7 +106,7 @@ pub struct Sweep<'a> {
     /// The machine, if it can be described.
     pub topology: Option<&'a Topology>,
     /// If raised, unfinished points are dropped and finished ones written.
-    pub called_off: &'a AtomicBool,
+    pub interrupt: &'a AtomicBool,
 }
 
 /// The state of a sweep after its journal was read.
@@ -136,7 +136,7 @@ impl Sweep<'_> {
             options,
             parts,
             topology,
-            called_off,
+            interrupt,
             ..
         } = *self;
         let mut resumed = self.resume(journal)?;
@@ -191,13 +191,13 @@ impl Sweep<'_> {
                 points: &points,
                 refinement: refinement.as_ref(),
                 most_failures: options.most_failures,
-                called_off,
+                interrupt,
             };
             let record = move || {
                 let recorded = recorder.record_all(&receiver);
                 if recorded.is_err() {
                     // Further points could not be recorded.
-                    called_off.store(true, Ordering::Relaxed);
+                    interrupt.store(true, Ordering::Relaxed);
                 }
                 recorded
             };
@@ -291,7 +291,7 @@ impl Sweep<'_> {
             watcher.prepared(tables);
         };
         (crew.pool).install(|| {
-            (self.parts).prepare(self.job, firsts, self.called_off, &mut prepared);
+            (self.parts).prepare(self.job, firsts, self.interrupt, &mut prepared);
         });
         for warning in self.parts.meshes().warnings() {
             watcher.warning(&warning);
@@ -321,7 +321,7 @@ impl Shared<'_> {
         let Sweep {
             job,
             parts,
-            called_off,
+            interrupt,
             ..
         } = *self.sweep;
         let shards = (self.sweep.shard()).map_or(1, |shard| shard.count as usize);
@@ -341,11 +341,11 @@ impl Shared<'_> {
             }
             let known = lock(refinement).points();
             self.points.store(known, Ordering::Relaxed);
-            if called_off.load(Ordering::Relaxed) {
+            if interrupt.load(Ordering::Relaxed) {
                 break;
             }
             let firsts = next.iter().copied();
-            (self.crew.pool).install(|| parts.prepare(job, firsts, called_off, &mut || ()));
+            (self.crew.pool).install(|| parts.prepare(job, firsts, interrupt, &mut || ()));
             present = queue(ChainSelection::of_points(next), FinishedChains::default());
         }
     }
@@ -356,7 +356,7 @@ impl Shared<'_> {
         let Sweep {
             job,
             topology,
-            called_off,
+            interrupt,
             ..
         } = *self.sweep;
         let worker = Worker {
@@ -367,20 +367,20 @@ impl Shared<'_> {
         let parts = copy.map_or(self.sweep.parts, |copy| &self.of_nodes[copy]);
         let written = || self.written.load(Ordering::Relaxed);
         let pause = || std::thread::sleep(Duration::from_millis(1));
-        queue.serve(written, pause, copy, called_off, |turn| {
+        queue.serve(written, pause, copy, interrupt, |turn| {
             let ChainTask {
                 first, mut link, ..
             } = turn;
             while link.passed() < job.chain_length() {
                 let point = job.points.at(first + link.passed());
-                let row = compute(job, &point, &link, parts, worker, called_off).ok()?;
+                let row = compute(job, &point, &link, parts, worker, interrupt).ok()?;
                 link.pass(job, &row);
                 if let Some(refinement) = self.refinement {
                     lock(refinement).record_point(&row);
                 }
                 // The channel is closed if the writer has given up.
                 sender.send(row).ok()?;
-                if called_off.load(Ordering::Relaxed) {
+                if interrupt.load(Ordering::Relaxed) {
                     return None;
                 }
             }

@@ -2,7 +2,7 @@
 
 use super::build::BuildError;
 use super::parts::Prepared;
-use crate::analysis::CalledOff;
+use crate::analysis::Interrupted;
 use crate::analysis::run_up::{LoadLaw, RunUp, RunUpConfig, record};
 use crate::manifest::{PointSpec, RunUpSpec};
 use crate::numerics::point_course::PointCourse;
@@ -41,7 +41,7 @@ pub enum RunUpError {
     NoRatedTorque,
     /// The run-up was interrupted.
     #[error("interrupted")]
-    CalledOff,
+    Interrupted,
 }
 
 impl PointRunUp<'_> {
@@ -49,7 +49,7 @@ impl PointRunUp<'_> {
     ///
     /// # Errors
     /// [`RunUpError`].
-    pub fn record(&self, called_off: &AtomicBool) -> Result<(RunUpConfig, RunUp), RunUpError> {
+    pub fn record(&self, interrupt: &AtomicBool) -> Result<(RunUpConfig, RunUp), RunUpError> {
         let spec = self.spec;
         let mut config = RunUpConfig {
             speed: spec.speed.clone(),
@@ -87,9 +87,9 @@ impl PointRunUp<'_> {
             &kernel,
             &model.start(&start.run.initial),
             &config,
-            called_off,
+            interrupt,
         )
-        .map_err(|CalledOff| RunUpError::CalledOff)?;
+        .map_err(|Interrupted| RunUpError::Interrupted)?;
         Ok((config, run))
     }
 

@@ -9,7 +9,7 @@ use crate::analysis::orbits::shooting::shoot;
 use crate::analysis::sensitivity::ensemble::{self, AVERAGES, Ensemble, averages, slope};
 use crate::analysis::sensitivity::orbit::{QUANTITIES, derivatives};
 use crate::analysis::{
-    CalledOff, Class, EndedEarly, EnergyNorm, PointOutcome, Status, investigate_onward,
+    Class, EndedEarly, EnergyNorm, Interrupted, PointOutcome, Status, investigate_onward,
 };
 use crate::manifest::{Job, Parameter, PointSpec};
 use crate::model::{Model, TrajectoryState};
@@ -103,14 +103,14 @@ pub enum SensitivityError {
     Stop(#[from] Stop),
     /// The computation was interrupted.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
 }
 
 impl From<EndedEarly> for SensitivityError {
     fn from(error: EndedEarly) -> Self {
         match error {
             EndedEarly::Stop(stop) => Self::Stop(stop),
-            EndedEarly::CalledOff(called_off) => Self::CalledOff(called_off),
+            EndedEarly::Interrupted(interrupt) => Self::Interrupted(interrupt),
         }
     }
 }
@@ -127,7 +127,7 @@ pub fn sensitivities(
     settings: &Ensemble,
     step: f64,
     parts: &Prepared,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Sensitivities, SensitivityError> {
     let model = parts.model(point)?;
     let seed = point.random();
@@ -136,7 +136,7 @@ pub fn sensitivities(
         start: model.start(&point.run.initial),
         point,
         seed,
-        called_off,
+        interrupt,
     };
     let (outcome, state) = with_kernel(point, &model, parts, settle)??;
     let unsettled = || SensitivityError::Unsettled {
@@ -147,7 +147,7 @@ pub fn sensitivities(
         .filter(|_| matches!(outcome.status, Status::Ok | Status::NotConverged))
         .ok_or_else(unsettled)?;
     let of_key = |key: &Parameter| -> Result<Vec<Sensitivity>, SensitivityError> {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         let family = PointFamily::new(point.clone(), vec![key.clone()], &job.between, parts);
         let family = family.holding(held);
         match class {
@@ -155,7 +155,7 @@ pub fn sensitivities(
                 of_orbit(&family, &model, &state, period, parts)
             }
             Class::Chaotic | Class::TransientChaos => {
-                of_ensemble(&family, &model, &state, settings, step, parts, called_off)
+                of_ensemble(&family, &model, &state, settings, step, parts, interrupt)
             }
             _ => Err(unsettled()),
         }
@@ -183,22 +183,17 @@ struct Settle<'a> {
     start: TrajectoryState,
     point: &'a PointSpec,
     seed: PointSeed,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl KernelUse for Settle<'_> {
-    type Output = Result<(PointOutcome, TrajectoryState), CalledOff>;
+    type Output = Result<(PointOutcome, TrajectoryState), Interrupted>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let mut trajectory = self.start;
         let config = point_config(self.point, self.seed);
-        let outcome = investigate_onward(
-            self.model,
-            kernel,
-            &mut trajectory,
-            &config,
-            self.called_off,
-        )?;
+        let outcome =
+            investigate_onward(self.model, kernel, &mut trajectory, &config, self.interrupt)?;
         Ok((outcome, trajectory))
     }
 }
@@ -331,7 +326,7 @@ struct Members<'a> {
     model: &'a Model,
     starts: &'a [TrajectoryState],
     settings: &'a Ensemble,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
 }
 
 impl KernelUse for Members<'_> {
@@ -343,7 +338,7 @@ impl KernelUse for Members<'_> {
             kernel,
             self.starts,
             self.settings,
-            self.called_off,
+            self.interrupt,
         )
     }
 }
@@ -382,7 +377,7 @@ fn of_ensemble(
     settings: &Ensemble,
     step: f64,
     parts: &Prepared,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     let key = &family.parameters[0];
     let at = family.values();
@@ -409,7 +404,7 @@ fn of_ensemble(
                 model: &model,
                 starts: &starts,
                 settings,
-                called_off,
+                interrupt,
             },
         )??);
     }

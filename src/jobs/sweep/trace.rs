@@ -4,7 +4,7 @@ use super::build::BuildError;
 use super::chain::chain_state_before;
 use super::parts::Prepared;
 use super::point_kernel::PointKernel;
-use crate::analysis::{CalledOff, TraceConfig, TraceOutcome, TraceSink, trace};
+use crate::analysis::{Interrupted, TraceConfig, TraceOutcome, TraceSink, trace};
 use crate::manifest::{Job, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Interruptible, Kernel, KernelUse};
@@ -33,7 +33,7 @@ pub enum PointTraceError<E: std::error::Error + 'static> {
     Build(#[from] BuildError),
     /// The recording was interrupted before it began.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
     /// The sink refuses a sample.
     #[error(transparent)]
     Sink(E),
@@ -54,16 +54,16 @@ impl PointTrace<'_> {
     /// Returns the sink and a summary of the trace.
     ///
     /// # Errors
-    /// [`PointTraceError`]. If the integration stops, or `called_off` is raised meanwhile, the outcome has the reason.
+    /// [`PointTraceError`]. If the integration stops, or `interrupt` is raised meanwhile, the outcome has the reason.
     pub fn record<S: TraceSink<Error: std::error::Error>>(
         &self,
         model: &Model,
-        called_off: &AtomicBool,
+        interrupt: &AtomicBool,
         open: impl FnOnce() -> Result<S, S::Error>,
     ) -> Result<(TraceOutcome, S), PointTraceError<S::Error>> {
         let run = &self.point.run;
         let swept = if self.swept {
-            chain_state_before(self.job, self.point, self.parts, called_off)?
+            chain_state_before(self.job, self.point, self.parts, interrupt)?
                 .start(self.job, self.point, model)
         } else {
             // There is no sweep before the point.
@@ -73,7 +73,7 @@ impl PointTrace<'_> {
             model,
             start: swept.unwrap_or_else(|| model.start(&run.initial)),
             config: &self.config,
-            called_off,
+            interrupt,
             open,
         };
         let kernel = PointKernel::of(self.point, model, self.parts)?;
@@ -87,7 +87,7 @@ struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,
     config: &'a TraceConfig,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
     open: F,
 }
 
@@ -95,7 +95,7 @@ impl<S: TraceSink, F: FnOnce() -> Result<S, S::Error>> KernelUse for Recording<'
     type Output = Result<(TraceOutcome, S), S::Error>;
 
     fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
-        let kernel = &Interruptible::new(kernel, self.called_off);
+        let kernel = &Interruptible::new(kernel, self.interrupt);
         let mut sink = (self.open)()?;
         let outcome = trace(self.model, kernel, self.start, self.config, &mut sink)?;
         Ok((outcome, sink))

@@ -12,7 +12,7 @@ use super::estimate::PointTime;
 use super::parts::Prepared;
 use super::point::{PointResult, Step, Worker, compute_point, row};
 use super::queue::work;
-use crate::analysis::{Analyses, CalledOff, Class, LyapunovConfig, MultistabilityOutcome};
+use crate::analysis::{Analyses, Class, Interrupted, LyapunovConfig, MultistabilityOutcome};
 use crate::analysis::{ExpectedCycles, MultistabilityConfig};
 use crate::manifest::{Direction, Job, PointSpec};
 use crate::store::{ChainEnd, ChainPart, PointRow};
@@ -54,7 +54,7 @@ pub(super) struct TriedPoint {
 /// treated as the first.
 ///
 /// # Errors
-/// [`CalledOff`] if `over` was raised before the point had a result.
+/// [`Interrupted`] if `over` was raised before the point had a result.
 pub(super) fn try_out(
     job: &Job,
     id: usize,
@@ -62,7 +62,7 @@ pub(super) fn try_out(
     worker: Worker<'_>,
     clock: ProcessorClock,
     over: &AtomicBool,
-) -> Result<TriedPoint, CalledOff> {
+) -> Result<TriedPoint, Interrupted> {
     let point = job.points.at(id);
     let begun = clock.now();
     parts.prepare(job, [id], over, &mut || ());
@@ -148,7 +148,7 @@ fn cycle_time(
     end: Option<&ChainEnd>,
     parts: &Prepared,
     over: &AtomicBool,
-) -> Result<f64, CalledOff> {
+) -> Result<f64, Interrupted> {
     let Some(end) = end else {
         return Ok(0.0);
     };

@@ -51,7 +51,7 @@ use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
-/// Measures a machine; the result is `None` if `called_off` was set meanwhile.
+/// Measures a machine; the result is `None` if `interrupt` was set meanwhile.
 ///
 /// # Errors
 /// The drive for timing kernels cannot be assembled.
@@ -59,7 +59,7 @@ pub fn characterize(
     topology: &Topology,
     settings: &Settings,
     watch: &mut dyn FnMut(Progress),
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Option<Characteristics>, MeasurementError> {
     let started = SystemTime::now();
     let clock = Instant::now();
@@ -77,7 +77,7 @@ pub fn characterize(
     for round in 0..rounds {
         let begun = clock.elapsed();
         for (done, (item, sample)) in items.iter().zip(&mut samples).enumerate() {
-            if called_off.load(Ordering::Relaxed) {
+            if interrupt.load(Ordering::Relaxed) {
                 return Ok(None);
             }
             if clock.elapsed() > settings.budget || sample.error.is_some() {

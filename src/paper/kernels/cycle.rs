@@ -123,8 +123,8 @@ impl CellModel<'_> {
         let put_off = self.event_grid.unwrap_or(0) as usize;
         let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
         while position.cell < self.grid.cells.len() {
-            if observer.called_off() {
-                return Err(Stop::CalledOff {
+            if observer.is_interrupted() {
+                return Err(Stop::Interrupted {
                     cycle: position.cycle,
                 });
             }

@@ -1,6 +1,6 @@
 //! Why could a check not run?
 
-use crate::analysis::{CalledOff, SliceError};
+use crate::analysis::{Interrupted, SliceError};
 use crate::gear::{GearError, MeshTableError, SharingError};
 use crate::manifest::ManifestErrors;
 use crate::model::ModelError;
@@ -55,7 +55,7 @@ pub enum CheckError {
     Slice(#[from] SliceError),
     /// An analysis ended without a result.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
     /// A temporary folder cannot be used.
     #[error("cannot use a temporary folder: {0}")]
     Folder(#[from] std::io::Error),

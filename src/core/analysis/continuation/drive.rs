@@ -40,7 +40,7 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 #[derive(Debug)]
 pub struct DriveMap<'f, F> {
     family: &'f F,
-    called_off: &'f AtomicBool,
+    interrupt: &'f AtomicBool,
     /// Weight of every coordinate over the unit: u = scale x.
     scales: Vec<f64>,
     felt: Vec<usize>,
@@ -90,7 +90,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
             .collect();
         Ok(Self {
             family,
-            called_off: &NEVER,
+            interrupt: &NEVER,
             scales,
             felt,
             unit: unit as u32,
@@ -99,10 +99,10 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         })
     }
 
-    /// The same map, with integrations that end with [`Stop::CalledOff`](crate::propagate::Stop::CalledOff) once the
+    /// The same map, with integrations that end with [`Stop::Interrupted`](crate::propagate::Stop::Interrupted) once the
     /// flag is raised.
-    pub fn with_interrupt(self, called_off: &'f AtomicBool) -> Self {
-        Self { called_off, ..self }
+    pub fn with_interrupt(self, interrupt: &'f AtomicBool) -> Self {
+        Self { interrupt, ..self }
     }
 
     /// The model at the given parameters.
@@ -165,7 +165,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         let CurrentModel {
             kernel, workspace, ..
         } = &mut self.built;
-        let kernel = Interruptible::new(&*kernel, self.called_off);
+        let kernel = Interruptible::new(&*kernel, self.interrupt);
         kernel.advance(cycles, state, workspace, observer, &mut Counters::default())?;
         Ok(())
     }
@@ -192,7 +192,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         let mut counters = Counters::default();
         let mut matrix = monodromy(
             kernel.model(),
-            &Interruptible::new(&*kernel, self.called_off),
+            &Interruptible::new(&*kernel, self.interrupt),
             norm,
             &mut state,
             period,
@@ -234,7 +234,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             kernel, workspace, ..
         } = &mut self.built;
         let mut tangent = ParameterTangent::new(kernel.model(), &by, &state.state, start, ());
-        Interruptible::new(&*kernel, self.called_off).advance(
+        Interruptible::new(&*kernel, self.interrupt).advance(
             u64::from(period),
             &mut state,
             workspace,
@@ -256,7 +256,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         let mut starts = Vec::with_capacity(period as usize);
         for _ in 0..period {
             starts.push(state.state.clone());
-            Interruptible::new(&*kernel, self.called_off).advance(
+            Interruptible::new(&*kernel, self.interrupt).advance(
                 1,
                 &mut state,
                 workspace,

@@ -14,7 +14,7 @@ use super::orbit::{Orbit, distance, same};
 use super::path::{PathCondition, Span, Vector, guess, place};
 use super::search::{OrbitSearchSettings, orbits, take};
 use super::switch;
-use crate::analysis::called_off::CalledOff;
+use crate::analysis::interrupt::Interrupted;
 use std::collections::VecDeque;
 use std::sync::atomic::AtomicBool;
 
@@ -89,7 +89,7 @@ pub enum ExploreError {
     Map(#[from] MapError),
     /// The exploration was interrupted.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
 }
 
 /// Explores a family of drives over its first parameter, at the value `second` of the second one.
@@ -100,13 +100,13 @@ pub fn explore<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     second: f64,
     settings: &ExplorationSettings,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Branches, ExploreError> {
     let span = &settings.span;
     let at = |value: f64| -> MapParameters { [value, second] };
     let mut out = Branches::default();
     for (number, given) in settings.states.iter().enumerate() {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         let start = map.model(at(given.value))?.start(&given.state);
         let guess = map.coordinates(&start.state);
         let mut found = Vec::new();
@@ -125,12 +125,12 @@ pub fn explore<F: ParametricDrive>(
                 orbit,
                 Origin::Given(number),
                 &mut out,
-                called_off,
+                interrupt,
             )?;
         }
     }
     for &value in &settings.starts {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         let found = orbits(map, at(value), &settings.search)?;
         if found.is_empty() {
             out.failures.push(format!(
@@ -146,12 +146,12 @@ pub fn explore<F: ParametricDrive>(
                 orbit,
                 Origin::Found(value),
                 &mut out,
-                called_off,
+                interrupt,
             )?;
         }
     }
     // If its integrations are interrupted, a search looks like one without orbits.
-    CalledOff::check(called_off)?;
+    Interrupted::check(interrupt)?;
     report_lost_branches(&mut out, span);
     Ok(out)
 }
@@ -182,7 +182,7 @@ fn begin(
     orbit: Orbit,
     origin: Origin,
     out: &mut Branches,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<(), ExploreError> {
     if out.all.len() >= settings.most {
         let message =
@@ -211,7 +211,7 @@ fn begin(
     out.all.push((origin, branch));
     while let Some(parent) = queue.pop_front() {
         for number in 0..out.all[parent].1.bifurcations.len() {
-            CalledOff::check(called_off)?;
+            Interrupted::check(interrupt)?;
             let before = out.all.len();
             let lost = begun(map, span, settings, (parent, number), out);
             queue.extend(before..out.all.len());

@@ -11,7 +11,7 @@ mod ginelli;
 mod tests;
 
 use super::averages::CYCLES_PER_AVERAGE;
-use super::called_off::CalledOff;
+use super::interrupt::Interrupted;
 use super::lyapunov::TangentGrowth;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
@@ -91,7 +91,7 @@ pub struct CovariantOutcome {
 pub enum CovariantError {
     /// The work was interrupted.
     #[error(transparent)]
-    CalledOff(#[from] CalledOff),
+    Interrupted(#[from] Interrupted),
     /// The trajectory cannot be advanced.
     #[error(transparent)]
     Stop(#[from] Stop),
@@ -113,7 +113,7 @@ pub fn covariant_vectors<K: Kernel>(
     start: &TrajectoryState,
     config: &CovariantConfig,
     point: PointSeed,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<CovariantOutcome, CovariantError> {
     let norm = EnergyNorm::new(model);
     let vectors = config.vectors.min(norm.dimension());
@@ -125,7 +125,7 @@ pub fn covariant_vectors<K: Kernel>(
     let length = config.cycles + config.align;
     let mut record = Record::new(vectors, length as usize);
     for cycle in 0..config.align + length {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         kernel.advance_cycle(
             &mut trajectory,
             growth.tangents(),

@@ -13,7 +13,7 @@ mod measure;
 #[cfg(test)]
 mod tests;
 
-use super::called_off::{CalledOff, EndedEarly};
+use super::interrupt::{EndedEarly, Interrupted};
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
@@ -112,16 +112,16 @@ pub struct HorizonOutcome {
 /// Measures the predictability of a chaotic motion from a state on it.
 ///
 /// # Errors
-/// [`EndedEarly`] if `called_off` was raised or an integration ended early.
+/// [`EndedEarly`] if `interrupt` was raised or an integration ended early.
 pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
     config: &HorizonConfig,
     point: PointSeed,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<HorizonOutcome, EndedEarly> {
-    let mut record = Record::new(model, kernel, start, (config, point), called_off);
+    let mut record = Record::new(model, kernel, start, (config, point), interrupt);
     for _ in 0..ALIGN {
         record.cycle()?;
     }
@@ -210,7 +210,7 @@ struct Record<'a, K: Kernel> {
     kernel: &'a K,
     config: &'a HorizonConfig,
     point: PointSeed,
-    called_off: &'a AtomicBool,
+    interrupt: &'a AtomicBool,
     norm: EnergyNorm,
     workspace: K::Workspace,
     trajectory: TrajectoryState,
@@ -228,7 +228,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         kernel: &'a K,
         start: &TrajectoryState,
         (config, point): (&'a HorizonConfig, PointSeed),
-        called_off: &'a AtomicBool,
+        interrupt: &'a AtomicBool,
     ) -> Self {
         let norm = EnergyNorm::new(model);
         let mut tangents = Tangents::zeros(model.modes(), 1);
@@ -239,7 +239,7 @@ impl<'a, K: Kernel> Record<'a, K> {
             kernel,
             config,
             point,
-            called_off,
+            interrupt,
             norm,
             workspace: kernel.workspace(),
             trajectory: start.clone(),
@@ -257,7 +257,7 @@ impl<'a, K: Kernel> Record<'a, K> {
 
     /// One cycle of the trajectory and its tangent.
     fn cycle(&mut self) -> Result<(), EndedEarly> {
-        CalledOff::check(self.called_off)?;
+        Interrupted::check(self.interrupt)?;
         let mut means = CycleMeans {
             model: self.model,
             sums: [0.0; 3],

@@ -5,8 +5,8 @@
 //! ([`approaches`]). All known orbits are attracting.
 
 use super::field::{IntegrationContext, InvestigatedMotion};
-use crate::analysis::called_off::CalledOff;
 use crate::analysis::config::PointConfig;
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::orbits::attracting::approaches;
 use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::model::TrajectoryState;
@@ -54,14 +54,14 @@ impl KnownOrbits {
     /// investigates its further motion. Returns the result, and the mesh cycles before the investigation.
     ///
     /// # Errors
-    /// [`CalledOff`] if the work was interrupted.
+    /// [`Interrupted`] if the work was interrupted.
     pub fn advance_until_captured<K: Kernel>(
         &self,
         field: &IntegrationContext<'_, K>,
         mut trajectory: TrajectoryState,
         cycles: u64,
         config: &PointConfig,
-    ) -> Result<(CellEnding, u64), CalledOff> {
+    ) -> Result<(CellEnding, u64), Interrupted> {
         let mut counters = Counters::default();
         let ending = self.approach(field, &mut trajectory, cycles, &mut counters)?;
         let cell_ending = match ending {
@@ -79,11 +79,11 @@ impl KnownOrbits {
         trajectory: &mut TrajectoryState,
         cycles: u64,
         counters: &mut Counters,
-    ) -> Result<Option<CellEnding>, CalledOff> {
+    ) -> Result<Option<CellEnding>, Interrupted> {
         let (kernel, norm) = (field.kernel, field.norm);
         let mut workspace = kernel.workspace();
         while counters.cycles < cycles {
-            CalledOff::check(field.called_off)?;
+            Interrupted::check(field.interrupt)?;
             let near = self.orbits.iter().find(|(_, orbit)| {
                 let cycles_since = trajectory.cycle.abs_diff(orbit.start.cycle);
                 cycles_since.is_multiple_of(self.excitation)

@@ -1,8 +1,8 @@
 //! On which attractor does a separately integrated motion end?
 
 use super::same::Attractor;
-use crate::analysis::called_off::CalledOff;
 use crate::analysis::config::PointConfig;
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::PointOutcome;
 use crate::analysis::point::investigate_onward;
@@ -15,7 +15,7 @@ pub(super) struct IntegrationContext<'a, K: Kernel> {
     pub model: &'a Model,
     pub kernel: &'a K,
     pub norm: &'a EnergyNorm,
-    pub called_off: &'a AtomicBool,
+    pub interrupt: &'a AtomicBool,
 }
 
 /// A motion investigated in full.
@@ -30,18 +30,18 @@ impl<K: Kernel> IntegrationContext<'_, K> {
     /// Investigates the motion from `trajectory` on.
     ///
     /// # Errors
-    /// [`CalledOff`] if the work was interrupted.
+    /// [`Interrupted`] if the work was interrupted.
     pub fn investigate(
         &self,
         mut trajectory: TrajectoryState,
         config: &PointConfig,
-    ) -> Result<InvestigatedMotion, CalledOff> {
+    ) -> Result<InvestigatedMotion, Interrupted> {
         let mut found = investigate_onward(
             self.model,
             self.kernel,
             &mut trajectory,
             config,
-            self.called_off,
+            self.interrupt,
         )?;
         let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);
         let attractor = match recognised {

@@ -25,9 +25,9 @@ mod same;
 #[cfg(test)]
 mod tests;
 
-use super::called_off::CalledOff;
 use super::config::{Effort, LyapunovConfig, NvhConfig, PointConfig, Signals};
 use super::evidence::ChaosOutcome;
+use super::interrupt::Interrupted;
 use super::lyapunov::displaced;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
@@ -142,20 +142,20 @@ impl Probes {
 /// the initial state of the point.
 ///
 /// # Errors
-/// [`CalledOff`] if `called_off` was raised.
+/// [`Interrupted`] if `interrupt` was raised.
 pub fn probe_basins<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
     probes: &Probes,
-    called_off: &AtomicBool,
-) -> Result<MultistabilityOutcome, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<MultistabilityOutcome, Interrupted> {
     let norm = EnergyNorm::new(model);
     let context = IntegrationContext {
         model,
         kernel,
         norm: &norm,
-        called_off,
+        interrupt,
     };
     let point_config = probes.point_config();
     let mut attractors = Attractors::new(&context);
@@ -170,7 +170,7 @@ pub fn probe_basins<K: Kernel + Sync>(
                     initial_condition(model, &norm, start, probes, probe_id);
                 Ok((amplitude, context.investigate(trajectory, &point_config)?))
             })
-            .collect::<Result<_, CalledOff>>()?;
+            .collect::<Result<_, Interrupted>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
             let id = attractors.number_of(&context, integrated.attractor, &integrated.found);
             if let Some(seen) = &integrated.found.chaos {
@@ -205,7 +205,7 @@ fn slice<K: Kernel + Sync>(
     probes: &Probes,
     plane: &Plane,
     attractors: &mut Attractors,
-) -> Result<Vec<CellOutcome>, CalledOff> {
+) -> Result<Vec<CellOutcome>, Interrupted> {
     let point_config = PointConfig {
         transient: 0,
         ..probes.point_config()
@@ -227,7 +227,7 @@ fn slice<K: Kernel + Sync>(
                     &point_config,
                 )
             })
-            .collect::<Result<_, CalledOff>>()?;
+            .collect::<Result<_, Interrupted>>()?;
         for (&cell, (cell_ending, cycles)) in round.iter().zip(integrated) {
             let outcome = cell_outcome(context, plane, cell, cell_ending, cycles, attractors)?;
             cells.push((cell, outcome));
@@ -245,7 +245,7 @@ fn cell_outcome<K: Kernel>(
     cell_ending: CellEnding,
     cycles: u64,
     attractors: &mut Attractors,
-) -> Result<CellOutcome, CalledOff> {
+) -> Result<CellOutcome, Interrupted> {
     let in_full = matches!(cell_ending, CellEnding::Open(_));
     let (attractor, status, class, more) = match cell_ending {
         CellEnding::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),

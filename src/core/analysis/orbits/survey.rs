@@ -9,7 +9,7 @@ use super::character::{self, Character};
 use super::kick::{self, Kick};
 use super::returns;
 use super::shooting::{PeriodicOrbit, shoot, shortest};
-use crate::analysis::called_off::CalledOff;
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::Recurrence;
 use crate::model::{InitialState, Model, TrajectoryState};
@@ -92,20 +92,20 @@ pub struct OrbitOutcome {
 /// Seeks periodic orbits from `trajectory`, which is advanced.
 ///
 /// # Errors
-/// [`CalledOff`] if `called_off` was raised.
+/// [`Interrupted`] if `interrupt` was raised.
 pub fn survey<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
     config: &OrbitConfig,
-    called_off: &AtomicBool,
-) -> Result<OrbitSurvey, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<OrbitSurvey, Interrupted> {
     let norm = EnergyNorm::new(model);
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
     let mut path = vec![trajectory.clone()];
     for _ in 0..config.cycles {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), &mut counters);
         // A trajectory that diverges may have passed orbits before.
         if integrated.is_err() {
@@ -131,7 +131,7 @@ pub fn survey<K: Kernel>(
     for period in periods {
         let possible = unit.is_some_and(|unit| period.is_multiple_of(unit));
         for (state, given) in (0..).zip(&config.states) {
-            CalledOff::check(called_off)?;
+            Interrupted::check(interrupt)?;
             let result = if possible {
                 search.from(&model.start(given), period, Some(state))
             } else {
@@ -147,7 +147,7 @@ pub fn survey<K: Kernel>(
             continue;
         }
         for guess in guesses(&norm, &path, period as usize, config.guesses as usize) {
-            CalledOff::check(called_off)?;
+            Interrupted::check(interrupt)?;
             let guess = midway(model, &path[guess], &path[guess + period as usize]);
             // Most near returns belong to no orbit of this period, and the caller did not ask for them.
             _ = search.from(&guess, period, None);

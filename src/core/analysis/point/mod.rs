@@ -27,9 +27,9 @@ mod steady;
 
 pub use outlook::ExpectedCycles;
 
-use super::called_off::CalledOff;
 use super::config::{GrowthNorm, PointConfig};
 use super::divergence::Bounds;
+use super::interrupt::Interrupted;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::recurrence::Recurrence;
@@ -43,16 +43,16 @@ use steady::Steady;
 /// Runs all analyses of one point.
 ///
 /// # Errors
-/// [`CalledOff`] if `called_off` was raised.
+/// [`Interrupted`] if `interrupt` was raised.
 pub fn investigate<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
     config: &PointConfig,
-    called_off: &AtomicBool,
-) -> Result<PointOutcome, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<PointOutcome, Interrupted> {
     let mut trajectory = start;
-    investigate_onward(model, kernel, &mut trajectory, config, called_off)
+    investigate_onward(model, kernel, &mut trajectory, config, interrupt)
 }
 
 /// As [`investigate`]; leaves `trajectory` at the end of the integration, which is unspecified after
@@ -65,13 +65,13 @@ pub fn investigate_onward<K: Kernel>(
     kernel: &K,
     trajectory: &mut TrajectoryState,
     config: &PointConfig,
-    called_off: &AtomicBool,
-) -> Result<PointOutcome, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<PointOutcome, Interrupted> {
     let mut run = PointRun {
         model,
         kernel,
         config,
-        called_off,
+        interrupt,
         norm: EnergyNorm::new(model),
         growth_norm: match config.lyapunov.map(|l| l.norm) {
             Some(GrowthNorm::Raw) => EnergyNorm::raw(model),
@@ -85,7 +85,7 @@ pub fn investigate_onward<K: Kernel>(
     };
     let outcome = match run.run() {
         Ok(outcome) => Ok(outcome),
-        Err(Interruption::CalledOff) => Err(CalledOff),
+        Err(Interruption::Interrupted) => Err(Interrupted),
         Err(Interruption::Stop(stop)) => run.stopped(stop),
         Err(Interruption::Runaway(runaway)) => {
             Ok(run.unanswered(Status::Diverged, runaway.to_string()))

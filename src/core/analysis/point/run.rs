@@ -3,11 +3,11 @@
 
 use super::instruments::{Instruments, Record};
 use crate::analysis::averages::CYCLES_PER_AVERAGE;
-use crate::analysis::called_off::CalledOff;
 use crate::analysis::config::PointConfig;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::divergence::{Bounds, Runaway};
 use crate::analysis::energy::{EnergyAudit, objection};
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
@@ -25,7 +25,7 @@ const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.
 pub(super) enum Interruption {
-    CalledOff,
+    Interrupted,
     Stop(Stop),
     Runaway(Runaway),
 }
@@ -36,9 +36,9 @@ impl From<Stop> for Interruption {
     }
 }
 
-impl From<CalledOff> for Interruption {
-    fn from(_: CalledOff) -> Self {
-        Self::CalledOff
+impl From<Interrupted> for Interruption {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
     }
 }
 
@@ -47,7 +47,7 @@ pub(super) struct PointRun<'a, K: Kernel> {
     pub(super) model: &'a Model,
     pub(super) kernel: &'a K,
     pub(super) config: &'a PointConfig,
-    pub(super) called_off: &'a AtomicBool,
+    pub(super) interrupt: &'a AtomicBool,
     pub(super) norm: EnergyNorm,
     /// The norm for tangents and twin.
     pub(super) growth_norm: EnergyNorm,
@@ -81,7 +81,7 @@ impl<K: Kernel> PointRun<'_, K> {
         &mut self,
         observer: &mut O,
     ) -> Result<(), Interruption> {
-        CalledOff::check(self.called_off)?;
+        Interrupted::check(self.interrupt)?;
         self.kernel.advance(
             1,
             &mut self.trajectory,
@@ -124,7 +124,7 @@ impl<K: Kernel> PointRun<'_, K> {
         twin: Option<&mut Twin>,
         observer: &mut O,
     ) -> Result<f64, Interruption> {
-        CalledOff::check(self.called_off)?;
+        Interrupted::check(self.interrupt)?;
         let mut none = Tangents::none();
         let tangents = match growth {
             Some(growth) => growth.tangents(),
@@ -228,7 +228,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// The outcome of an integration that a kernel ended.
-    pub(super) fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
+    pub(super) fn stopped(&self, stop: Stop) -> Result<PointOutcome, Interrupted> {
         Ok(self.unanswered(Status::try_from(stop)?, stop.to_string()))
     }
 

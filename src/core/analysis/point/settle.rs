@@ -2,8 +2,8 @@
 
 use super::instruments::Instruments;
 use super::run::{Interruption, PointRun};
-use crate::analysis::called_off::CalledOff;
 use crate::analysis::config::PointConfig;
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::orbits::attracting::{Approach, Attracting, attracting};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::PeriodicOrbit;
@@ -86,7 +86,7 @@ impl<K: Kernel> PointRun<'_, K> {
     ) -> Result<Option<PeriodicMotion>, Interruption> {
         let unit = excitation_period(self.model).unwrap_or(1) as u32;
         for &period in candidates {
-            CalledOff::check(self.called_off)?;
+            Interrupted::check(self.interrupt)?;
             let before = self.counters.cycles;
             let found = attracting(
                 self.model,

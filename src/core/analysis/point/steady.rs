@@ -7,7 +7,7 @@
 
 use super::run::{Interruption, PointRun};
 use super::settle::PeriodicMotion;
-use crate::analysis::called_off::CalledOff;
+use crate::analysis::interrupt::Interrupted;
 use crate::analysis::orbits::attracting::{Attracting, observe_approach};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, shoot_without_event};
 use crate::analysis::recurrence::Recurrence;
@@ -94,7 +94,7 @@ impl<K: Kernel> PointRun<'_, K> {
         &mut self,
         steady: &mut Steady,
     ) -> Result<Option<PeriodicMotion>, Interruption> {
-        CalledOff::check(self.called_off)?;
+        Interrupted::check(self.interrupt)?;
         let orbit = steady.orbit.get_or_insert_with(|| {
             // An iterate that diverges is not a motion in contact.
             shoot_without_event(

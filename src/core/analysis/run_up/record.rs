@@ -5,7 +5,7 @@ use super::course::PARTS;
 use super::instants::Instants;
 use super::spectrogram::spectra;
 use super::{RunUp, RunUpConfig};
-use crate::analysis::CalledOff;
+use crate::analysis::Interrupted;
 use crate::model::TrajectoryState;
 use crate::propagate::varying_speed::{
     Instant, Motion, MotionObserver, MovingEvent, MovingSignal, MovingWindow, SpeedInterval,
@@ -23,19 +23,19 @@ const ROUNDING: f64 = 1e-9;
 /// Runs a drive up from a trajectory at its first speed.
 ///
 /// # Errors
-/// [`CalledOff`] if the work was interrupted. If the motion cannot be continued, the record contains the part before.
+/// [`Interrupted`] if the work was interrupted. If the motion cannot be continued, the record contains the part before.
 pub fn record(
     kernel: &VaryingSpeed,
     start: &TrajectoryState,
     config: &RunUpConfig,
-    called_off: &AtomicBool,
-) -> Result<RunUp, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<RunUp, Interrupted> {
     let signals = config.signals_of(kernel.model());
     let mut motion = kernel.start(start);
     let length = config.settle / f64::from(PARTS);
     let settling = SpeedInterval::steady(length, config.speed_at(0.0), config.load_at(0.0));
     let settling = (0..PARTS).map(|_| settling);
-    let mut stop = advance(kernel, settling, &mut motion, &mut (), called_off)?;
+    let mut stop = advance(kernel, settling, &mut motion, &mut (), interrupt)?;
     motion.time = 0.0;
     let begin = motion.cycle as f64 + motion.phase;
     let mut recorder = Recorder {
@@ -56,7 +56,7 @@ pub fn record(
     if stop.is_none() {
         let stretches = config.stretches().into_iter();
         let stretches = stretches.map(|stretch| stretch.accelerated(kernel));
-        stop = advance(kernel, stretches, &mut motion, &mut recorder, called_off)?;
+        stop = advance(kernel, stretches, &mut motion, &mut recorder, interrupt)?;
     }
     let Recorder {
         instants,
@@ -88,11 +88,11 @@ fn advance<W: MotionObserver>(
     stretches: impl Iterator<Item = SpeedInterval>,
     motion: &mut Motion,
     watch: &mut W,
-    called_off: &AtomicBool,
-) -> Result<Option<Stop>, CalledOff> {
+    interrupt: &AtomicBool,
+) -> Result<Option<Stop>, Interrupted> {
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
     for stretch in stretches {
-        CalledOff::check(called_off)?;
+        Interrupted::check(interrupt)?;
         if let Err(stop) = kernel.advance(motion, &stretch, &mut workspace, watch, &mut counters) {
             return Ok(Some(stop));
         }

@@ -7,7 +7,7 @@
 //! The slope is unreliable if the error is as large as the slope. It is also unreliable if a step
 //! twice as large gives a slope that differs by more than the errors.
 
-use crate::analysis::called_off::{CalledOff, EndedEarly};
+use crate::analysis::interrupt::{EndedEarly, Interrupted};
 use crate::analysis::modal_series::{integral, padded};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
@@ -73,12 +73,12 @@ pub fn averages<K: Kernel>(
     kernel: &K,
     starts: &[TrajectoryState],
     settings: &Ensemble,
-    called_off: &AtomicBool,
+    interrupt: &AtomicBool,
 ) -> Result<Vec<[f64; 4]>, EndedEarly> {
     let mut workspace = kernel.workspace();
     (starts.iter())
         .map(|start| {
-            CalledOff::check(called_off)?;
+            Interrupted::check(interrupt)?;
             let mut state = TrajectoryState::new(model, start.state.clone(), start.cycle);
             kernel.advance(
                 settings.transient,

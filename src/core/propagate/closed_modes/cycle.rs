@@ -57,9 +57,9 @@ impl ClosedModes<'_> {
             counters,
         };
         loop {
-            if observer.called_off() {
+            if observer.is_interrupted() {
                 let CyclePosition { cycle, .. } = integration.place;
-                return Err(Stop::CalledOff { cycle });
+                return Err(Stop::Interrupted { cycle });
             }
             match pass(self.instructions, &mut integration)? {
                 ReturnReason::Window(duration) => {

@@ -386,8 +386,8 @@ impl Stepping {
         let mut last: [_; M] = self.mesh_states(&trajectory.state, cycle, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
-            if observer.called_off() {
-                return Err(Stop::CalledOff { cycle });
+            if observer.is_interrupted() {
+                return Err(Stop::Interrupted { cycle });
             }
             if turns {
                 if j > 0 {

@@ -52,8 +52,8 @@ impl Kernel for Volterra<'_> {
         };
         let mut changes = Changes::new(self.event_limit, self.tables.most_windows());
         while position.time < self.model.period() {
-            if observer.called_off() {
-                return Err(Stop::CalledOff {
+            if observer.is_interrupted() {
+                return Err(Stop::Interrupted {
                     cycle: position.cycle,
                 });
             }

@@ -30,22 +30,22 @@ enum End {
     /// Nothing is left.
     Done,
     /// The flag is raised at a random moment.
-    CalledOff,
+    Interrupted,
     /// The writer gives up after this number of rows, as on a full disk.
     WriterGone(usize),
 }
 
-fn work(queue: &Queue<'_>, written: &AtomicU64, called_off: &AtomicBool, rows: &SyncSender<usize>) {
+fn work(queue: &Queue<'_>, written: &AtomicU64, interrupt: &AtomicBool, rows: &SyncSender<usize>) {
     let written = || {
         let found = written.load(Ordering::Relaxed);
         // The writer may progress before the queue reads the number.
         thread::yield_now();
         found
     };
-    queue.serve(written, thread::yield_now, None, called_off, |turn| {
+    queue.serve(written, thread::yield_now, None, interrupt, |turn| {
         thread::yield_now();
         rows.send(turn.place).ok()?;
-        (!called_off.load(Ordering::Relaxed)).then_some(())
+        (!interrupt.load(Ordering::Relaxed)).then_some(())
     });
 }
 
@@ -77,15 +77,15 @@ fn in_many_orders(end: End) {
         (queue.look, queue.ahead) = (LOOK, AHEAD);
         let queue = Arc::new(queue);
         let written = Arc::new(AtomicU64::new(0));
-        let called_off = Arc::new(AtomicBool::new(false));
+        let interrupt = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = sync_channel(CHANNEL);
         let writer = {
-            let (written, called_off) = (written.clone(), called_off.clone());
+            let (written, interrupt) = (written.clone(), interrupt.clone());
             thread::spawn(move || {
                 let seen = write(&receiver, &written, end);
                 drop(receiver);
                 if matches!(end, End::WriterGone(_)) {
-                    called_off.store(true, Ordering::Relaxed);
+                    interrupt.store(true, Ordering::Relaxed);
                 }
                 seen
             })
@@ -93,14 +93,14 @@ fn in_many_orders(end: End) {
         let workers: Vec<_> = (0..WORKERS)
             .map(|_| {
                 let (queue, written) = (queue.clone(), written.clone());
-                let (called_off, sender) = (called_off.clone(), sender.clone());
-                thread::spawn(move || work(&queue, &written, &called_off, &sender))
+                let (interrupt, sender) = (interrupt.clone(), sender.clone());
+                thread::spawn(move || work(&queue, &written, &interrupt, &sender))
             })
             .collect();
         drop(sender);
-        if end == End::CalledOff {
+        if end == End::Interrupted {
             thread::yield_now();
-            called_off.store(true, Ordering::Relaxed);
+            interrupt.store(true, Ordering::Relaxed);
         }
         for worker in workers {
             worker.join().unwrap();
@@ -109,7 +109,7 @@ fn in_many_orders(end: End) {
         seen.sort_unstable();
         match end {
             End::Done => assert_eq!(seen, (0..POINTS).collect::<Vec<_>>()),
-            End::CalledOff => assert!(seen.len() <= POINTS),
+            End::Interrupted => assert!(seen.len() <= POINTS),
             End::WriterGone(after) => assert_eq!(seen.len(), after),
         }
     };
@@ -125,7 +125,7 @@ fn every_chain_is_computed_once_in_whatever_order() {
 
 #[test]
 fn a_run_that_is_called_off_ends_in_whatever_order() {
-    in_many_orders(End::CalledOff);
+    in_many_orders(End::Interrupted);
 }
 
 #[test]
