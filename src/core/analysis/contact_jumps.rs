@@ -38,7 +38,7 @@ struct Period {
     /// x₁ − x₀.
     drift: Vec<f64>,
     /// A for the components with a weight in the norm, in energy coordinates.
-    felt: Mat<f64>,
+    weighted: Mat<f64>,
     /// x₁ − x₀ for the same components, in energy coordinates.
     weighted_drift: Vec<f64>,
 }
@@ -144,14 +144,14 @@ impl<'m> ContactJumps<'m> {
         for j in 0..size {
             self.norm.project(tangents.vector_mut(j));
         }
-        let (weights, felt) = (self.norm.weights(), self.norm.weighted_components());
+        let (weights, weighted) = (self.norm.weights(), self.norm.weighted_components());
         Some(Period {
             increment,
             drift: (next_state.state.iter().zip(&start.state))
                 .map(|(end, start)| end - start)
                 .collect(),
-            felt: Mat::from_fn(felt.len(), felt.len(), |row, column| {
-                let (i, j) = (felt[row], felt[column]);
+            weighted: Mat::from_fn(weighted.len(), weighted.len(), |row, column| {
+                let (i, j) = (weighted[row], weighted[column]);
                 weights[i] * tangents.vector(j)[i] / weights[j]
             }),
             weighted_drift: self.norm.difference(&next_state.state, &start.state),
@@ -169,14 +169,14 @@ impl<'m> ContactJumps<'m> {
     ) -> bool {
         let size = map.weighted_drift.len();
         let rest = Mat::from_fn(size, size, |i, j| {
-            f64::from(u8::from(i == j)) - map.felt[(i, j)]
+            f64::from(u8::from(i == j)) - map.weighted[(i, j)]
         });
         let next_state = solve(rest.as_ref(), &map.weighted_drift);
         let mut end = start.clone();
         for (row, &i) in self.norm.weighted_components().iter().enumerate() {
             end.state[i] += next_state[row] / self.norm.weights()[i];
         }
-        let lasting = LastingContact::new(self.model, &self.norm, &map.felt, (end, period));
+        let lasting = LastingContact::new(self.model, &self.norm, &map.weighted, (end, period));
         let away: Vec<f64> = next_state.iter().map(|x| -x).collect();
         lasting.is_some_and(|mut lasting| lasting.is_certain(kernel, &away, workspace))
     }

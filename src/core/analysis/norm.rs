@@ -19,7 +19,7 @@ pub struct EnergyNorm {
     weights: Vec<f64>,
     /// Displacements without effect, other than single components. Each is subtracted from a difference so
     /// that the component with this index, which has no weight, vanishes.
-    unfelt: Vec<(usize, Vec<f64>)>,
+    unrestrained: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
     /// Number of dimensions that slipping dry sliders and holding rigid stops can remove from tangents.
@@ -50,13 +50,13 @@ impl EnergyNorm {
             weights[n + slider.block] = 0.0;
         }
         // The angle of the whole drive has no effect.
-        let unfelt = reduced(model.unrestrained_displacements());
-        for (index, _) in &unfelt {
+        let unrestrained = reduced(model.unrestrained_displacements());
+        for (index, _) in &unrestrained {
             weights[*index] = 0.0;
         }
         Self {
             weights,
-            unfelt,
+            unrestrained,
             unit: mesh * model.half_gap / participation.sqrt(),
             taken: event_dimensions(model),
         }
@@ -73,7 +73,7 @@ impl EnergyNorm {
         }
         Self {
             weights,
-            unfelt: Vec::new(),
+            unrestrained: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
             taken: event_dimensions(model),
         }
@@ -113,7 +113,7 @@ impl EnergyNorm {
 
     /// Norm of a difference.
     pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
-        if !self.unfelt.is_empty() {
+        if !self.unrestrained.is_empty() {
             let deviation = self.difference(x, y);
             return deviation.iter().map(|d| d * d).sum::<f64>().sqrt();
         }
@@ -128,7 +128,7 @@ impl EnergyNorm {
     /// Whether the norm of a difference is at most `limit`. The sum ends early, because most larger
     /// differences exceed the limit with their first components.
     pub fn is_within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
-        if !self.unfelt.is_empty() {
+        if !self.unrestrained.is_empty() {
             return self.distance(x, y) <= limit;
         }
         let limit = limit * limit;
@@ -169,7 +169,7 @@ impl EnergyNorm {
 
     /// Removes the neutral pair, and displacements without effect, from a vector.
     pub fn project(&self, x: &mut [f64]) {
-        for (index, along) in &self.unfelt {
+        for (index, along) in &self.unrestrained {
             let part = x[*index];
             for (a, n) in x.iter_mut().zip(along) {
                 *a -= part * n;

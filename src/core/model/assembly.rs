@@ -203,7 +203,7 @@ impl Assembly<'_> {
         let independent =
             (basis.rigid().split_last()).map_or(&[][..], |(_, independent)| independent);
         FlankParticipation {
-            mesh: unfelt(basis.turn(&flank.mesh), independent),
+            mesh: without_rotations(basis.turn(&flank.mesh), independent),
             tilt: untilted(basis.turn(&flank.tilt), independent),
             friction: basis.turn(&flank.friction),
             lever: basis.turn(&flank.lever),
@@ -259,7 +259,7 @@ fn release(asked: Release, damping: f64) -> Release {
 
 /// A participation without round-off of the rotation. By construction of the basis, the entries of rigid
 /// blocks that deflect no mesh are zero.
-fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+fn without_rotations(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     for &i in rigid {
         mesh[i] = 0.0;
     }
@@ -285,6 +285,9 @@ mod tests {
     fn tilts_of_rotations_are_kept_beyond_round_off() {
         let kept = untilted(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
         assert_eq!(kept, [0.0, 0.5, -1.0, 1e-12]);
-        assert_eq!(unfelt(vec![0.5, 0.1, 1e-17], &[2]), [0.5, 0.1, 0.0]);
+        assert_eq!(
+            without_rotations(vec![0.5, 0.1, 1e-17], &[2]),
+            [0.5, 0.1, 0.0]
+        );
     }
 }

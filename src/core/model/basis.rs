@@ -23,7 +23,7 @@ pub struct Basis {
     /// contact, the next ones deflect further contacts, and the last one deflects the mesh.
     turned: Vec<Vec<f64>>,
     /// Number of these rows that deflect no contact.
-    unfelt: usize,
+    contact_free: usize,
     /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
     /// Number of blocks of dry sliders after those of the modes. They count as modes, but are unknown to the structure.
@@ -59,11 +59,11 @@ impl Basis {
     ) -> Result<(Self, Generators), ModelError> {
         let n = structure.modes();
         let rigid: Vec<usize> = (0..n).filter(|&i| structure.frequency[i] == 0.0).collect();
-        let (turned, unfelt) = turned_basis(&rigid, structure.contact_rotations());
+        let (turned, contact_free) = turned_basis(&rigid, structure.contact_rotations());
         let mut basis = Self {
             rigid,
             turned,
-            unfelt,
+            contact_free,
             coupled: None,
             sliders: 0,
         };
@@ -128,7 +128,7 @@ impl Basis {
 
     /// The rotated rigid modes that deflect no contact.
     pub fn without_contact(&self) -> &[usize] {
-        &self.rigid[..self.unfelt]
+        &self.rigid[..self.contact_free]
     }
 
     /// Modal values of the structure with its rigid motions rotated, and 0 for every slider.
@@ -302,17 +302,17 @@ fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
 
-/// Orthonormal rows that span the rigid modes: the last one along the first of the rotations `felt`, which deflect a
-/// contact or receive a torque, the one before it in the plane of the first two, and so on. Also returns the number of
-/// rows orthogonal to all of these rotations.
-fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
+/// Orthonormal rows that span the rigid modes. The last one is along the first of these `rotations`, which deflect
+/// contacts, the one before it in the plane of the first two, and so on. Also returns the number of rows orthogonal to
+/// all of these rotations.
+fn turned_basis(rigid: &[usize], rotations: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
     let n = rigid.len();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
     let mut rows: Vec<Vec<f64>> = (0..n).map(identity).collect();
-    let mut unfelt = n;
-    for direction in felt {
-        let last = unfelt - 1;
-        let w: Vec<f64> = (rows[..unfelt].iter())
+    let mut contact_free = n;
+    for direction in rotations {
+        let last = contact_free - 1;
+        let w: Vec<f64> = (rows[..contact_free].iter())
             .map(|row| row.iter().zip(&direction).map(|(r, d)| r * d).sum())
             .collect();
         let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -321,17 +321,17 @@ fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) 
         let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
         v[last] += side;
         let square: f64 = v.iter().map(|x| x * x).sum();
-        let reflected = (0..unfelt)
+        let reflected = (0..contact_free)
             .map(|i| {
                 let flip = if i == last { -side } else { 1.0 };
                 let factor =
                     |j: usize| flip * (f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / square);
-                let entry = |k: usize| (0..unfelt).map(|j| factor(j) * rows[j][k]).sum();
+                let entry = |k: usize| (0..contact_free).map(|j| factor(j) * rows[j][k]).sum();
                 (0..n).map(entry).collect()
             })
             .collect::<Vec<_>>();
-        rows.splice(..unfelt, reflected);
-        unfelt = last;
+        rows.splice(..contact_free, reflected);
+        contact_free = last;
     }
-    (rows, unfelt)
+    (rows, contact_free)
 }

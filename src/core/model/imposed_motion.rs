@@ -46,9 +46,9 @@ fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
     };
     let size = |column: &[f64]| column.iter().map(|part| part * part).sum::<f64>().sqrt();
     // The rigid motions that deflect contacts, as orthonormal directions.
-    let mut felt: Vec<Vec<f64>> = Vec::new();
-    let without = |felt: &[Vec<f64>], mut column: Vec<f64>| {
-        for direction in felt {
+    let mut deflecting: Vec<Vec<f64>> = Vec::new();
+    let without = |deflecting: &[Vec<f64>], mut column: Vec<f64>| {
+        for direction in deflecting {
             let along: f64 = direction.iter().zip(&column).map(|(a, b)| a * b).sum();
             let parts = column.iter_mut().zip(direction);
             parts.for_each(|(part, unit)| *part -= along * unit);
@@ -61,13 +61,13 @@ fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
         .iter()
         .map(|contact| &contact.participation);
     for column in std::iter::once(&structure.mesh).chain(coast).chain(further) {
-        let rest = without(&felt, rigid(column));
+        let rest = without(&deflecting, rigid(column));
         let length = size(&rest);
         if length > NOISE * size(column) {
-            felt.push(rest.iter().map(|part| part / length).collect());
+            deflecting.push(rest.iter().map(|part| part / length).collect());
         }
     }
-    let free = size(&without(&felt, rigid(torque)));
+    let free = size(&without(&deflecting, rigid(torque)));
     (free > NOISE * size(torque)).then(|| 1.0 / (free * free))
 }
 

@@ -262,8 +262,8 @@ impl Contacts {
             .iter()
             .enumerate()
             .any(|(contact, static_contact)| {
-                let felt = SAME_MOTION * dot_of_moduli(&static_contact.along, &rest.drift);
-                !rest.closed.holds(contact) && dot(&static_contact.along, &rest.drift) > felt
+                let noise = SAME_MOTION * dot_of_moduli(&static_contact.along, &rest.drift);
+                !rest.closed.holds(contact) && dot(&static_contact.along, &rest.drift) > noise
             })
     }
 

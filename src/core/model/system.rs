@@ -132,9 +132,12 @@ impl Model {
         let stops = Stop::of_structure(structure, flank_springs, &contacts, &directions)?;
         let frictions =
             DryFriction::of_structure(structure, flank_springs, &contacts, &directions)?;
-        let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
+        let has_no_deflection =
+            |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
-            .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
+            .filter(|&i| {
+                has_no_deflection(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator
+            })
             .collect();
 
         let imposed = drive.imposed_motion.iter();

@@ -3,7 +3,7 @@
 use super::Model;
 
 /// A component below this part of the largest is round-off.
-const UNFELT: f64 = 1e-12;
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// A displacement is at rest if its motion is below this part of the fastest possible one.
 const AT_REST: f64 = 1e-9;
@@ -26,7 +26,7 @@ impl Model {
             let others = (0..self.contacts.len()).filter(|&other| !self.is_of_slider(other));
             others.flat_map(is_deflected).any(|along| {
                 let largest = along.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
-                along[mode].abs() > UNFELT * largest
+                along[mode].abs() > NEGLIGIBLE * largest
             })
         };
         let (alone, rest) = self
@@ -47,7 +47,7 @@ impl Model {
                 let mut state = self.basis.state_of_turned(&modes);
                 let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
                 for x in &mut state {
-                    if x.abs() <= UNFELT * largest {
+                    if x.abs() <= NEGLIGIBLE * largest {
                         *x = 0.0;
                     }
                 }

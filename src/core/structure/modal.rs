@@ -398,8 +398,8 @@ impl BearingGain {
     ) -> OmittedModeForces {
         let known = &self.left_out;
         let share = |before: f64, column: &[f64]| -> f64 {
-            let felt = self.gain.iter().zip(&structure.frequency).zip(column);
-            let added: f64 = (felt.skip(retained))
+            let terms = self.gain.iter().zip(&structure.frequency).zip(column);
+            let added: f64 = (terms.skip(retained))
                 .map(|((gain, frequency), force)| gain * force / (frequency * frequency))
                 .sum();
             before + added
@@ -531,17 +531,17 @@ impl ModalStructure {
             return 0;
         };
         let (modes, rigid) = (self.modes(), self.rigid_modes());
-        let mut felt = Vec::new();
+        let mut directions = Vec::new();
         for row in self.contact_rotations() {
-            widen(&mut felt, &row, 0.0);
+            widen(&mut directions, &row, 0.0);
         }
-        let by_contacts = felt.len();
+        let by_contacts = directions.len();
         let mut by = |matrix: &[f64]| {
             let largest = matrix.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             for row in matrix.chunks_exact(modes) {
-                widen(&mut felt, &row[..rigid], COUPLING_NOISE * largest);
+                widen(&mut directions, &row[..rigid], COUPLING_NOISE * largest);
             }
-            felt.len() - by_contacts
+            directions.len() - by_contacts
         };
         let held = by(&coupling.stiffness);
         by(&coupling.damping);
@@ -553,7 +553,7 @@ impl ModalStructure {
     pub fn contact_rotations(&self) -> Vec<Vec<f64>> {
         let rigid = self.rigid_modes();
         let further = self.contacts.iter().map(|contact| &contact.participation);
-        let mut felt: Vec<Vec<f64>> = Vec::new();
+        let mut rotations: Vec<Vec<f64>> = Vec::new();
         let mut independent: Vec<Vec<f64>> = Vec::new();
         // The participation of the mesh in the rotations may be arbitrarily small.
         let columns = std::iter::once((&self.mesh, 0.0))
@@ -561,10 +561,10 @@ impl ModalStructure {
         for (column, noise) in columns {
             let largest = column.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
             if widen(&mut independent, &column[..rigid], noise * largest) {
-                felt.push(column[..rigid].to_vec());
+                rotations.push(column[..rigid].to_vec());
             }
         }
-        felt
+        rotations
     }
 
     /// The structure reduced to its `retained` lowest modes.

@@ -28,7 +28,7 @@ const CHECK: f64 = 1e-5;
 const DISAGREE: f64 = 1e-2;
 
 /// Relative derivative `p ∂a/∂p / a` below which a key has no effect, and only round-off would be compared.
-const UNFELT: f64 = 1e-5;
+const NEGLIGIBLE: f64 = 1e-5;
 
 /// Note if a derivative and its difference quotient disagree.
 const KINK: &str = "finite differences disagree, because the model has a kink here or the orbit changes within a step";
@@ -308,7 +308,7 @@ fn of_orbit(
                                 * exact
                                     .abs()
                                     .max(check.abs())
-                                    .max(UNFELT * (values[i] / at[0]).abs()) =>
+                                    .max(NEGLIGIBLE * (values[i] / at[0]).abs()) =>
                     {
                         KINK.to_owned()
                     }

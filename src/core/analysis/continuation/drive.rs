@@ -43,7 +43,7 @@ pub struct DriveMap<'f, F> {
     interrupt: &'f AtomicBool,
     /// Weight of every coordinate over the unit: u = scale x.
     scales: Vec<f64>,
-    felt: Vec<usize>,
+    weighted: Vec<usize>,
     unit: u32,
     built: CurrentModel,
     /// Models built so far.
@@ -83,8 +83,8 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         let built = CurrentModel::new(family, at)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
         let norm = &built.norm;
-        let felt = norm.weighted_components();
-        let scales = felt
+        let weighted = norm.weighted_components();
+        let scales = weighted
             .iter()
             .map(|&i| norm.weights()[i] / norm.unit())
             .collect();
@@ -92,7 +92,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
             family,
             interrupt: &NEVER,
             scales,
-            felt,
+            weighted,
             unit: unit as u32,
             built,
             models: 1,
@@ -119,7 +119,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
             return Ok(());
         }
         let built = CurrentModel::new(self.family, at)?;
-        if built.norm.weighted_components() != self.felt {
+        if built.norm.weighted_components() != self.weighted {
             return Err(MapError::NoModel(
                 "the number of relevant modes changes with the parameter".to_owned(),
             ));
@@ -133,7 +133,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     pub fn coordinates(&self, state: &[f64]) -> Vec<f64> {
         let mut state = state.to_vec();
         self.built.norm.project(&mut state);
-        self.felt
+        self.weighted
             .iter()
             .zip(&self.scales)
             .map(|(&i, scale)| scale * state[i])
@@ -144,7 +144,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     pub fn state(&self, u: &[f64]) -> TrajectoryState {
         let model = self.built.kernel.model();
         let mut state = vec![0.0; 2 * model.modes()];
-        for ((&i, scale), u) in self.felt.iter().zip(&self.scales).zip(u) {
+        for ((&i, scale), u) in self.weighted.iter().zip(&self.scales).zip(u) {
             state[i] = u / scale;
         }
         TrajectoryState::new(model, state, 0)
@@ -173,7 +173,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
 
 impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
     fn dimension(&self) -> usize {
-        self.felt.len()
+        self.weighted.len()
     }
 
     fn unit(&self) -> u32 {
@@ -200,7 +200,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             &mut counters,
         )?;
         let turned: Vec<f64> = self
-            .felt
+            .weighted
             .iter()
             .zip(&self.scales)
             .map(|(&i, scale)| scale / norm.weights()[i])

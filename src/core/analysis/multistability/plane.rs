@@ -20,7 +20,7 @@ use strum::{EnumString, IntoStaticStr};
 
 /// Participation, relative to the root of the sum of squares, below which a mode does not move the mesh:
 /// round-off of the modes of an assembly is about 1e-13.
-const UNFELT: f64 = 1e-9;
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// Quantities that a slice varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr, EnumString)]
@@ -78,13 +78,13 @@ pub enum SliceError {
     /// The mode does not move the mesh.
     #[error(
         "a slice along mode {mode} is not possible, because this mode does not deflect the mesh (only the last of the \
-         rigid rotations does); take one of the modes {felt}"
+         rigid rotations does); take one of the modes {possible}"
     )]
-    Unfelt {
+    NoDeflection {
         /// The mode.
         mode: usize,
         /// Ranges of possible modes.
-        felt: String,
+        possible: String,
     },
 }
 
@@ -123,11 +123,11 @@ impl Plane {
         let [participations, _] = model.participations(model.first_cycle().segments[0].direction);
         let participation = |mode: usize| participations[mode];
         let whole = (0..n).map(|mode| participation(mode).powi(2)).sum::<f64>();
-        let felt = |mode: usize| participation(mode).abs() > UNFELT * whole.sqrt();
-        if let Some(mode) = config.modes.into_iter().find(|&mode| !felt(mode)) {
-            return Err(SliceError::Unfelt {
+        let deflects = |mode: usize| participation(mode).abs() > NEGLIGIBLE * whole.sqrt();
+        if let Some(mode) = config.modes.into_iter().find(|&mode| !deflects(mode)) {
+            return Err(SliceError::NoDeflection {
                 mode: mode + 1,
-                felt: ranges((0..n).filter(|&mode| felt(mode)).map(|mode| mode + 1)),
+                possible: ranges((0..n).filter(|&mode| deflects(mode)).map(|mode| mode + 1)),
             });
         }
         let scales = modal_scales(model);

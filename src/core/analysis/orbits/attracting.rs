@@ -266,7 +266,7 @@ fn comes_along_a_line<K: Kernel>(
     if !watch.cut || slowest.im != 0.0 || left > OTHERS_LEFT {
         return Ok(None);
     }
-    let (weights, felt) = (watch.norm.weights(), watch.norm.weighted_components());
+    let (weights, weighted) = (watch.norm.weights(), watch.norm.weighted_components());
     let mut between = trajectory.clone();
     for attempt in 0..=MOST_BETWEEN {
         let observed = match attempt {
@@ -287,7 +287,7 @@ fn comes_along_a_line<K: Kernel>(
             return Ok(None);
         }
         let mut state = orbit.start.state.clone();
-        for (row, &i) in felt.iter().enumerate() {
+        for (row, &i) in weighted.iter().enumerate() {
             state[i] += NEARER * observed.after[(row, 0)] / weights[i];
         }
         between = TrajectoryState::new(model, state, orbit.start.cycle);
@@ -329,10 +329,10 @@ fn doubled<K: Kernel>(
     let apart = norm.difference(&trajectory.state, &parent.start.state);
     let along: f64 = apart.iter().zip(&direction).map(|(a, d)| a * d).sum();
     let side = 1f64.copysign(along);
-    let (weights, felt) = (norm.weights(), norm.weighted_components());
+    let (weights, weighted) = (norm.weights(), norm.weighted_components());
     let displaced = |by: f64| {
         let mut state = parent.start.state.clone();
-        for (&i, d) in felt.iter().zip(&direction) {
+        for (&i, d) in weighted.iter().zip(&direction) {
             state[i] += side * by * norm.unit() * d / weights[i];
         }
         TrajectoryState::new(model, state, parent.start.cycle)

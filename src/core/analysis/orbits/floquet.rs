@@ -28,21 +28,25 @@ pub fn monodromy<K: Kernel>(
     counters: &mut Counters,
 ) -> Result<Mat<f64>, Stop> {
     let weights = norm.weights();
-    let felt = norm.weighted_components();
-    let mut tangents = Tangents::zeros(model.modes(), felt.len());
-    for (column, &i) in felt.iter().enumerate() {
+    let weighted = norm.weighted_components();
+    let mut tangents = Tangents::zeros(model.modes(), weighted.len());
+    for (column, &i) in weighted.iter().enumerate() {
         tangents.vector_mut(column)[i] = 1.0;
     }
     for _ in 0..period {
         kernel.advance_cycle(start, &mut tangents, workspace, &mut (), counters)?;
     }
-    for column in 0..felt.len() {
+    for column in 0..weighted.len() {
         norm.project(tangents.vector_mut(column));
     }
-    Ok(Mat::from_fn(felt.len(), felt.len(), |row, column| {
-        let (i, j) = (felt[row], felt[column]);
-        weights[i] * tangents.vector(column)[i] / weights[j]
-    }))
+    Ok(Mat::from_fn(
+        weighted.len(),
+        weighted.len(),
+        |row, column| {
+            let (i, j) = (weighted[row], weighted[column]);
+            weights[i] * tangents.vector(column)[i] / weights[j]
+        },
+    ))
 }
 
 /// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles, largest modulus first.

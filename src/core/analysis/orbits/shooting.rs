@@ -173,7 +173,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         workspace: &mut K::Workspace,
     ) -> Result<Option<PeriodicOrbit>, Stop> {
         let norm = self.norm;
-        let (weights, felt) = (norm.weights(), norm.weighted_components());
+        let (weights, weighted) = (norm.weights(), norm.weighted_components());
         let mut start = guess.clone();
         let mut last = f64::INFINITY;
         for _ in 0..MOST_STEPS {
@@ -204,14 +204,14 @@ impl<'a, K: Kernel> Shooting<'a, K> {
             }
             last = residual;
             let defect = norm.difference(&start.state, &end.state);
-            let n = felt.len();
+            let n = weighted.len();
             let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
             let step = solve(system.as_ref(), &defect);
             let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
             if length.is_nan() || length > LONGEST_STEP * norm.unit() {
                 return Ok(None);
             }
-            for (&i, s) in felt.iter().zip(&step) {
+            for (&i, s) in weighted.iter().zip(&step) {
                 start.state[i] += s / weights[i];
             }
             start = TrajectoryState::new(self.model, start.state, start.cycle);

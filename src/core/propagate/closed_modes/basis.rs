@@ -78,16 +78,16 @@ impl<'t> Basis<'t> {
     }
 
     /// Converts a row over the states of the model's blocks to a row over padded coordinates.
-    pub fn row(&self, felt: &[[f64; 2]]) -> Vec<f64> {
-        let (n, padded) = (felt.len(), padded(felt.len()));
+    pub fn row(&self, gains: &[[f64; 2]]) -> Vec<f64> {
+        let (n, padded) = (gains.len(), padded(gains.len()));
         let mut row = vec![0.0; 2 * padded];
         match self.to_modes() {
-            None => put(felt, &mut row),
+            None => put(gains, &mut row),
             Some(map) => {
                 for (j, column) in map.chunks_exact(2 * padded).enumerate() {
                     let place = if j < n { j } else { padded + j - n };
                     let (first, second) = column.split_at(padded);
-                    row[place] = (felt.iter().zip(first).zip(second))
+                    row[place] = (gains.iter().zip(first).zip(second))
                         .map(|((w, a), b)| w[0] * a + w[1] * b)
                         .sum();
                 }
@@ -218,9 +218,9 @@ impl FoundBasis {
             );
             for i in 0..n {
                 for j in 0..n {
-                    let felt = g[i] * w[j];
-                    damping[i * n + j] += class.damping * felt;
-                    stiffness[i * n + j] += class.stiffness * felt;
+                    let product = g[i] * w[j];
+                    damping[i * n + j] += class.damping * product;
+                    stiffness[i * n + j] += class.stiffness * product;
                 }
             }
         }
@@ -358,9 +358,9 @@ mod tests {
                     for (_, class) in sets.closed(set) {
                         let gains = &model.directions[class.direction].gains;
                         for j in 0..n {
-                            let felt = gains[i].mesh_input[1] * gains[j].deflection[0];
-                            damping[i * n + j] += class.damping * felt;
-                            stiffness[i * n + j] += class.stiffness * felt;
+                            let product = gains[i].mesh_input[1] * gains[j].deflection[0];
+                            damping[i * n + j] += class.damping * product;
+                            stiffness[i * n + j] += class.stiffness * product;
                         }
                     }
                 }

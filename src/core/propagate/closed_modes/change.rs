@@ -140,7 +140,7 @@ impl ClosedModes<'_> {
 
     /// Passes the earlier breakpoints of open contacts. Then [`Workspace::closed`] has the state in which a contact closes at
     /// this time of a cycle.
-    pub(super) fn pass_unfelt_stops(&self, cycle: u64, time: f64, w: &mut Workspace) {
+    pub(super) fn pass_stops_of_open_contacts(&self, cycle: u64, time: f64, w: &mut Workspace) {
         let stops = self.stops(cycle);
         while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time < time) {
             w.closed[stop.contact] = stop.state;
@@ -150,7 +150,7 @@ impl ClosedModes<'_> {
 
     /// Finds the next breakpoint of this cycle that concerns the present system.
     pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
-        self.pass_unfelt_stops(cycle, time, w);
+        self.pass_stops_of_open_contacts(cycle, time, w);
         let stops = self.stops(cycle);
         let states = &self.slot(w.set).states;
         let concerns = |stop: &&CycleStop| {

@@ -162,7 +162,7 @@ fn meet<V: Vector>(
         contact,
         rate: w.line_states[w.line_of[contact]].rate,
     };
-    kernel.pass_unfelt_stops(place.cycle, place.time, w);
+    kernel.pass_stops_of_open_contacts(place.cycle, place.time, w);
     let state = w.closed[contact];
     if found.on_surface && w.states.len() > w.length {
         kernel.apply_saltation(contact, state, event.closes(), w);

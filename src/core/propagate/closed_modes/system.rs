@@ -215,16 +215,19 @@ impl System {
                 basis.input(&inputs)
             })
             .collect();
-        let largest =
-            |felt: &DeflectionGains| felt.iter().fold(0.0_f64, |most, w| most.max(w[0].abs()));
-        let felt: Vec<DeflectionGains> = (0..model.lines.len())
+        let largest = |deflection_gains: &DeflectionGains| {
+            deflection_gains
+                .iter()
+                .fold(0.0_f64, |most, w| most.max(w[0].abs()))
+        };
+        let deflection_gains: Vec<DeflectionGains> = (0..model.lines.len())
             .map(|line| gains_along(model, line))
             .collect();
         let is_seen = |mode: &usize| {
             given.mixed.modes.contains(mode)
-                || (felt.iter()).any(|felt| {
-                    let [w, by_rate] = felt[*mode];
-                    by_rate != 0.0 || w.abs() > UNSEEN * largest(felt)
+                || (deflection_gains.iter()).any(|deflection_gains| {
+                    let [w, by_rate] = deflection_gains[*mode];
+                    by_rate != 0.0 || w.abs() > UNSEEN * largest(deflection_gains)
                 })
         };
         system.places = (0..n)
@@ -232,7 +235,7 @@ impl System {
             .flat_map(|mode| [mode, padded + mode])
             .collect();
         for line in 0..model.lines.len() {
-            let view = system.view(given, basis, &blocks, (line, &felt[line]));
+            let view = system.view(given, basis, &blocks, (line, &deflection_gains[line]));
             system.views.push(view);
         }
         system
@@ -244,7 +247,7 @@ impl System {
         given: &SharedData<'_>,
         basis: &Basis<'_>,
         blocks: &[Block],
-        (line, felt): (usize, &DeflectionGains),
+        (line, deflection_gains): (usize, &DeflectionGains),
     ) -> LineView {
         let SharedData {
             model,
@@ -255,7 +258,7 @@ impl System {
         let n = blocks.len();
         let padded = padded(n);
         let inputs = frequencies.inputs();
-        let row = basis.row(felt);
+        let row = basis.row(deflection_gains);
         let pair = |state: &[f64], i: usize| [state[i], state[padded + i]];
         let [mut rate, mut bend] = [0, 1].map(|_| vec![0.0; 2 * padded]);
         let (mut size, mut curvature) = (vec![0.0; padded], vec![0.0; padded]);

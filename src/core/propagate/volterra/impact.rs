@@ -265,13 +265,13 @@ impl Volterra<'_> {
         let segments = std::mem::take(&mut workspace.segments);
         let levels = model.levels(&held, cycle, time);
         for (index, [first, second]) in workspace.columns_in_parts().enumerate() {
-            let [felt, rate] = model.deflection_along(stop.direction, [&*first, &*second]);
+            let [deflection, rate] = model.deflection_along(stop.direction, [&*first, &*second]);
             let closed = (active, &segments[..]);
             let (impulse, amount) = match index {
                 0 => (factor * speed, 0.0),
                 _ => (
-                    factor * (rate - force * stop.push * felt / speed),
-                    factor * felt,
+                    factor * (rate - force * stop.push * deflection / speed),
+                    factor * deflection,
                 ),
             };
             if index > 0 {
@@ -279,7 +279,7 @@ impl Volterra<'_> {
                 for &(direction, force) in &released {
                     model.push_along(
                         direction,
-                        -force * felt / speed,
+                        -force * deflection / speed,
                         [&mut *first, &mut *second],
                     );
                 }

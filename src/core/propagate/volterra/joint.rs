@@ -104,9 +104,9 @@ impl JointWindow<'_> {
             }
             let size = lanes::size(&deflection[0].0);
             for (i, contact) in self.active.iter().enumerate() {
-                if let Some(felt) = self.table(contact).response_on(view.line) {
+                if let Some(response) = self.table(contact).response_on(view.line) {
                     let force = &joint.forces[i * count..][..1];
-                    lanes::yielded(self.set, &felt.deflection, force, &mut deflection);
+                    lanes::yielded(self.set, &response.deflection, force, &mut deflection);
                 }
             }
             *solution = Solution::of(&deflection[0], size);
@@ -152,9 +152,9 @@ impl JointWindow<'_> {
                 for (j, other) in self.active.iter().enumerate() {
                     // In the first round, later contacts have no force yet, except slips.
                     let known = j < i || (j > i && (round > 0 || self.model.is_slip(other)));
-                    if let Some(felt) = self.response_of(other, contact).filter(|_| known) {
+                    if let Some(response) = self.response_of(other, contact).filter(|_| known) {
                         let forces = &joint.forces[j * count..][..count];
-                        lanes::yielded(self.set, &felt.deflection, forces, next);
+                        lanes::yielded(self.set, &response.deflection, forces, next);
                     }
                 }
                 let closed = self.closed(i, contact, &joint.factors);
@@ -225,15 +225,15 @@ impl JointWindow<'_> {
             let spring = self.spring(contact);
             let damping = self.segments[contact].damping;
             for (j, other) in self.active.iter().enumerate() {
-                let Some(felt) = self.response_of(other, contact) else {
+                let Some(response) = self.response_of(other, contact) else {
                     continue;
                 };
                 for m in 0..TERMS {
-                    let sprung = spring.of(&felt.deflection[m].0);
+                    let sprung = spring.of(&response.deflection[m].0);
                     for n in 0..TERMS {
                         let identity = f64::from(u8::from(i == j && m == n));
                         joint.system[(i * TERMS + n) * width + j * TERMS + m] =
-                            identity + sprung[n] + damping * felt.rate[m].0[n];
+                            identity + sprung[n] + damping * response.rate[m].0[n];
                     }
                 }
             }

@@ -21,7 +21,7 @@ pub struct TableRequests {
     pub closures: Vec<Vec<WindowStiffness>>,
     /// Whether the stiffness varies on some window without a tabulated operator.
     pub varying: Vec<bool>,
-    pub felt: Vec<Vec<usize>>,
+    pub response_lines: Vec<Vec<usize>>,
 }
 
 impl TableRequests {
@@ -30,7 +30,7 @@ impl TableRequests {
         let window = place(&mut self.kinds, (length, direction));
         self.closures.resize(self.kinds.len(), Vec::new());
         self.varying.resize(self.kinds.len(), false);
-        self.felt.resize(self.kinds.len(), Vec::new());
+        self.response_lines.resize(self.kinds.len(), Vec::new());
         window
     }
 
@@ -83,7 +83,7 @@ impl TableRequests {
     }
 
     pub fn request_response(&mut self, window: usize, line: usize) {
-        place(&mut self.felt[window], line);
+        place(&mut self.response_lines[window], line);
     }
 }
 

@@ -118,21 +118,24 @@ impl VolterraTables {
             })
             .collect();
         let closures = needs.closures.iter().zip(&needs.varying);
-        let mut windows: Vec<WindowTable> = (needs.kinds.iter().zip(closures).zip(&needs.felt))
-            .map(|((&(length, direction), (closures, &varying)), felt)| {
-                let exponentials = &exponentials[length];
-                let kind = (lengths[length], direction);
-                WindowTable::new(
-                    model,
-                    layout,
-                    kind,
-                    exponentials,
-                    (closures, varying),
-                    (felt, &frequencies),
-                    set,
+        let mut windows: Vec<WindowTable> =
+            (needs.kinds.iter().zip(closures).zip(&needs.response_lines))
+                .map(
+                    |((&(length, direction), (closures, &varying)), response_lines)| {
+                        let exponentials = &exponentials[length];
+                        let kind = (lengths[length], direction);
+                        WindowTable::new(
+                            model,
+                            layout,
+                            kind,
+                            exponentials,
+                            (closures, varying),
+                            (response_lines, &frequencies),
+                            set,
+                        )
+                    },
                 )
-            })
-            .collect();
+                .collect();
         for later in 1..windows.len() {
             let (known, others) = windows.split_at_mut(later);
             for known in known.iter().rev() {

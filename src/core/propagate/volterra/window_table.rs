@@ -54,8 +54,8 @@ pub struct Response {
 
 impl WindowTable {
     /// Tables for windows of a length \[s\] and a direction. `closures` are the stiffnesses of contacts on such
-    /// windows, with a flag for further windows with a varying stiffness. `felt` are the other lines on which the
-    /// force acts. `exponentials` are those of the blocks on a window of this length, `frequencies` those of the
+    /// windows, with a flag for further windows with a varying stiffness. `response_lines` are the other lines that the
+    /// force deflects. `exponentials` are those of the blocks on a window of this length, `frequencies` those of the
     /// transmission errors.
     pub fn new(
         model: &Model,
@@ -63,7 +63,7 @@ impl WindowTable {
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
         closures: (&[WindowStiffness], bool),
-        (felt, frequencies): (&[usize], &[[f64; 2]]),
+        (response_lines, frequencies): (&[usize], &[[f64; 2]]),
         set: InstructionSet,
     ) -> Self {
         let terms: Vec<_> = (exponentials.chunks(LANES))
@@ -96,7 +96,7 @@ impl WindowTable {
         table.fill_ripple(model, layout, exponentials);
         table.fill_transmission_error(model, layout, frequencies);
         table.tails = table.rows.iter().map(lanes::tail).collect();
-        table.responses = (felt.iter())
+        table.responses = (response_lines.iter())
             .map(|&line| table.response(model, line, exponentials))
             .collect();
         table
@@ -284,13 +284,13 @@ impl WindowTable {
             .iter()
             .find(|direction| direction.line == line);
         let mut impulse = Kernels::default();
-        for ((felt, gain), exponential) in along
+        for ((observed, gain), exponential) in along
             .map_or(force, |d| &d.gains)
             .iter()
             .zip(force)
             .zip(exponentials)
         {
-            impulse.add(felt, exponential, gain.mesh_input);
+            impulse.add(observed, exponential, gain.mesh_input);
         }
         let convolution = convolution24();
         let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);

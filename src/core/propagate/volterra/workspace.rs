@@ -156,10 +156,10 @@ impl Workspace {
         let mut offset = Some(offset);
         for column in self.columns[..self.count * length].chunks_exact_mut(length) {
             column[block] = 0.0;
-            let felt = gains.iter().enumerate().map(|(i, gain)| {
+            let terms = gains.iter().enumerate().map(|(i, gain)| {
                 gain.deflection[0] * column[i] + gain.deflection[1] * column[padded + i]
             });
-            column[block] = felt.sum::<f64>() - offset.take().unwrap_or(0.0);
+            column[block] = terms.sum::<f64>() - offset.take().unwrap_or(0.0);
         }
     }
 

@@ -24,12 +24,12 @@ pub(super) fn lines(
         let displacement = column(root, "displacement", modes);
         displacement.filter(|displacement| acts(root, "displacement", displacement))?
     } else {
-        let felt = contacts?
+        let deflected = contacts?
             .iter()
             .find(|contact| acting(&contact.participation));
         let mut first = vec![0.0; modes?];
         first.first_mut().map(|first| *first = 1.0)?;
-        felt.map_or(first, |contact| contact.participation.clone())
+        deflected.map_or(first, |contact| contact.participation.clone())
     };
     let load = load?.unwrap_or_else(|| vec![0.0; shown.len()]);
     Some([shown, load])
