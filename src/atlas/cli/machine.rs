@@ -125,30 +125,30 @@ fn measure(args: &MeasureArgs) -> Status {
         ));
     }
     let bar = bar(args.quiet, settings.budget);
-    let found = characterize::characterize(
+    let characteristics = characterize::characterize(
         &topology,
         &settings,
         &mut |progress| advance(&bar, progress),
         &process.interrupt,
     );
     bar.finish_and_clear();
-    let Some(found) = found.or_explain(1)? else {
+    let Some(characteristics) = characteristics.or_explain(1)? else {
         return Ok(ExitCode::from(INTERRUPTED));
     };
     begin_writing();
-    found.write(&folder).or_explain(1)?;
-    let pictures = draw(&found, &folder).or_fail(1)?;
+    characteristics.write(&folder).or_explain(1)?;
+    let pictures = draw(&characteristics, &folder).or_fail(1)?;
     let text = match (args.json, args.quiet) {
-        (true, _) => json(&found),
+        (true, _) => json(&characteristics),
         (_, true) => String::new(),
-        _ => page(&found, &folder, pictures),
+        _ => page(&characteristics, &folder, pictures),
     };
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-fn page(found: &Characteristics, folder: &Path, pictures: usize) -> String {
+fn page(characteristics: &Characteristics, folder: &Path, pictures: usize) -> String {
     let folder = folder.display();
-    let page = machine_page(found);
+    let page = machine_page(characteristics);
     format!(
         "{page}\n{folder}: machine.json, one Parquet file per measurement, {pictures} pictures\n"
     )
@@ -163,7 +163,7 @@ fn json<T: serde::Serialize>(value: &T) -> String {
 }
 
 /// Draws every picture in SVG and PNG; returns their number.
-fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
+fn draw(characteristics: &Characteristics, folder: &Path) -> Result<usize, String> {
     let folder = folder.join("pictures");
     let refused = |path: &Path, error: std::io::Error| {
         format!(
@@ -172,7 +172,7 @@ fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
         )
     };
     fs::create_dir_all(&folder).map_err(|error| refused(&folder, error))?;
-    let pictures = machine_pictures(found);
+    let pictures = machine_pictures(characteristics);
     for picture in &pictures {
         let svg = picture
             .svg()
@@ -189,12 +189,15 @@ fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
 
 fn show(args: &ShowArgs) -> Status {
     let folder = args.folder.clone().unwrap_or_else(default_folder);
-    let found = Characteristics::read(&folder).or_explain(BAD_INPUT)?;
+    let characteristics = Characteristics::read(&folder).or_explain(BAD_INPUT)?;
     if args.json {
-        return Ok(answer(&json(&found), ExitCode::SUCCESS));
+        return Ok(answer(&json(&characteristics), ExitCode::SUCCESS));
     }
-    let pictures = draw(&found, &folder).or_fail(1)?;
-    Ok(answer(&page(&found, &folder, pictures), ExitCode::SUCCESS))
+    let pictures = draw(&characteristics, &folder).or_fail(1)?;
+    Ok(answer(
+        &page(&characteristics, &folder, pictures),
+        ExitCode::SUCCESS,
+    ))
 }
 
 fn compared(args: &CompareArgs) -> Status {

@@ -83,8 +83,13 @@ pub fn run(args: &PlanArgs) -> Status {
 }
 
 /// The forecast for programs, with the measurements of machines.
-fn document(job: &Job, found: &Forecast, measured: &Measured, topology: Option<Source>) -> String {
-    let mut document = json!(found);
+fn document(
+    job: &Job,
+    forecast: &Forecast,
+    measured: &Measured,
+    topology: Option<Source>,
+) -> String {
+    let mut document = json!(forecast);
     let parts = [
         ("topology", json!(topology.map(|source| source.to_string()))),
         ("refine", grid::refine_json(job)),
@@ -135,23 +140,23 @@ impl Machines {
     }
 
     /// The measured rates for a job, and its time on the other machine; `found` is the forecast for this machine.
-    fn measured(&self, job: &Job, found: &Forecast, threads: Option<u32>) -> Measured {
+    fn measured(&self, job: &Job, forecast: &Forecast, threads: Option<u32>) -> Measured {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();
         let modes = modes.unwrap_or(1);
-        let own = |modes| machine_rate(self.here.as_ref()?, modes, found.threads);
+        let own = |modes| machine_rate(self.here.as_ref()?, modes, forecast.threads);
         let here = own(modes);
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
-            let threads = threads.map_or(cores, u64::from).min(found.pieces);
+            let threads = threads.map_or(cores, u64::from).min(forecast.pieces);
             // Compare the machines at a number of modes that both have measured.
             let there = machine_rate(machine, here.as_ref()?.modes as usize, threads)?;
             let own = own(there.modes as usize).filter(|own| own.modes == there.modes)?;
             let slower = own.rate / there.rate;
             let time = Interval {
-                low: slower * found.time.low,
-                expected: slower * found.time.expected,
-                high: slower * found.time.high,
+                low: slower * forecast.time.low,
+                expected: slower * forecast.time.expected,
+                high: slower * forecast.time.high,
             };
             Some((there, time))
         });
@@ -194,33 +199,33 @@ impl Measured {
     }
 }
 
-fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
+fn text(job: &Job, forecast: &Forecast, topology: Option<Source>) -> String {
     let points = match job.refine {
         Some(_) => grid::points(job),
-        None => found.points.to_string(),
+        None => forecast.points.to_string(),
     };
     let mut lines = vec![("points", points)];
     if job.refine.is_some() {
-        let known = format!("the estimate covers only the first {}", found.points);
+        let known = format!("the estimate covers only the first {}", forecast.points);
         lines.push(("", known));
     }
-    if found.chain_length > 1 {
-        let chains = found.points / found.chain_length;
+    if forecast.chain_length > 1 {
+        let chains = forecast.points / forecast.chain_length;
         lines.push((
             "chains",
-            format!("{chains} of {} points", found.chain_length),
+            format!("{chains} of {} points", forecast.chain_length),
         ));
     }
-    lines.push(("tables", format!("{} of the mesh", found.tables)));
+    lines.push(("tables", format!("{} of the mesh", forecast.tables)));
     lines.push((
         "placement",
         match topology {
-            Some(source) => format!("{}; topology from {source}", found.placement),
-            None => found.placement.clone(),
+            Some(source) => format!("{}; topology from {source}", forecast.placement),
+            None => forecast.placement.clone(),
         },
     ));
-    let time = &found.time;
-    let at_least = if found.cut_short > 0 { "at least " } else { "" };
+    let time = &forecast.time;
+    let at_least = if forecast.cut_short > 0 { "at least " } else { "" };
     lines.push((
         "time",
         format!(
@@ -228,26 +233,26 @@ fn text(job: &Job, found: &Forecast, topology: Option<Source>) -> String {
             duration(time.expected),
             duration(time.low),
             duration(time.high),
-            found.calibrated,
-            duration(found.calibration_time),
+            forecast.calibrated,
+            duration(forecast.calibration_time),
         ),
     ));
-    if found.cut_short > 0 {
+    if forecast.cut_short > 0 {
         let cut = format!(
             "{} of these points were stopped because they took too long",
-            found.cut_short
+            forecast.cut_short
         );
         lines.push(("", cut));
     }
-    if let Some(memory) = found.memory {
+    if let Some(memory) = forecast.memory {
         lines.push(("memory", format!("at most about {}", size_text(memory))));
     }
     lines.push((
         "disk",
         format!(
             "about {}, plus {} of journal until the run ends",
-            size_text(found.disk),
-            size_text(found.journal)
+            size_text(forecast.disk),
+            size_text(forecast.journal)
         ),
     ));
     lines

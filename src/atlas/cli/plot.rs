@@ -326,11 +326,11 @@ fn list(args: &PlotArgs) -> Status {
     let mut text = String::new();
     let mut all = Vec::new();
     for source in &args.sources {
-        let found = drawable(source).or_explain(BAD_INPUT)?;
-        let kinds: Vec<&str> = found.kinds.iter().map(|kind| kind.name()).collect();
+        let choices = drawable(source).or_explain(BAD_INPUT)?;
+        let kinds: Vec<&str> = choices.kinds.iter().map(|kind| kind.name()).collect();
         text += &format!("{}\n", source.display());
         text += &format!("kinds    {}\n", kinds.join(", "));
-        for column in &found.columns {
+        for column in &choices.columns {
             text += &format!(
                 "{:<28} {:<12} {}\n",
                 column.name, column.unit, column.description
@@ -339,7 +339,7 @@ fn list(args: &PlotArgs) -> Status {
                 text += &format!("{:<41} elements: {}\n", "", column.elements.join(", "));
             }
         }
-        let columns: Vec<_> = (found.columns.iter())
+        let columns: Vec<_> = (choices.columns.iter())
             .map(|column| {
                 json!({
                     "name": column.name,

@@ -156,8 +156,8 @@ pub fn id(job: &Job, text: &str) -> Result<u64, String> {
         (chosen.direction.is_none() || chosen.direction == point.direction)
             && values.all(|(value, typed)| is_near(*value, *typed))
     };
-    let found = job.points.iter().find(same);
-    found.map(|point| point.point_id).ok_or_else(|| {
+    let point = job.points.iter().find(same);
+    point.map(|point| point.point_id).ok_or_else(|| {
         let axes = all_ranged(job);
         PointError::OffGrid { axes }.to_string()
     })
@@ -357,8 +357,8 @@ fn chosen(
 
 fn read_direction(job: &Job, text: &str) -> Result<Direction, PointError> {
     let known = job.carried.as_ref().map_or(&[][..], |c| &c.directions);
-    let found = known.iter().find(|known| known.name() == text);
-    found.copied().ok_or_else(|| PointError::NotADirection {
+    let direction = known.iter().find(|known| known.name() == text);
+    direction.copied().ok_or_else(|| PointError::NotADirection {
         value: text.into(),
         known: match known {
             [] => String::new(),

@@ -19,13 +19,13 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         unit.text,
         100.0 * NEAR_GRID
     );
-    let found = diagram.resonances();
-    if found.is_empty() {
+    let resonances = diagram.resonances();
+    if resonances.is_empty() {
         return vec![("resonances".to_owned(), format!("none: no {intro}"))];
     }
     let mut lines = vec![("resonances".to_owned(), intro)];
     for ray in &diagram.rays {
-        let of_ray = found.iter().filter(|one| one.excitation == ray.name);
+        let of_ray = resonances.iter().filter(|one| one.excitation == ray.name);
         let of_ray: Vec<&Resonance> = of_ray.collect();
         let by_state = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);

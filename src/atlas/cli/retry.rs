@@ -48,13 +48,13 @@ fn retry(
     // No other process may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     remove_stale(folder)?;
-    let found = failed(folder, args, &record.tables)?;
+    let failed_points = failed(folder, args, &record.tables)?;
     let retry = Retry {
         args,
         job,
         folder,
         points: ChainSelection::of_shard(job, args.shard)
-            .with(&found)
+            .with(&failed_points)
             .ids()
             .collect(),
         new_folder: retry_folder(folder, args),

@@ -99,8 +99,8 @@ fn whole(parts: &[String]) -> Vec<String> {
     names
 }
 
-fn in_json(found: &Sensitivities) -> serde_json::Value {
-    let rows: Vec<_> = (found.rows.iter())
+fn in_json(sensitivities: &Sensitivities) -> serde_json::Value {
+    let rows: Vec<_> = (sensitivities.rows.iter())
         .map(|row| {
             json!({
                 "key": row.key, "key_unit": row.key_unit, "at": row.at,
@@ -110,29 +110,31 @@ fn in_json(found: &Sensitivities) -> serde_json::Value {
             })
         })
         .collect();
-    json!({ "class": found.class.name(), "reason": found.reason, "sensitivities": rows })
+    json!({ "class": sensitivities.class.name(), "reason": sensitivities.reason, "sensitivities": rows })
 }
 
-fn in_text(found: &Sensitivities) -> String {
-    let mut out = format!("motion    {}: {}\n\n", found.class.name(), found.reason);
+fn in_text(sensitivities: &Sensitivities) -> String {
+    let mut out = format!(
+        "motion    {}: {}\n\n",
+        sensitivities.class.name(),
+        sensitivities.reason
+    );
     let names = |row: &Sensitivity| {
         let key = format!("{} [{}]", row.key, row.key_unit);
         (key, format!("{} [{}]", row.quantity, row.unit))
     };
-    let (key_width, quantity_width) =
-        found
-            .rows
-            .iter()
-            .map(names)
-            .fold((26, 24), |(keys, quantities), (key, quantity)| {
-                let width = |text: String| text.chars().count();
-                (keys.max(width(key)), quantities.max(width(quantity)))
-            });
+    let (key_width, quantity_width) = sensitivities.rows.iter().map(names).fold(
+        (26, 24),
+        |(keys, quantities), (key, quantity)| {
+            let width = |text: String| text.chars().count();
+            (keys.max(width(key)), quantities.max(width(quantity)))
+        },
+    );
     out.push_str(&format!(
         "{:<key_width$}  {:<quantity_width$}{:>14}{:>16}{:>14}  {}\n",
         "key", "quantity", "value", "derivative", "relative", "check"
     ));
-    for row in &found.rows {
+    for row in &sensitivities.rows {
         let by = row.by.map_or("-".to_owned(), |by| format!("{by:.6e}"));
         let relative = row.by.map_or("-".to_owned(), |by| {
             format!("{:+.4}", by * row.at / row.value)

@@ -9,10 +9,10 @@ pub fn size(text: &str) -> Result<u64, String> {
         ("TiB", 1 << 40),
     ];
     let text = text.trim();
-    let found = UNITS
+    let unit = UNITS
         .iter()
         .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)));
-    let (number, factor) = found.unwrap_or((text, 1));
+    let (number, factor) = unit.unwrap_or((text, 1));
     let bytes = number
         .trim()
         .parse::<f64>()

@@ -32,7 +32,7 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
     let Some(column) = columns.iter().find(|column| column.name == COLUMN) else {
         return Ok(Vec::new());
     };
-    let mut found: Vec<Rattle> = Vec::new();
+    let mut ranking: Vec<Rattle> = Vec::new();
     // The index of each contact's mesh. The states of a dry slider do not rattle, nor do flanks that do not exist.
     let places: Vec<Option<usize>> = (column.elements.iter())
         .map(|contact| {
@@ -40,19 +40,19 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
                 return None;
             }
             let name = common(contact);
-            let known = found.iter().position(|entry| entry.name == name);
+            let known = ranking.iter().position(|entry| entry.name == name);
             known.or_else(|| {
-                found.push(Rattle {
+                ranking.push(Rattle {
                     name: name.to_owned(),
                     mean: 0.0,
                     largest: 0.0,
                     point_id: 0,
                 });
-                Some(found.len() - 1)
+                Some(ranking.len() - 1)
             })
         })
         .collect();
-    if found.len() < 2 {
+    if ranking.len() < 2 {
         return Ok(Vec::new());
     }
     let mut points = 0_usize;
@@ -61,13 +61,13 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
         for (point_id, indices) in rows {
             let Some(indices) = indices else { continue };
             points += 1;
-            let mut together = vec![0.0; found.len()];
+            let mut together = vec![0.0; ranking.len()];
             for (&place, index) in places.iter().zip(indices) {
                 if let Some(place) = place {
                     together[place] += index.unwrap_or(0.0);
                 }
             }
-            for (entry, index) in found.iter_mut().zip(together) {
+            for (entry, index) in ranking.iter_mut().zip(together) {
                 entry.mean += index;
                 if index > entry.largest {
                     entry.largest = index;
@@ -77,11 +77,11 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
         }
         Ok::<_, ReportError>(())
     })?;
-    found
+    ranking
         .iter_mut()
         .for_each(|entry| entry.mean /= points.max(1) as f64);
-    found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-    Ok(found)
+    ranking.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    Ok(ranking)
 }
 
 fn is_of_slider(contact: &str) -> bool {

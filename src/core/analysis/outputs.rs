@@ -294,7 +294,7 @@ impl Outputs {
 
     /// Statistics and standard errors of the outputs of a quantity, after whole cycles.
     pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
-        let mut found = [OutputStatistics::default(), OutputStatistics::default()];
+        let mut statistics = [OutputStatistics::default(), OutputStatistics::default()];
         let outputs = self.names.iter().zip(self.sums.iter().zip(&self.centres));
         for (_, (sums, centre)) in outputs.filter(|((_, kind), _)| *kind == quantity) {
             let mut sums = sums.clone();
@@ -307,15 +307,15 @@ impl Outputs {
                 let series: Vec<f64> = sums.complete().iter().map(influence).collect();
                 standard_error(&series) / length
             };
-            found[0].mean.push(centre + first);
-            found[0].rms.push(rms);
-            found[1].mean.push(error(&|s| s[1]));
+            statistics[0].mean.push(centre + first);
+            statistics[0].rms.push(rms);
+            statistics[1].mean.push(error(&|s| s[1]));
             let weight = if rms > 0.0 { 0.5 / rms } else { 0.0 };
-            found[1]
+            statistics[1]
                 .rms
                 .push(error(&|s| weight * (s[2] - 2.0 * first * s[1])));
         }
-        found
+        statistics
     }
 
     /// Mean minus centre, and root mean square about the mean, of an output with sums over whole cycles.

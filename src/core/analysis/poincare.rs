@@ -296,12 +296,12 @@ fn extrema(
     window: &Window<'_>,
     half_gap: f64,
     rising: &mut Option<bool>,
-    found: impl FnMut(f64, bool),
+    visit: impl FnMut(f64, bool),
 ) {
     let series = padded(window.deflection);
     let size: f64 = series.iter().map(|a| a.abs()).sum();
     let noise = SLOPE_NOISE * (size + half_gap);
-    sign_changes(transforms24(), &derivative(&series), noise, rising, found);
+    sign_changes(transforms24(), &derivative(&series), noise, rising, visit);
 }
 
 impl Observer for Poincare {

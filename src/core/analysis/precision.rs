@@ -95,8 +95,8 @@ impl ErrorSearch {
     }
 
     /// Statistics of the deflection, the mesh force and contact.
-    fn take_mesh(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
-        let [deflection, force] = mesh_sizes(found);
+    fn take_mesh(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
+        let [deflection, force] = mesh_sizes(outcome);
         self.take(
             "deflection_mean",
             errors.deflection_mean,
@@ -110,28 +110,28 @@ impl ErrorSearch {
         for (name, value, error) in [
             (
                 "deflection_kurtosis",
-                Some(found.deflection_kurtosis),
+                Some(outcome.deflection_kurtosis),
                 errors.deflection_kurtosis,
             ),
-            ("power_loss", found.power_loss, errors.power_loss),
-            ("impact_rate", Some(found.impact_rate), errors.impact_rate),
+            ("power_loss", outcome.power_loss, errors.power_loss),
+            ("impact_rate", Some(outcome.impact_rate), errors.impact_rate),
             (
                 "impact_velocity",
-                Some(found.impact_velocity),
+                Some(outcome.impact_velocity),
                 errors.impact_velocity,
             ),
             (
                 "impact_power",
-                Some(found.impact_power),
+                Some(outcome.impact_power),
                 errors.impact_power,
             ),
             (
                 "rattle_index",
-                Some(found.rattle_index),
+                Some(outcome.rattle_index),
                 errors.rattle_index,
             ),
-            ("flight_mean", found.flights.mean, errors.flight_mean),
-            ("contact_mean", found.contacts.mean, errors.contact_mean),
+            ("flight_mean", outcome.flights.mean, errors.flight_mean),
+            ("contact_mean", outcome.contacts.mean, errors.contact_mean),
         ] {
             // A value of zero has no error, for example an impact speed without impacts.
             if let Some(value) = value.filter(|value| *value != 0.0) {
@@ -150,8 +150,8 @@ impl ErrorSearch {
     }
 
     /// Powers of the vibration.
-    fn take_power(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
-        let (Some(found), Some(errors)) = (&found.power, &errors.power) else {
+    fn take_power(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
+        let (Some(outcome), Some(errors)) = (&outcome.power, &errors.power) else {
             return;
         };
         for (name, error) in [
@@ -163,21 +163,21 @@ impl ErrorSearch {
             ("power_out_friction", errors.friction),
             ("power_stored", errors.stored),
         ] {
-            self.take(name, error, found.largest());
+            self.take(name, error, outcome.largest());
         }
     }
 
     /// Statistics of the structure's outputs.
-    fn take_outputs(&mut self, found: &NvhOutcome, errors: &NvhErrors) {
+    fn take_outputs(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
         for (names, [means, rms], [mean_errors, rms_errors]) in [
             (
                 ["bearing_mean", "bearing_rms"],
-                [&found.bearing_mean, &found.bearing_rms],
+                [&outcome.bearing_mean, &outcome.bearing_rms],
                 [&errors.bearing_mean, &errors.bearing_rms],
             ),
             (
                 ["torque_mean", "torque_rms"],
-                [&found.torque_mean, &found.torque_rms],
+                [&outcome.torque_mean, &outcome.torque_rms],
                 [&errors.torque_mean, &errors.torque_rms],
             ),
         ] {
@@ -191,22 +191,22 @@ impl ErrorSearch {
         let rates = [
             (
                 "acceleration_rms",
-                &found.acceleration_rms,
+                &outcome.acceleration_rms,
                 &errors.acceleration_rms,
             ),
             (
                 "angular_acceleration_rms",
-                &found.angular_acceleration_rms,
+                &outcome.angular_acceleration_rms,
                 &errors.angular_acceleration_rms,
             ),
             (
                 "mesh_deflection_rms",
-                &found.mesh_deflection_rms,
+                &outcome.mesh_deflection_rms,
                 &errors.mesh_deflection_rms,
             ),
             (
                 "mesh_force_rms",
-                &found.mesh_force_rms,
+                &outcome.mesh_force_rms,
                 &errors.mesh_force_rms,
             ),
         ];
@@ -216,15 +216,15 @@ impl ErrorSearch {
     }
 }
 
-fn mesh_sizes(found: &NvhOutcome) -> [SignalSize; 2] {
+fn mesh_sizes(outcome: &NvhOutcome) -> [SignalSize; 2] {
     [
         SignalSize {
-            mean: found.deflection_mean,
-            rms: found.deflection_rms,
+            mean: outcome.deflection_mean,
+            rms: outcome.deflection_rms,
         },
         SignalSize {
-            mean: found.force_mean,
-            rms: found.force_std,
+            mean: outcome.force_mean,
+            rms: outcome.force_std,
         },
     ]
 }
@@ -232,7 +232,7 @@ fn mesh_sizes(found: &NvhOutcome) -> [SignalSize; 2] {
 /// The statistic with the largest relative standard error, for a motion that does not repeat. `outputs` are
 /// the sizes of the structure's outputs, by the names of their signals.
 pub fn loosest(
-    found: &NvhOutcome,
+    outcome: &NvhOutcome,
     spectra: &[Spectrum],
     orders: &[SignalOrders],
     outputs: &[(&str, SignalSize)],
@@ -241,14 +241,14 @@ pub fn loosest(
         name: "deflection_rms".to_owned(),
         error: 0.0,
     });
-    let Some(errors) = &found.stderr else {
+    let Some(errors) = &outcome.stderr else {
         search.0.error = f64::INFINITY;
         return search.0;
     };
-    search.take_mesh(found, errors);
-    search.take_power(found, errors);
-    search.take_outputs(found, errors);
-    let [deflection, force] = mesh_sizes(found);
+    search.take_mesh(outcome, errors);
+    search.take_power(outcome, errors);
+    search.take_outputs(outcome, errors);
+    let [deflection, force] = mesh_sizes(outcome);
     let sine = |signal: &str| match signal {
         "deflection" => deflection.sine(),
         "force" => force.sine(),

@@ -125,11 +125,11 @@ impl Recurrence {
             })
         };
         let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
-        let found = (1..=self.short)
+        let shortest = (1..=self.short)
             .chain(beyond.take_while(|&period| period <= self.longest()))
             .find(|&period| repeats(period, TOLERANCE))?;
-        (1..=found)
-            .find(|&period| found.is_multiple_of(period) && repeats(period, SAME_POINT))
+        (1..=shortest)
+            .find(|&period| shortest.is_multiple_of(period) && repeats(period, SAME_POINT))
             .map(|period| period as u32)
     }
 

@@ -64,7 +64,7 @@ impl SurfaceWatch {
 
     /// Passes every position in a window at which the surface is crossed to `found`, with whether the
     /// combination rises there.
-    pub fn crossings(&mut self, window: &Window<'_>, mut found: impl FnMut(f64, bool)) {
+    pub fn crossings(&mut self, window: &Window<'_>, mut visit: impl FnMut(f64, bool)) {
         let modal = self.motion.on(window);
         let mut combination: Series = [0.0; TERMS];
         combination[0] = -self.level;
@@ -86,7 +86,7 @@ impl SurfaceWatch {
             &mut self.above,
             |x, rises| {
                 if wanted.is_none_or(|wanted| wanted == rises) {
-                    found(x, rises);
+                    visit(x, rises);
                 }
             },
         );

@@ -85,19 +85,19 @@ impl Basis {
         for i in 0..n {
             damping[i * n + i] += 2.0 * structure.damping[i] * structure.frequency[i];
         }
-        let found = decouple(&structure.frequency, &damping, &stiffness)?;
+        let decoupled = decouple(&structure.frequency, &damping, &stiffness)?;
         for i in 0..n {
             stiffness[i * n + i] += structure.frequency[i].powi(2);
         }
         basis.coupled = Some(Coupled {
-            to_modes: found.to_structure,
-            from_modes: found.from_structure,
+            to_modes: decoupled.to_structure,
+            from_modes: decoupled.from_structure,
             frequency: structure.frequency.clone(),
             turns: coupling.gyroscopic.iter().any(|g| *g != 0.0),
             damping,
             stiffness,
         });
-        Ok((basis, found.generators))
+        Ok((basis, decoupled.generators))
     }
 
     /// The basis with blocks of dry sliders added.

@@ -204,21 +204,21 @@ impl Model {
             all[i].static_contact(&at_load, &all[i].deflection, yielding, rigid_motions)
         });
         let from = self.sought_from(all, modes, rigid_motions);
-        let found = rest::static_state(&smooth, &whole, &from)?;
+        let rest_state = rest::static_state(&smooth, &whole, &from)?;
         let mut modes = at_load;
-        for ((rotated, force), given) in all.iter().zip(&found.forces).zip(&given) {
+        for ((rotated, force), given) in all.iter().zip(&rest_state.forces).zip(&given) {
             rest::add(&mut modes, -rotated.side * force, given);
         }
-        for (&r, place) in rigid_motions.iter().zip(&found.place) {
+        for (&r, place) in rigid_motions.iter().zip(&rest_state.place) {
             modes[r] = *place;
         }
         modes.resize(2 * n, 0.0);
-        for (&r, rate) in rigid_motions.iter().zip(rates(all, &whole, &found)) {
+        for (&r, rate) in rigid_motions.iter().zip(rates(all, &whole, &rest_state)) {
             modes[n + r] = rate;
         }
         Ok(Equilibrium {
             state: self.basis.state_of_turned(&modes),
-            bearing: whole.stretched(&found.forces, &found.place),
+            bearing: whole.stretched(&rest_state.forces, &rest_state.place),
         })
     }
 

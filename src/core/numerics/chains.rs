@@ -58,9 +58,9 @@ fn variance(values: &[f64]) -> f64 {
 ///
 /// `None` if a half has fewer than 4 values, all halves are constant, or a value is not finite.
 pub fn rhat(chains: &[&[f64]]) -> Option<f64> {
-    let found = Halves::new(chains)?;
-    let n = found.length;
-    Some(((n * found.between / found.within + n - 1.0) / n).sqrt())
+    let halves = Halves::new(chains)?;
+    let n = halves.length;
+    Some(((n * halves.between / halves.within + n - 1.0) / n).sqrt())
 }
 
 /// Effective sample size of the mean: `N/τ` with the N values of all halves and
@@ -75,15 +75,15 @@ pub fn rhat(chains: &[&[f64]]) -> Option<f64> {
 ///
 /// `None` if a half has fewer than 4 values, all halves are constant, or a value is not finite.
 pub fn ess(chains: &[&[f64]]) -> Option<f64> {
-    let found = Halves::new(chains)?;
-    let n = found.length;
-    let centred: Vec<Vec<f64>> = (found.halves.iter().zip(&found.means))
+    let halves = Halves::new(chains)?;
+    let n = halves.length;
+    let centred: Vec<Vec<f64>> = (halves.halves.iter().zip(&halves.means))
         .map(|(half, centre)| half.iter().map(|x| x - centre).collect())
         .collect();
-    let total = found.within * (n - 1.0) / n + found.between;
-    let correlation = |lag| 1.0 - (found.within - autocovariance(&centred, lag)) / total;
+    let total = halves.within * (n - 1.0) / n + halves.between;
+    let correlation = |lag| 1.0 - (halves.within - autocovariance(&centred, lag)) / total;
 
-    let mut correlations = initial_sequence(correlation, found.halves[0].len());
+    let mut correlations = initial_sequence(correlation, halves.halves[0].len());
     let last = correlations.len() - 2;
     make_monotone(&mut correlations, last);
     let sum: f64 = correlations[..last].iter().sum();
@@ -96,13 +96,16 @@ pub fn ess(chains: &[&[f64]]) -> Option<f64> {
 /// Correlations by lag until a pair of neighbours has a negative sum (Geyer's initial positive sequence).
 /// Only the first value of the last pair counts. It is set to 0 if it and the sum of the pair are negative.
 fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f64> {
-    let mut found = vec![1.0, correlation(1)];
-    let mut pair = [found[0], found[1]];
-    while found.len() < length - 2 && pair[0] + pair[1] > 0.0 {
-        pair = [correlation(found.len()), correlation(found.len() + 1)];
-        found.extend(if pair[0] + pair[1] >= 0.0 { pair } else { [pair[0].max(0.0), 0.0] });
+    let mut correlations = vec![1.0, correlation(1)];
+    let mut pair = [correlations[0], correlations[1]];
+    while correlations.len() < length - 2 && pair[0] + pair[1] > 0.0 {
+        pair = [
+            correlation(correlations.len()),
+            correlation(correlations.len() + 1),
+        ];
+        correlations.extend(if pair[0] + pair[1] >= 0.0 { pair } else { [pair[0].max(0.0), 0.0] });
     }
-    found
+    correlations
 }
 
 /// Lowers each pair of correlations below lag `last` to the one before it (Geyer's initial

@@ -181,9 +181,9 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
     }
     let unit = unit(size);
     if unit != 1.0 {
-        let mut found = eigenpair((matrix * faer::Scale(1.0 / unit)).as_ref(), near / unit)?;
-        found.value *= unit;
-        return Some(found);
+        let mut pair = eigenpair((matrix * faer::Scale(1.0 / unit)).as_ref(), near / unit)?;
+        pair.value *= unit;
+        return Some(pair);
     }
     // A start that is unlikely to be orthogonal to any structure of the matrix.
     let start = Mat::from_fn(n, 1, |i, _| {

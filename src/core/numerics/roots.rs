@@ -226,13 +226,13 @@ pub fn sign_changes<const P: usize>(
     series: &[f64; P],
     noise: f64,
     positive: &mut Option<bool>,
-    mut found: impl FnMut(f64, bool),
+    mut visit: impl FnMut(f64, bool),
 ) {
     let mut meet = |value: f64, x: f64| {
         if value.abs() > noise {
             let sign = value > 0.0;
             if positive.replace(sign).is_some_and(|before| before != sign) {
-                found(x, sign);
+                visit(x, sign);
             }
         }
     };

@@ -91,8 +91,8 @@ pub(super) fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), Ge
             ),
         ] {
             let gear = index + 1;
-            let found = points.points.len();
-            if found == 1 {
+            let count = points.points.len();
+            if count == 1 {
                 return Err(GearError::OnePoint { course, gear });
             }
             if let Some(point) = points.first_out_of_order() {

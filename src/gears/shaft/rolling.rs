@@ -183,7 +183,7 @@ impl RollingLaw {
 
     /// The load on the bearing at a displacement of its inner ring.
     pub fn at(&self, moved: &Ring) -> RollingLoad {
-        let mut found = RollingLoad::default();
+        let mut load = RollingLoad::default();
         for number in 0..self.bearing.count {
             let angle = TAU * f64::from(number) / f64::from(self.bearing.count);
             let force = match self.bearing.element {
@@ -195,21 +195,21 @@ impl RollingLaw {
                     moved,
                     angle,
                     conformity.map(|part| part * diameter),
-                    &mut found,
+                    &mut load,
                 ),
                 RollingElement::Roller { length, .. } => {
-                    self.roller(moved, angle, length, &mut found)
+                    self.roller(moved, angle, length, &mut load)
                 }
             };
-            found.elements += u32::from(force > 0.0);
-            found.largest = found.largest.max(force);
+            load.elements += u32::from(force > 0.0);
+            load.largest = load.largest.max(force);
         }
         for i in 0..RING_FREEDOMS {
             for j in 0..i {
-                found.stiffness[j][i] = found.stiffness[i][j];
+                load.stiffness[j][i] = load.stiffness[i][j];
             }
         }
-        found
+        load
     }
 
     /// Adds a ball between grooves of these radii \[m\]; returns its force \[N\].

@@ -61,8 +61,8 @@ pub enum FmuError {
     },
     /// The description was written for other resources or another library.
     #[error(
-        "the token {given} is not that of the resources, {expected}: the description, the resources and the library must come from \
-         one file that `atlas fmu` wrote"
+        "the token {given} is not that of the resources, {expected}: the description, the resources and the library must come \
+         from one file that `atlas fmu` wrote"
     )]
     Token {
         /// The token from the importer.

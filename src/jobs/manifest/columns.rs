@@ -179,10 +179,10 @@ impl Column {
         let Some((unit, span)) = &self.unit else {
             return true;
         };
-        let found = units::parse_any(&format!("1 {unit}")).ok();
-        let fits = match (found.map(|(_, dimension)| dimension), wanted) {
-            (Some(found), Some(wanted)) => found == wanted,
-            (found, None) => found.is_some(),
+        let quantity = units::parse_any(&format!("1 {unit}")).ok();
+        let fits = match (quantity.map(|(_, dimension)| dimension), wanted) {
+            (Some(quantity), Some(wanted)) => quantity == wanted,
+            (quantity, None) => quantity.is_some(),
             (None, Some(_)) => false,
         };
         if !fits {

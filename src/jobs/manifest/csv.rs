@@ -110,8 +110,8 @@ impl<'i> Reader<'i> {
         remedy: impl Into<String>,
     ) {
         let at = self.span(at.start, at.text.len());
-        let found = Diagnostic::new(kind, at, self.list.path, message);
-        self.issues.push(found.label(label).remedy(remedy));
+        let diagnostic = Diagnostic::new(kind, at, self.list.path, message);
+        self.issues.push(diagnostic.label(label).remedy(remedy));
     }
 
     /// Columns of a header line, without numbers.

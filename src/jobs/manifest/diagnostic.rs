@@ -245,7 +245,7 @@ impl Issues {
 
     /// Number of errors.
     pub fn count(&self) -> usize {
-        let found = self.found.borrow();
-        found.iter().filter(|d| !d.kind.is_warning()).count() + self.more.get()
+        let diagnostics = self.found.borrow();
+        diagnostics.iter().filter(|d| !d.kind.is_warning()).count() + self.more.get()
     }
 }

@@ -121,17 +121,17 @@ fn name(sources: &[Source]) -> Cow<'_, str> {
 
 /// Takes the faults: errors before warnings, each sorted by place, without repetitions, with lines and columns.
 fn placed(issues: &Issues) -> Vec<Diagnostic> {
-    let mut found = issues.found.take();
+    let mut diagnostics = issues.found.take();
     let sources = issues.sources.borrow();
-    found.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
-    found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
-    for diagnostic in &mut found {
+    diagnostics.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
+    diagnostics.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
+    for diagnostic in &mut diagnostics {
         let source = &sources[diagnostic.span.source];
         if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {
             (diagnostic.line, diagnostic.column) = place(&source.text, diagnostic.span.start);
         }
     }
-    found
+    diagnostics
 }
 
 /// Writes a fault with its line of the file.

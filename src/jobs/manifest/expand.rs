@@ -141,19 +141,19 @@ pub(super) fn expand(
         hash.in_part(tree);
     }
     let mut sometimes = HashSet::new();
-    let mut found = issues.found.borrow_mut();
+    let mut diagnostics = issues.found.borrow_mut();
     for occurrence in faults.values() {
         if occurrence.combinations == checked {
-            found[occurrence.index].at_point = None
+            diagnostics[occurrence.index].at_point = None
         } else {
             _ = sometimes.insert(occurrence.index)
         }
     }
     // A key with an effect at some points has an effect.
     let mut index = 0..;
-    found.retain(|found| {
+    diagnostics.retain(|diagnostic| {
         let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
-        found.kind != DiagnosticKind::NoEffect || !sometimes
+        diagnostic.kind != DiagnosticKind::NoEffect || !sometimes
     });
     let every = variants.len() == all;
     let (numbers, variants) = variants.into_iter().unzip();
@@ -394,8 +394,10 @@ impl PointResolver {
         context.housings.clone_from(&kept.housings);
         context.last_drive = like.map(|like| like.model.source.clone());
         let resolved = resolve(&Section::root(&tree, &issues, MANIFEST), &mut context);
-        let found = issues.found.borrow();
-        let fault = found.iter().find(|found| !found.kind.is_warning());
+        let diagnostics = issues.found.borrow();
+        let fault = diagnostics
+            .iter()
+            .find(|diagnostic| !diagnostic.kind.is_warning());
         match (resolved, fault) {
             (Some(mut resolved), None) => {
                 if let Some(like) = like {

@@ -66,16 +66,16 @@ impl Expression {
     /// A sentence with the expression and the values if the result is not finite.
     pub fn value(&self, of: impl Fn(&str) -> f64) -> Result<f64, String> {
         let values: Vec<f64> = self.names().iter().map(|name| of(name)).collect();
-        let found = self.parsed.eval(&values).unwrap_or(f64::NAN);
-        if found.is_finite() {
-            return Ok(found);
+        let result = self.parsed.eval(&values).unwrap_or(f64::NAN);
+        if result.is_finite() {
+            return Ok(result);
         }
         let at = self.names().iter().zip(&values);
         let at: Vec<String> = at
             .map(|(name, value)| format!("{name} = {value}"))
             .collect();
         Err(format!(
-            "`{}` is {found}, not a finite number, at {}",
+            "`{}` is {result}, not a finite number, at {}",
             self.text,
             at.join(", ")
         ))

@@ -87,11 +87,11 @@ pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
 /// As [`load`], and every fault of the changes.
 pub fn load_changed(path: &Path, changes: &[String]) -> Result<Job, ManifestErrors> {
     let issues = Issues::default();
-    let found = text::read(&issues, path, "the manifest");
+    let source = text::read(&issues, path, "the manifest");
     let base_dir = path.parent().unwrap_or(Path::new(""));
     resolve_read_manifest(
         issues,
-        found,
+        source,
         &path.display().to_string(),
         base_dir,
         changes,
@@ -110,8 +110,8 @@ pub fn read_changed(
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
     let issues = Issues::default();
-    let found = text::read_stream(&issues, stream, name, "the manifest");
-    resolve_read_manifest(issues, found, name, Path::new(""), changes)
+    let source = text::read_stream(&issues, stream, name, "the manifest");
+    resolve_read_manifest(issues, source, name, Path::new(""), changes)
 }
 
 fn resolve_read_manifest(
@@ -288,8 +288,8 @@ fn change_modal_file(
 
 /// Makes a misspelt key one fault instead of an unknown and a missing one.
 fn drop_echoes(issues: &Issues) {
-    let mut found = issues.found.borrow_mut();
-    let meant: Vec<String> = (found.iter())
+    let mut diagnostics = issues.found.borrow_mut();
+    let meant: Vec<String> = (diagnostics.iter())
         .filter(|d| d.kind == DiagnosticKind::UnknownKey)
         .filter_map(|d| {
             let near = d
@@ -303,7 +303,7 @@ fn drop_echoes(issues: &Issues) {
             })
         })
         .collect();
-    found.retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
+    diagnostics.retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
 }
 
 /// After a syntax error the tree is uncertain. Keeps syntax errors, and faults of values and names on the lines before

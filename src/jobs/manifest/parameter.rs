@@ -322,8 +322,8 @@ fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> 
         spec: key,
     };
     _ = given.in_range(value, dimension);
-    let found = issues.found.borrow();
-    Err(found
+    let diagnostics = issues.found.borrow();
+    Err(diagnostics
         .first()
         .map_or_else(String::new, |fault| fault.message.clone()))
 }

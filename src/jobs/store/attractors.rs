@@ -44,14 +44,14 @@ impl Row for AttractorRow {
 
 /// The rows of a point.
 pub(super) fn attractor_rows(point: &mut PointRow) -> Vec<AttractorRow> {
-    let found = point
+    let outcomes = point
         .multistability
         .iter()
-        .flat_map(|found| &found.attractors);
+        .flat_map(|outcome| &outcome.attractors);
     let row = |(id, outcome): (u32, &AttractorOutcome)| {
         AttractorRow::new(point.point_id, id, outcome.clone())
     };
-    (0..).zip(found).map(row).collect()
+    (0..).zip(outcomes).map(row).collect()
 }
 
 /// Columns of `attractors.parquet`. Exponent, statistics and events are those of the first probe or

@@ -9,8 +9,8 @@ impl Row for OfPoint<CellOutcome> {}
 
 /// Takes the rows of a point.
 pub(super) fn cell_rows(point: &mut PointRow) -> Vec<OfPoint<CellOutcome>> {
-    let found = point.multistability.iter_mut();
-    let cells = found.flat_map(|found| std::mem::take(&mut found.cells));
+    let outcomes = point.multistability.iter_mut();
+    let cells = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.cells));
     OfPoint::all(point.point_id, cells)
 }
 

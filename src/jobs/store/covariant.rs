@@ -34,7 +34,7 @@ pub(super) fn covariant_columns() -> Vec<Column<PointRow>> {
 }
 
 /// Number of entries in the lists of a row.
-pub(super) fn list_length(found: &CovariantOutcome) -> usize {
-    let quantiles = found.angle.as_ref().map_or(0, |a| a.quantiles.len());
-    3 * found.exponents.len() + quantiles
+pub(super) fn list_length(outcome: &CovariantOutcome) -> usize {
+    let quantiles = outcome.angle.as_ref().map_or(0, |a| a.quantiles.len());
+    3 * outcome.exponents.len() + quantiles
 }

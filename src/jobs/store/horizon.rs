@@ -10,8 +10,8 @@ impl Row for OfPoint<HorizonMeasure> {}
 
 /// Takes the rows of a point.
 pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<OfPoint<HorizonMeasure>> {
-    let found = point.horizon.iter_mut();
-    let measures = found.flat_map(|found| std::mem::take(&mut found.measures));
+    let outcomes = point.horizon.iter_mut();
+    let measures = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.measures));
     OfPoint::all(point.point_id, measures)
 }
 

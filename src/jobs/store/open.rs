@@ -173,9 +173,9 @@ pub fn is_decoding() -> bool {
 /// this; only this function protects against files in a folder without a record.
 fn decoding<T>(path: &Path, call: impl FnOnce() -> T) -> Result<T, StoreError> {
     DECODING.set(true);
-    let found = catch_unwind(AssertUnwindSafe(call));
+    let decoded = catch_unwind(AssertUnwindSafe(call));
     DECODING.set(false);
-    found.map_err(|panic| {
+    decoded.map_err(|panic| {
         let text = (panic.downcast_ref::<String>().map(String::as_str))
             .or_else(|| panic.downcast_ref::<&str>().copied());
         let reason = text

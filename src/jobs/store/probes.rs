@@ -13,8 +13,8 @@ impl Row for OfPoint<ProbeOutcome> {
 
 /// Takes the rows of a point.
 pub(super) fn probe_rows(point: &mut PointRow) -> Vec<OfPoint<ProbeOutcome>> {
-    let found = point.multistability.iter_mut();
-    let probes = found.flat_map(|found| std::mem::take(&mut found.probes));
+    let outcomes = point.multistability.iter_mut();
+    let probes = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.probes));
     OfPoint::all(point.point_id, probes)
 }
 

@@ -30,7 +30,7 @@ pub fn statuses(
     let foreign = || StoreError::foreign(&path, "it does not have the columns point_id and status");
     let recorded = Some(RecordedTables { folder, tables });
     let mut reader = TableReader::open(&path, recorded, Some(&["point_id", "status"]))?;
-    let mut found: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();
+    let mut points_by_status: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();
     while let Some(batch) = reader.next()? {
         let ids = batch
             .column_by_name("point_id")
@@ -43,10 +43,13 @@ pub fn statuses(
             .ok_or_else(foreign)?;
         for (id, status) in ids.values().iter().zip(statuses) {
             let status = status.ok_or_else(foreign)?;
-            found.entry(status.to_owned()).or_default().insert(*id);
+            points_by_status
+                .entry(status.to_owned())
+                .or_default()
+                .insert(*id);
         }
     }
-    Ok(found)
+    Ok(points_by_status)
 }
 
 /// Points of finished results, and their replacements.

@@ -313,7 +313,7 @@ impl Search<'_> {
             return Ok(None);
         }
         let (mut near, mut far) = (near.clone(), level);
-        let mut found = Transition {
+        let mut transition = Transition {
             from: near.class,
             to,
             bracket: [near.value, self.point.axis_values[carried.axis]],
@@ -328,13 +328,13 @@ impl Search<'_> {
         let mut halved = 0;
         let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };
         for _ in 0..halvings.max(fewest) {
-            let value = 0.5 * (near.value + found.bracket[1]);
+            let value = 0.5 * (near.value + transition.bracket[1]);
             let Some(between) = self.job.point_between(&trial_point, value) else {
                 break;
             };
             let start = carried_from(self.job, Some(&near.end));
             let trial_result = compute_point(&between, start, self.parts, self.interrupt)?;
-            found.trials += 1;
+            transition.trials += 1;
             result.outcome.cycles += trial_result.outcome.cycles;
             let here = self::level(&trial_result.outcome);
             let (Some(class), Some(end)) = (verdict(&trial_result.outcome), trial_result.end)
@@ -350,28 +350,28 @@ impl Search<'_> {
                 alike: false,
             };
             // With one class on both sides, the trial belongs to the side with the nearer level.
-            let as_before = class == found.from
-                && (found.to != found.from || left(&near, here) <= left(&trial, far));
+            let as_before = class == transition.from
+                && (transition.to != transition.from || left(&near, here) <= left(&trial, far));
             if as_before {
                 near = trial;
-                found.bracket[0] = value;
+                transition.bracket[0] = value;
             } else {
                 far = here;
-                found.to = class;
-                found.bracket[1] = value;
+                transition.to = class;
+                transition.bracket[1] = value;
             }
             halved += 1;
-            if found.to == found.from && !jumps(&near, far) {
+            if transition.to == transition.from && !jumps(&near, far) {
                 return Ok(None);
             }
         }
-        if found.to == found.from {
+        if transition.to == transition.from {
             if halved < fewest {
                 return Ok(None);
             }
-            found.jump = near.level.zip(far).map(|(before, behind)| [before, behind]);
+            transition.jump = near.level.zip(far).map(|(before, behind)| [before, behind]);
         }
-        Ok(Some(found))
+        Ok(Some(transition))
     }
 
     /// The point with only the requests that give its class of motion and, if `levelled`, its level.

@@ -84,12 +84,12 @@ impl<'a> PointFamily<'a> {
             .map(|(parameter, value)| (parameter, *value));
         let held = held.filter(|(parameter, _)| !self.parameters.contains(parameter));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
-        let mut found = self.between.changed(&self.point, &values)?;
+        let mut changed = self.between.changed(&self.point, &values)?;
         // One length scale for orbits at all values of the parameters.
         if let Some(length) = self.point.mesh.length {
-            found.mesh = found.mesh.measured_by(length);
+            changed.mesh = changed.mesh.measured_by(length);
         }
-        Ok(found)
+        Ok(changed)
     }
 
     /// The size of a parameter, as a scale for small changes.

@@ -245,24 +245,24 @@ fn other_analyses_time(requested: &Analyses, short: &Analyses, result: &PointRes
 }
 
 /// Cycles of all requested probes and cells, extrapolated from some.
-fn probed(found: &MultistabilityOutcome, config: &MultistabilityConfig) -> f64 {
+fn probed(outcome: &MultistabilityOutcome, config: &MultistabilityConfig) -> f64 {
     let all = |cycles: Vec<u64>, count: f64| {
         cycles.iter().sum::<u64>() as f64 * count / cycles.len().max(1) as f64
     };
-    let probes = found.probes.iter().map(|probe| probe.cycles).collect();
-    let cells = found.cells.iter().map(|cell| cell.cycles).collect();
+    let probes = outcome.probes.iter().map(|probe| probe.cycles).collect();
+    let cells = outcome.cells.iter().map(|cell| cell.cycles).collect();
     let side = config.slice.map_or(0.0, |slice| f64::from(slice.count));
     all(probes, config.initial_conditions.into()) + all(cells, side * side)
 }
 
 /// Repeats probes and cells up to the requested number, for rows of the final size.
-fn enlarge(found: &mut MultistabilityOutcome, config: &MultistabilityConfig) {
+fn enlarge(outcome: &mut MultistabilityOutcome, config: &MultistabilityConfig) {
     fn repeat<T: Clone>(list: &mut Vec<T>, count: usize) {
         *list = list.iter().cloned().cycle().take(count).collect();
     }
     let side = config.slice.map_or(0, |slice| slice.count as usize);
-    repeat(&mut found.probes, config.initial_conditions as usize);
-    repeat(&mut found.cells, side * side);
+    repeat(&mut outcome.probes, config.initial_conditions as usize);
+    repeat(&mut outcome.cells, side * side);
 }
 
 #[cfg(test)]

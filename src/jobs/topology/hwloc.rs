@@ -108,10 +108,10 @@ impl System for Hwloc {
     }
 
     fn nodes_of_memory(&self, values: &[f64]) -> Vec<u32> {
-        let found: Result<NodeSet, _> =
+        let nodes: Result<NodeSet, _> =
             self.area_memory_location(values, MemoryBindingFlags::empty());
         let number = |node| u32::try_from(usize::from(node)).ok();
-        found.map_or_else(
+        nodes.map_or_else(
             |_| Vec::new(),
             |nodes| nodes.iter_set().filter_map(number).collect(),
         )

@@ -264,8 +264,8 @@ struct Node {
 /// The nodes that this process may use, at least one.
 fn nodes(tree: &Tree, allowed: &Set) -> Vec<Node> {
     let memory = |path: &str, key: &str| {
-        let found = tree.text(path).and_then(|text| kibibytes(&text, key));
-        found.filter(|bytes| *bytes > 0)
+        let bytes = tree.text(path).and_then(|text| kibibytes(&text, key));
+        bytes.filter(|bytes| *bytes > 0)
     };
     let known = tree
         .list("sys/devices/system/node/online")

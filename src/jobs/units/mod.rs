@@ -227,8 +227,8 @@ pub enum QuantityError {
     },
 }
 
-fn kind_of_unit(found: Option<Dimension>) -> String {
-    match found {
+fn kind_of_unit(dimension: Option<Dimension>) -> String {
+    match dimension {
         Some(dimension) => {
             let name = dimension.name();
             let noun = name.split_once(' ').map_or(name, |(_, noun)| noun);

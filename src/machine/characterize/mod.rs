@@ -99,7 +99,7 @@ pub fn characterize(
     }
     missing.extend(outcome::missing(&items, &samples));
     let noise = noise.end(sample::scatter(&samples));
-    let mut found = Characteristics {
+    let mut characteristics = Characteristics {
         format: Characteristics::format(),
         host: host(),
         started: timestamp(started),
@@ -116,8 +116,8 @@ pub fn characterize(
         roofline: Vec::new(),
         missing,
     };
-    outcome::fill(&mut found, &items, &samples);
-    Ok(Some(found))
+    outcome::fill(&mut characteristics, &items, &samples);
+    Ok(Some(characteristics))
 }
 
 /// Limits of resources.

@@ -41,14 +41,14 @@ pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {
 }
 
 /// Converts samples to rows.
-pub fn fill(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
+pub fn fill(characteristics: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
-        rows(found, item, sample);
+        rows(characteristics, item, sample);
     }
-    add_roofline(found, items, samples);
+    add_roofline(characteristics, items, samples);
 }
 
-fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
+fn rows(characteristics: &mut Characteristics, item: &Item, sample: &Sample) {
     match item {
         Item::Arithmetic { set, team } => {
             let key = ArithmeticKey {
@@ -56,14 +56,14 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                 threads: team.len() as u64,
             };
             let row = sample.measurement(0, Kind::Rate(1.0), key);
-            found.arithmetic.extend(row);
+            characteristics.arithmetic.extend(row);
         }
         Item::Streams {
             placement,
             team,
             lines,
         } => {
-            streams(found, *placement, team.len(), *lines, sample);
+            streams(characteristics, *placement, team.len(), *lines, sample);
         }
         Item::Nodes {
             team,
@@ -81,7 +81,7 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                 bytes,
             };
             let row = sample.measurement(0, Kind::Rate(bytes as f64), key);
-            found.bandwidth.extend(row);
+            characteristics.bandwidth.extend(row);
         }
         Item::Solver { campaign, teams } => {
             for (i, team) in teams.iter().enumerate() {
@@ -96,7 +96,7 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                     efficiency: sample.gain(i) / threads as f64,
                 };
                 let row = sample.measurement(i, Kind::Rate(1.0), key);
-                found.solver.extend(row);
+                characteristics.solver.extend(row);
             }
         }
         Item::Mountain { lines, strides, .. } => {
@@ -106,7 +106,7 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                     stride: (stride * LINE) as u64,
                 };
                 let row = sample.measurement(i, Kind::Rate(LINE as f64), key);
-                found.mountain.extend(row);
+                characteristics.mountain.extend(row);
             }
         }
         Item::Latency {
@@ -124,14 +124,14 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
                     memory_node: *memory,
                 };
                 let row = sample.measurement(i, Kind::Time(1.0), key);
-                found.latency.extend(row);
+                characteristics.latency.extend(row);
             }
         }
     }
 }
 
 fn streams(
-    found: &mut Characteristics,
+    characteristics: &mut Characteristics,
     placement: Placement,
     members: usize,
     lines: usize,
@@ -148,12 +148,12 @@ fn streams(
             bytes: streaming::bytes(kernel, members, lines),
         };
         let row = sample.measurement(i, Kind::Rate(key.bytes as f64), key);
-        found.bandwidth.extend(row);
+        characteristics.bandwidth.extend(row);
     }
 }
 
 /// Places the kernels in the roofline, from counted work and the time of one thread.
-fn add_roofline(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
+fn add_roofline(characteristics: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         let Item::Solver { campaign, .. } = item else {
             continue;
@@ -165,7 +165,7 @@ fn add_roofline(found: &mut Characteristics, items: &[Item], samples: &[Sample])
             continue;
         };
         let operations = 2.0 * sample.work.numbers;
-        found.roofline.push(RoofRow {
+        characteristics.roofline.push(RoofRow {
             kernel: campaign.solver.name().to_owned(),
             modes: campaign.modes as u64,
             operations,

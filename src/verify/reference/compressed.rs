@@ -19,7 +19,7 @@ impl Compressed {
         (cycle, time): (u64, f64),
         state: &[f64],
     ) -> Self {
-        let mut found = Self::default();
+        let mut compressed = Self::default();
         for (index, contact) in model.contacts.iter().enumerate() {
             if !contact.release.is_by_force() || closed.holds(index) {
                 continue;
@@ -29,12 +29,12 @@ impl Compressed {
             let [gap, _] = contact.gap(segment, time);
             let depth = contact.margin(true, deflection, gap);
             if depth >= contact.band {
-                found.passed = found.passed.toggled(index);
+                compressed.passed = compressed.passed.toggled(index);
             } else if depth > 0.0 {
-                found.unladen = found.unladen.toggled(index);
+                compressed.unladen = compressed.unladen.toggled(index);
             }
         }
-        found
+        compressed
     }
 
     /// Updates after a change of the closed contacts: a closed layer of a film, or the closed flank, has passed all

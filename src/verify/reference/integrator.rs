@@ -294,7 +294,7 @@ impl Integration<'_> {
                 self.sample(contact, watched, left, h);
                 let samples = std::mem::take(&mut self.samples);
                 let mut advanced = false;
-                let found = first_crossing(&samples, resolution, |tau| {
+                let crossing = first_crossing(&samples, resolution, |tau| {
                     advanced = true;
                     self.advance(left, tau);
                     self.margin(contact, watched, &self.moved.value, left + tau)
@@ -305,7 +305,7 @@ impl Integration<'_> {
                     // Restore the stages of the whole step.
                     self.advance(left, h);
                 }
-                if let Some(tau) = found
+                if let Some(tau) = crossing
                     && first.is_none_or(|(earlier, ..)| tau < earlier)
                 {
                     first = Some((tau, contact, watched));

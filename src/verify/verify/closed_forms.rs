@@ -24,14 +24,14 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         let mut worst = 0.0f64;
         for (exponents, model) in &exact {
             let start = model.start(&InitialState::Static);
-            let found = kernel.on(model)?.multipliers(model, &start)?;
-            let found = found.ok_or(CheckError::Missing {
+            let multipliers = kernel.on(model)?.multipliers(model, &start)?;
+            let multipliers = multipliers.ok_or(CheckError::Missing {
                 what: "an eigenvalue of the kernel's map",
             })?;
-            for (found, exact) in found.iter().zip(exponents) {
-                worst = worse(worst, (found.norm().ln() - exact).abs());
+            for (multipliers, exact) in multipliers.iter().zip(exponents) {
+                worst = worse(worst, (multipliers.norm().ln() - exact).abs());
             }
-            if found.len() != exponents.len() {
+            if multipliers.len() != exponents.len() {
                 worst = f64::NAN;
             }
         }
@@ -286,9 +286,9 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let start = model.start(&InitialState::Static);
-        let found = kernel.on(&model)?.multipliers(&model, &start)?;
-        let found = found.and_then(|multipliers| multipliers.first().copied());
-        let leading = found.ok_or(CheckError::Missing {
+        let multipliers = kernel.on(&model)?.multipliers(&model, &start)?;
+        let multipliers = multipliers.and_then(|multipliers| multipliers.first().copied());
+        let leading = multipliers.ok_or(CheckError::Missing {
             what: "a multiplier of the pair",
         })?;
         let frequency = leading.arg().abs() / model.period();

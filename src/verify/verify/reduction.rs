@@ -45,11 +45,11 @@ pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     for (name, augmented) in [("20 modes", false), ("20 modes + MTA", true)] {
         let mut case = drive.clone();
         case.structure = drive.structure.truncated(20, augmented)?;
-        let found = measure(&case)?;
+        let measured = measure(&case)?;
         lines.push(Line::between(
-            format!("deflection RMS, {name}, {:.2} um", 1e6 * found),
+            format!("deflection RMS, {name}, {:.2} um", 1e6 * measured),
             "all 40 modes",
-            100.0 * (found / full - 1.0),
+            100.0 * (measured / full - 1.0),
             [-5.0, 5.0],
             "%",
         ));

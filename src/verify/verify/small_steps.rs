@@ -34,9 +34,9 @@ fn error(
     end: &TrajectoryState,
 ) -> Result<f64, CheckError> {
     let cycles = end.cycle - start.cycle;
-    let found = Stepping::new(model, steps, 10_000).passage(start, cycles)?;
+    let passage = Stepping::new(model, steps, 10_000).passage(start, cycles)?;
     let norm = EnergyNorm::new(model);
-    Ok(norm.distance(&found.end.state, &end.state) / norm.unit())
+    Ok(norm.distance(&passage.end.state, &end.state) / norm.unit())
 }
 
 fn order_in_contact(model: &Model) -> Result<f64, CheckError> {

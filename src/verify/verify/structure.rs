@@ -50,11 +50,11 @@ impl Rotor {
     }
 }
 
-fn worst(found: &[f64], published: &[f64]) -> f64 {
-    if found.len() != published.len() {
+fn worst(computed: &[f64], published: &[f64]) -> f64 {
+    if computed.len() != published.len() {
         return f64::NAN;
     }
-    let differences = found.iter().zip(published).map(|(a, b)| (a - b).abs());
+    let differences = computed.iter().zip(published).map(|(a, b)| (a - b).abs());
     differences.fold(0.0, worse)
 }
 

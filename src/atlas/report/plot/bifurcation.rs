@@ -120,14 +120,14 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         if both {
             canvas.height = top + 74.0;
         }
-        let found = counts(slice.points.iter().copied());
+        let class_counts = counts(slice.points.iter().copied());
         // λ and its key are below the panel, and next to the last of several panels.
         let room = if with_lambda && !both { 358.0 } else { 446.0 };
         let used = key(
             &mut canvas,
             [MARGIN, TOP],
             room - 40.0,
-            &found,
+            &class_counts,
             |canvas, at, motion| {
                 if with_lambda && !both {
                     marker_sample(canvas, at, motion)

@@ -175,14 +175,14 @@ fn settled(followed: &Followed, line: &FixedValues, results: &Results) -> Vec<Pl
 }
 
 /// A branch in stable and unstable parts, split at the bifurcations where stability changes.
-fn parts(over: usize, orbits: &[Orbit], found: &[&Bifurcation]) -> Vec<(bool, Vec<Place>)> {
+fn parts(over: usize, orbits: &[Orbit], bifurcations: &[&Bifurcation]) -> Vec<(bool, Vec<Place>)> {
     let mut parts: Vec<(bool, Vec<Place>)> = Vec::new();
     for (index, orbit) in orbits.iter().enumerate() {
         let at = [orbit.at[over], orbit.rms];
         match parts.last_mut() {
             Some((stable, part)) if *stable == orbit.stable => part.push(at),
             Some((_, part)) => {
-                let between = found.iter().find(|b| {
+                let between = bifurcations.iter().find(|b| {
                     let kinds = ["fold", "branch_point", "period_doubling", "torus"];
                     b.after + 1 == index && kinds.contains(&&b.kind[..])
                 });

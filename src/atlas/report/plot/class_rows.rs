@@ -33,8 +33,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     results.by_slice(PictureKind::Classes, results.slices(&[along]), |slice| {
         let title = format!("class of motion over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
-        let found = counts(slice.points.iter().copied());
-        let rows: BTreeSet<Motion> = found.keys().copied().collect();
+        let class_counts = counts(slice.points.iter().copied());
+        let rows: BTreeSet<Motion> = class_counts.keys().copied().collect();
         let count = rows.len() as f64;
         let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST);
         let panel = Panel::new(
@@ -51,7 +51,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             let baseline = y + 0.35 * TICK_SIZE;
             let at = [panel.left - 9.0, baseline];
             canvas.text(at, &motion.name(), TICK_SIZE, INK, Anchor::End);
-            let count = plural(found[motion], "point");
+            let count = plural(class_counts[motion], "point");
             canvas.label([panel.right + 9.0, baseline], &count, SOFT);
         }
         let tall = (0.6 * half).min(TALLEST);

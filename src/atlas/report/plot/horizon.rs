@@ -35,14 +35,14 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         let reason = format!("point {} is not chaotic or has no horizon", point.point_id);
         return Err(PictureKind::Horizon.unfit(reason));
     }
-    let found = PointData::read(results, &table, point)?;
+    let data = PointData::read(results, &table, point)?;
 
     let several = results.summary.chaotic.len() > 1;
     let chosen = if request.point.is_none() && several { "the most chaotic point" } else { "" };
     let words = results.point_words(point);
     let mut canvas = results.canvas("from trajectories to averages", &[&words, chosen]);
-    separations(&mut canvas, &found);
-    averages(&mut canvas, &found);
+    separations(&mut canvas, &data);
+    averages(&mut canvas, &data);
     Ok(Drawn::one(Picture::new(
         format!("horizon-point{}", point.point_id),
         canvas,
@@ -102,8 +102,8 @@ impl PointData {
 }
 
 /// Separation over cycles, with the slope of the exponent and the horizon.
-fn separations(canvas: &mut Canvas, found: &PointData) {
-    let curve = &found.separation;
+fn separations(canvas: &mut Canvas, data: &PointData) {
+    let curve = &data.separation;
     let [low, high] = range(
         curve
             .iter()
@@ -131,7 +131,7 @@ fn separations(canvas: &mut Canvas, found: &PointData) {
         .collect();
     canvas.line(&path, BLUE, 2.0);
 
-    if let Some(level) = found.saturation {
+    if let Some(level) = data.saturation {
         let y = panel.y(level);
         canvas.dashes([panel.left, y], [panel.right, y], SOFT, 1.2);
         let text = format!("unrelated states: {} half gaps", number(level));
@@ -145,13 +145,13 @@ fn separations(canvas: &mut Canvas, found: &PointData) {
         canvas.text(at, &text, TICK_SIZE, colour, Anchor::End);
         corner -= 20.0;
     };
-    if let Some(horizon) = found.horizon {
+    if let Some(horizon) = data.horizon {
         let x = panel.x(horizon);
         canvas.dashes([x, panel.top], [x, panel.bottom], RED, 1.4);
-        let doubt = (found.stderr).map_or(String::new(), |e| format!(" ± {e:.1}"));
+        let doubt = (data.stderr).map_or(String::new(), |e| format!(" ± {e:.1}"));
         say(canvas, format!("horizon {horizon:.1}{doubt} cycles"), RED);
     }
-    if let (Some(lambda), Some(horizon)) = (found.lambda, found.horizon) {
+    if let (Some(lambda), Some(horizon)) = (data.lambda, data.horizon) {
         // Draw the slope through the middle of the growth.
         if let Some([n, value, _]) = curve.get((0.5 * horizon) as usize) {
             let at = |cycles: f64| value * (lambda * (cycles - n)).exp();
@@ -168,8 +168,8 @@ fn separations(canvas: &mut Canvas, found: &PointData) {
 }
 
 /// Standard errors of mean forces over the number of averaged cycles.
-fn averages(canvas: &mut Canvas, found: &PointData) {
-    let all = || found.averages.iter().flat_map(|(_, curve, _)| curve);
+fn averages(canvas: &mut Canvas, data: &PointData) {
+    let all = || data.averages.iter().flat_map(|(_, curve, _)| curve);
     let [low, high] = range(all().map(|p| p[2]).filter(|spread| *spread > 0.0));
     let last = all().map(|p| p[0]).fold(2.0, f64::max);
     let panel = Panel::new(
@@ -184,7 +184,7 @@ fn averages(canvas: &mut Canvas, found: &PointData) {
     );
     panel.frame(canvas, true);
     let mut line = TOP + 20.0;
-    for ((name, curve, power), colour) in found.averages.iter().zip([BLUE, RED]) {
+    for ((name, curve, power), colour) in data.averages.iter().zip([BLUE, RED]) {
         let points: Vec<&[f64; 3]> = curve.iter().filter(|p| p[2] > 0.0).collect();
         let long: Vec<f64> = (points.iter().filter(|p| p[0] >= FROM))
             .map(|p| (p[2] * p[0].powf(*power)).ln())
@@ -209,7 +209,7 @@ fn averages(canvas: &mut Canvas, found: &PointData) {
         canvas.text(at, &text, TICK_SIZE, colour, Anchor::End);
         line += 18.0;
     }
-    let fitted = found.exponent.map_or(String::new(), |exponent| {
+    let fitted = data.exponent.map_or(String::new(), |exponent| {
         format!(" (fitted {})", format!("{exponent:.2}").replace('-', "−"))
     });
     let note = format!("dashes: powers −1/2{fitted} and −1");

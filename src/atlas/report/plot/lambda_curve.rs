@@ -31,8 +31,14 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             let area = [72.0, 526.0];
             let y = panel(&mut canvas, area, results, along, &slice.points);
             if sweeps(results, &slice.points).len() < 2 {
-                let found = counts(slice.points.iter().copied());
-                key(&mut canvas, [MARGIN, y], area[1], &found, marker_sample);
+                let class_counts = counts(slice.points.iter().copied());
+                key(
+                    &mut canvas,
+                    [MARGIN, y],
+                    area[1],
+                    &class_counts,
+                    marker_sample,
+                );
             }
             canvas
         },

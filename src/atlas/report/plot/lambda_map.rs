@@ -114,9 +114,15 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
             let title = format!("class of motion over {}", cells.words());
             let mut canvas = results.canvas(&title, &[&slice.words]);
             let cells_drawn = cells.draw(&mut canvas, slice, |point| class_cell(Motion::of(point)));
-            let found = counts(slice.points.iter().copied());
+            let class_counts = counts(slice.points.iter().copied());
             let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
-            let used = cell_key(&mut canvas, [MARGIN, top], bottom, &found, class_cell);
+            let used = cell_key(
+                &mut canvas,
+                [MARGIN, top],
+                bottom,
+                &class_counts,
+                class_cell,
+            );
             notes(&mut canvas, top + used + 2.0, cells_drawn);
             canvas
         },

@@ -22,10 +22,10 @@ pub(super) fn pictures(
     drawable: impl Fn(&Orbit) -> bool,
     draw: impl Fn(&mut Canvas, &[&Orbit]),
 ) -> Result<Drawn, PlotError> {
-    let found = results.summary.orbits.as_ref().ok_or_else(|| {
+    let orbits = results.summary.orbits.as_ref().ok_or_else(|| {
         what.unfit("there is no orbits.parquet; add `orbits = {}` to [analyses] of the manifest")
     })?;
-    let mut ids: Vec<u64> = (found.orbits.iter())
+    let mut ids: Vec<u64> = (orbits.orbits.iter())
         .filter(|orbit| drawable(orbit))
         .map(|orbit| orbit.point_id)
         .collect();
@@ -44,7 +44,7 @@ pub(super) fn pictures(
     }
     let mut drawn = Drawn::of_slices(what, ids.len().min(MOST_SLICES), ids.len());
     for &id in ids.iter().take(MOST_SLICES) {
-        let of_point: Vec<&Orbit> = (found.orbits.iter())
+        let of_point: Vec<&Orbit> = (orbits.orbits.iter())
             .filter(|orbit| orbit.point_id == id && drawable(orbit))
             .collect();
         let words = results.point_words(results.point(id)?);

@@ -363,8 +363,8 @@ impl Results {
 
     /// The point with a number.
     pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
-        let found = self.summary.all.iter().find(|p| p.point_id == point_id);
-        found.ok_or(PlotError::UnknownPoint { point_id })
+        let point = self.summary.all.iter().find(|p| p.point_id == point_id);
+        point.ok_or(PlotError::UnknownPoint { point_id })
     }
 
     /// `point 45: load 0.1, speed 1108 rad/s, chaotic`.

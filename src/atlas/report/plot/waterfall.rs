@@ -33,16 +33,17 @@ const SHADES: f64 = 64.0;
 const FLOOR: f64 = 1e-4;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let found = SpectralLines::read(results, PictureKind::Waterfall, request.signal())?;
-    if request.frequency && !found.has_frequencies() {
+    let spectral_lines = SpectralLines::read(results, PictureKind::Waterfall, request.signal())?;
+    if request.frequency && !spectral_lines.has_frequencies() {
         return Err(PictureKind::Waterfall.unfit("spectra.parquet has the frequencies; add `nvh = { spectrum = {} }` to [analyses] of the manifest"));
     }
     let place = |line: &Line| {
         if request.frequency { line.frequency } else { Some(line.order) }
     };
-    let scale = Scale::new(&found.name, &found.unit, &request.display)?.in_decades();
+    let scale =
+        Scale::new(&spectral_lines.name, &spectral_lines.unit, &request.display)?.in_decades();
     let shown = || {
-        found
+        spectral_lines
             .lines
             .iter()
             .flatten()
@@ -69,7 +70,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let axis = &results.summary.axes[along];
     let slices = results.slices(&[along]);
     let drawn = results.by_slice(PictureKind::Waterfall, slices, |slice| {
-        let title = format!("{} over {}", found.name, axis.name);
+        let title = format!("{} over {}", spectral_lines.name, axis.name);
         let mut canvas = results.canvas(&title, &[&slice.words]);
         let panel = Panel::new(
             [LEFT, RIGHT],
@@ -80,7 +81,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         panel.frame(&mut canvas, true);
         let columns: Vec<(f64, &[Line])> = (slice.points.iter())
             .filter_map(|point| {
-                let lines = &found.lines[results.place(point.point_id)?];
+                let lines = &spectral_lines.lines[results.place(point.point_id)?];
                 Some((panel.x(point.axis_values[along]), &lines[..]))
             })
             .filter(|(x, lines)| x.is_finite() && !lines.is_empty())

@@ -8,35 +8,35 @@ use std::fmt::Write;
 
 /// Appends a sentence each for points whose chaos no, some, or all trajectories left, and a table of points with some.
 pub(super) fn push(text: &mut String, summary: &Summary) {
-    let found = &summary.lifetimes;
-    if found.lasting.points + found.transient_points + found.left.points == 0 {
+    let lifetimes = &summary.lifetimes;
+    if lifetimes.lasting.points + lifetimes.transient_points + lifetimes.left.points == 0 {
         return;
     }
     text.push_str("\nlife of chaos, in mesh cycles\n");
-    if let Some(bounds) = found.lasting.range {
+    if let Some(bounds) = lifetimes.lasting.range {
         _ = writeln!(
             text,
             "  {}: no trajectory left chaos; its mean life is at least {} (95 %)",
-            plural(found.lasting.points, "point"),
+            plural(lifetimes.lasting.points, "point"),
             span(bounds)
         );
     }
-    if let Some(lives) = found.left.range {
+    if let Some(lives) = lifetimes.left.range {
         _ = writeln!(
             text,
             "  {}: all trajectories left chaos; its mean life is {}; the class describes the following motion",
-            plural(found.left.points, "point"),
+            plural(lifetimes.left.points, "point"),
             span(lives)
         );
     }
-    if found.transient_points > 0 {
+    if lifetimes.transient_points > 0 {
         _ = writeln!(
             text,
             "  {}: some trajectories left chaos, the shortest mean life first",
-            plural(found.transient_points, "point")
+            plural(lifetimes.transient_points, "point")
         );
-        let points = &found.transient;
-        push_table(text, summary, points, found.transient_points, |point| {
+        let points = &lifetimes.transient;
+        push_table(text, summary, points, lifetimes.transient_points, |point| {
             point.chaos.as_deref().map(described).unwrap_or_default()
         });
     }

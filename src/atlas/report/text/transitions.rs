@@ -43,29 +43,32 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
 }
 
 /// `     4  up    period 1         → chaotic          1040.5 … 1040.6 rad/s`.
-pub(super) fn line(found: &TransitionSummary, unit: &str) -> String {
+pub(super) fn line(transition: &TransitionSummary, unit: &str) -> String {
     let unit = if unit == "1" { "" } else { unit };
-    let [from, to] = [0, 1].map(|side| match found.periods[side] {
-        Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
-        _ => found.classes[side].replace('_', " "),
+    let [from, to] = [0, 1].map(|side| match transition.periods[side] {
+        Some(period) if transition.classes[side] == "periodic" => format!("period {period}"),
+        _ => transition.classes[side].replace('_', " "),
     });
     // Show as many digits as necessary to distinguish the two ends.
-    let [lower, upper] = found.bracket;
+    let [lower, upper] = transition.bracket;
     let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
     let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
     let line = format!(
         "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}{}",
-        found.point_id,
-        found.direction,
-        jump(found)
+        transition.point_id,
+        transition.direction,
+        jump(transition)
     );
     line.trim_end().to_owned()
 }
 
 /// The jumping quantity: the RMS, or the mean if that changes more.
-fn jump(found: &TransitionSummary) -> String {
+fn jump(transition: &TransitionSummary) -> String {
     let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
-    let (Some(rms), Some(mean)) = (by(found.deflection_rms), by(found.deflection_mean)) else {
+    let (Some(rms), Some(mean)) = (
+        by(transition.deflection_rms),
+        by(transition.deflection_mean),
+    ) else {
         return String::new();
     };
     let change = |[before, behind]: [f64; 2]| (behind - before).abs();

@@ -132,13 +132,13 @@ pub fn between(
     };
     let grazes = grazes(a, b);
     let explained = !grazes.is_empty();
-    let mut found = Vec::new();
+    let mut bifurcations = Vec::new();
     let fine = last_resort || s_b - s_a < FINE;
     for (kind, test) in changed(a, b, grazes) {
         if let Kind::Merging { period } = kind
             && let Some((orbit, length, bracket)) = merging(map, span, knots, period)
         {
-            found.push(Bifurcation::new(kind, orbit, length, bracket));
+            bifurcations.push(Bifurcation::new(kind, orbit, length, bracket));
             continue;
         }
         let there = match locate(map, span, knots, &test) {
@@ -151,7 +151,7 @@ pub fn between(
         let Some(kind) = there.kind(map, span, knots, kind) else {
             continue;
         };
-        found.push(Bifurcation::new(
+        bifurcations.push(Bifurcation::new(
             kind,
             there.orbit,
             there.length,
@@ -161,15 +161,15 @@ pub fn between(
     if !explained && !a.details.touches.alike(&b.details.touches) {
         let mut bracket = [a.at[span.axis], b.at[span.axis]];
         bracket.sort_by(f64::total_cmp);
-        found.push(Bifurcation::new(
+        bifurcations.push(Bifurcation::new(
             Kind::Sequence,
             (*b).clone(),
             *s_b,
             bracket,
         ));
     }
-    found.sort_by(|a, b| a.length.total_cmp(&b.length));
-    Some(found)
+    bifurcations.sort_by(|a, b| a.length.total_cmp(&b.length));
+    Some(bifurcations)
 }
 
 /// The functions that change their sign between two orbits, each with the kind that it suggests.

@@ -99,8 +99,8 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         })
     }
 
-    /// The same map, with integrations that end with [`Stop::Interrupted`](crate::propagate::Stop::Interrupted) once the
-    /// flag is raised.
+    /// The same map. Its integrations end with [`Stop::Interrupted`](crate::propagate::Stop::Interrupted) once the flag
+    /// is raised.
     pub fn with_interrupt(self, interrupt: &'f AtomicBool) -> Self {
         Self { interrupt, ..self }
     }

@@ -141,8 +141,8 @@ fn in_contact<F: ParametricDrive>(
     let start = map.model(at)?.start(&InitialState::Static);
     let guess = map.coordinates(&start.state);
     let unit = map.unit();
-    let found = find(map, &guess, at, unit, &OrbitCondition::Parameters).ok();
-    Ok(found.filter(|orbit| {
+    let orbit = find(map, &guess, at, unit, &OrbitCondition::Parameters).ok();
+    Ok(orbit.filter(|orbit| {
         orbit.details.touches.sequence.is_empty() && map.state(&orbit.u).contact.holds(DRIVE_FLANK)
     }))
 }

@@ -62,7 +62,7 @@ pub fn orbits<F: ParametricDrive>(
 /// Finds the orbit near a guess, reduces it to its shortest period, and adds it to `found` if it is new.
 pub fn take(
     map: &mut impl CycleMap,
-    found: &mut Vec<Orbit>,
+    orbits: &mut Vec<Orbit>,
     guess: &[f64],
     at: MapParameters,
     period: u32,
@@ -80,8 +80,8 @@ pub fn take(
             break;
         }
     }
-    if !found.iter().any(|known| same(known, &orbit)) {
-        found.push(orbit);
+    if !orbits.iter().any(|known| same(known, &orbit)) {
+        orbits.push(orbit);
     }
 }
 

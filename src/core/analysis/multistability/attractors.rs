@@ -36,14 +36,14 @@ impl Attractors {
         &mut self,
         field: &IntegrationContext<'_, K>,
         new: Option<Attractor>,
-        found: &PointOutcome,
+        outcome: &PointOutcome,
     ) -> Option<u32> {
         let new = new?;
         let same = |old: &Attractor| old.is_same(&new, field.norm);
         if let Some(id) = self.known.iter().position(same) {
             return Some(id as u32);
         }
-        let (nvh, lyapunov) = (found.nvh.as_ref(), found.lyapunov.as_ref());
+        let (nvh, lyapunov) = (outcome.nvh.as_ref(), outcome.lyapunov.as_ref());
         self.outcomes.push(AttractorOutcome {
             class: new.class(),
             lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
@@ -51,7 +51,7 @@ impl Attractors {
             chaos_lifetime_low: None,
             deflection_rms: nvh.map(|n| n.deflection_rms),
             force_peak: nvh.map(|n| n.force_peak),
-            events_per_cycle: found.events_per_cycle,
+            events_per_cycle: outcome.events_per_cycle,
             probes: 0,
             basin: BasinShare::default(),
             cells: None,

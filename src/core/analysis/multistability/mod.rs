@@ -159,7 +159,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     };
     let point_config = probes.point_config();
     let mut attractors = Attractors::new(&context);
-    let mut found = MultistabilityOutcome::default();
+    let mut multistability = MultistabilityOutcome::default();
     let mut chaos = ChaosOutcome::default();
     let ids: Vec<u32> = (0..probes.config.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
@@ -177,24 +177,24 @@ pub fn probe_basins<K: Kernel + Sync>(
                 chaos.cycles += seen.cycles;
                 chaos.exits += seen.exits;
             }
-            found
+            multistability
                 .probes
                 .push(outcome(probe_id, amplitude, id, integrated.found));
         }
         attractors.seek_orbits(&context);
     }
     if let Some(plane) = &probes.plane {
-        found.cells = slice(&context, start, probes, plane, &mut attractors)?;
+        multistability.cells = slice(&context, start, probes, plane, &mut attractors)?;
     }
     let slice = probes.plane.as_ref().map(|plane| (plane, start));
-    found.attractors = attractors.outcomes(context.model, slice);
-    let chaotic = found
+    multistability.attractors = attractors.outcomes(context.model, slice);
+    let chaotic = multistability
         .attractors
         .iter_mut()
         .filter(|one| one.class.is_chaos());
     chaotic.for_each(|one| one.chaos_lifetime_low = Some(chaos.interval().0));
-    found.share_out();
-    Ok(found)
+    multistability.share_out();
+    Ok(multistability)
 }
 
 /// Computes the cells of a slice. A cell is advanced for as long as a probe's transient. If it approaches no

@@ -91,10 +91,10 @@ impl Attractor {
     pub fn of<K: Kernel>(
         model: &Model,
         kernel: &K,
-        found: &PointOutcome,
+        outcome: &PointOutcome,
         end: TrajectoryState,
     ) -> Result<Option<Self>, Stop> {
-        let (Some(class), Some(lyapunov)) = (found.class, &found.lyapunov) else {
+        let (Some(class), Some(lyapunov)) = (outcome.class, &outcome.lyapunov) else {
             return Ok(None);
         };
         if class == Class::NotConverged {
@@ -102,7 +102,7 @@ impl Attractor {
         }
         let neutral = class == Class::QuasiPeriodic
             || lyapunov.exponents.first().is_some_and(|l| *l > -NEUTRAL);
-        let continuum = (neutral && found.events_per_cycle == Some(0.0)).then_some(end.contact);
+        let continuum = (neutral && outcome.events_per_cycle == Some(0.0)).then_some(end.contact);
         if lyapunov.method == LyapunovMethod::Multipliers {
             let start = end.clone();
             let mark = Mark::Orbit(start, orbit(kernel, class.period().unwrap_or(1), end)?);
@@ -114,7 +114,7 @@ impl Attractor {
         }
         let scale = 1.0 / model.half_gap;
         let series = |f: &dyn Fn(f64, f64) -> f64| {
-            let samples = found.poincare.iter();
+            let samples = outcome.poincare.iter();
             let values: Vec<f64> = samples.map(|s| f(s.deflection, s.velocity)).collect();
             Average::of(&values)
         };
@@ -129,8 +129,8 @@ impl Attractor {
                 series(&|_, velocity| (scale * model.period() * velocity).powi(2)),
             ],
             coarse: [
-                found.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms),
-                found.events_per_cycle.unwrap_or(0.0),
+                outcome.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms),
+                outcome.events_per_cycle.unwrap_or(0.0),
             ],
         };
         let mark = Mark::Statistics(Box::new(statistics));

@@ -66,14 +66,14 @@ impl Losses {
     }
 
     /// Writes the statistics from the mean losses \[W\] of all contacts; `found` has the mean force.
-    pub fn write_statistics(&self, losses: Vec<f64>, found: &mut NvhOutcome) {
+    pub fn write_statistics(&self, losses: Vec<f64>, outcome: &mut NvhOutcome) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
-        let through = self.rolling.base_speed * found.force_mean;
-        found.friction_coefficient = Some(self.rolling.friction);
-        found.power_transmitted = Some(through);
-        found.power_loss = Some(loss);
-        found.contact_loss = losses;
-        found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
+        let through = self.rolling.base_speed * outcome.force_mean;
+        outcome.friction_coefficient = Some(self.rolling.friction);
+        outcome.power_transmitted = Some(through);
+        outcome.power_loss = Some(loss);
+        outcome.contact_loss = losses;
+        outcome.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 
     /// Writes the standard errors, from those of the mean force, of the mean loss and of their quotient.

@@ -299,7 +299,7 @@ pub(super) fn errors(
             .collect()
     };
     let harmonics = (0..total.harmonics.len()).map(|h| error(&|s| all.harmonic(s, h)));
-    let mut found = NvhErrors {
+    let mut nvh_errors = NvhErrors {
         deflection_mean: half_gap * error(&|s| s.moments[0]),
         deflection_rms: half_gap * error(&|s| all.rms(s)),
         deflection_kurtosis: error(&|s| {
@@ -330,8 +330,8 @@ pub(super) fn errors(
         let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
         let sense = through(total).signum();
         let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);
-        found.contact_loss = each(|contact| contact.loss);
-        losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut found);
+        nvh_errors.contact_loss = each(|contact| contact.loss);
+        losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut nvh_errors);
     }
-    found
+    nvh_errors
 }

@@ -230,22 +230,22 @@ impl<K: Kernel> PointRun<'_, K> {
     fn on_torus(
         &mut self,
         instruments: &mut Instruments,
-        found: Torus,
+        torus: Torus,
         evidence: EvidenceOutcome,
     ) -> PointOutcome {
         let record = &mut instruments.record;
         let class = Some(Class::QuasiPeriodic);
-        let lyapunov = self.lyapunov_of(record, class, Some(found));
+        let lyapunov = self.lyapunov_of(record, class, Some(torus));
         let reason = format!(
             "the weighted averages of growth are zero: λ = {:.1e} ± {:.1e} per cycle; the deflection has equal \
              averages over both parts of the second half of the record",
-            found.lambda, found.error
+            torus.lambda, torus.error
         );
         let mut outcome = self.outcome(Status::Ok, reason, class, lyapunov, record);
         outcome.evidence = Some(EvidenceOutcome {
             trajectories: 1,
             verified: true,
-            rotation_number: found.rotation,
+            rotation_number: torus.rotation,
             ..evidence
         });
         outcome
@@ -451,8 +451,8 @@ fn chaos_averages(all: &Record) -> Option<ChaosAverages> {
     let averages = all.averages()?.values();
     let nvh = all.watch.statistics();
     let pair = |value: fn(&NvhOutcome) -> f64, error: fn(&NvhErrors) -> f64| {
-        let found = nvh.as_ref()?;
-        Some([value(found), error(found.stderr.as_ref()?)])
+        let outcome = nvh.as_ref()?;
+        Some([value(outcome), error(outcome.stderr.as_ref()?)])
     };
     Some(ChaosAverages {
         lambda: [mean(averages), standard_error(averages)],

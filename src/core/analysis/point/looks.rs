@@ -265,9 +265,9 @@ fn statistics_of_motion(all: &Record) -> Vec<AveragedStatistic> {
             stretch,
         })
     });
-    let mut found = vec![strobe];
-    found.extend(nvh);
-    found
+    let mut statistics = vec![strobe];
+    statistics.extend(nvh);
+    statistics
 }
 
 /// A number of cycles to two significant digits.

@@ -236,12 +236,12 @@ impl<K: Kernel> PointRun<'_, K> {
     /// Checks whether a trajectory left the motion.
     fn leaves(&mut self, member: &mut EnsembleTrajectory) -> Result<(), Interruption> {
         if let Some(period) = member.instruments.recurrence.period(&self.norm) {
-            let found = PeriodicMotion {
+            let motion = PeriodicMotion {
                 period,
                 how: "integrated to the end".into(),
                 turn: None,
             };
-            return self.settles(member, |_| Ok(Some(found)));
+            return self.settles(member, |_| Ok(Some(motion)));
         }
         let torus_is_due = member.torus_is_due();
         let search_is_due = member.search_is_due(self.counters.cycles);

@@ -98,7 +98,7 @@ impl Recorders {
 
     /// The statistics of the observations.
     pub(super) fn statistics(&self) -> Option<NvhOutcome> {
-        let mut found = self.nvh.as_ref()?.outcome()?;
+        let mut nvh = self.nvh.as_ref()?.outcome()?;
         if let Some(outputs) = &self.outputs {
             let [bearings, bearing_errors] = outputs.statistics(Quantity::BearingForce);
             let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
@@ -106,15 +106,15 @@ impl Recorders {
             let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
             let [deflections, deflection_errors] = outputs.statistics(Quantity::MeshDeflection);
             let [forces, force_errors] = outputs.statistics(Quantity::MeshForce);
-            found.mesh_deflection_rms = deflections.rms;
-            found.mesh_force_rms = forces.rms;
-            found.bearing_mean = bearings.mean;
-            found.bearing_rms = bearings.rms;
-            found.torque_mean = torques.mean;
-            found.torque_rms = torques.rms;
-            found.acceleration_rms = places.rms;
-            found.angular_acceleration_rms = bodies.rms;
-            if let Some(stderr) = &mut found.stderr {
+            nvh.mesh_deflection_rms = deflections.rms;
+            nvh.mesh_force_rms = forces.rms;
+            nvh.bearing_mean = bearings.mean;
+            nvh.bearing_rms = bearings.rms;
+            nvh.torque_mean = torques.mean;
+            nvh.torque_rms = torques.rms;
+            nvh.acceleration_rms = places.rms;
+            nvh.angular_acceleration_rms = bodies.rms;
+            if let Some(stderr) = &mut nvh.stderr {
                 stderr.mesh_deflection_rms = deflection_errors.rms;
                 stderr.mesh_force_rms = force_errors.rms;
                 stderr.bearing_mean = bearing_errors.mean;
@@ -126,12 +126,12 @@ impl Recorders {
             }
         }
         if let Some([power, errors]) = self.power.as_ref().and_then(Power::outcome) {
-            found.power = Some(power);
-            if let Some(stderr) = &mut found.stderr {
+            nvh.power = Some(power);
+            if let Some(stderr) = &mut nvh.stderr {
                 stderr.power = Some(errors);
             }
         }
-        Some(found)
+        Some(nvh)
     }
 
     /// Ends a measured cycle, with the trajectory at its end.
@@ -147,7 +147,7 @@ impl Recorders {
 
     /// The least precise statistic; `None` before there is one.
     pub(super) fn loosest(&self) -> Option<LeastPrecise> {
-        let found = self.statistics()?;
+        let nvh = self.statistics()?;
         if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
             return Some(LeastPrecise {
                 name: "a spectrum".to_owned(),
@@ -159,7 +159,7 @@ impl Recorders {
         let sizes: Vec<(&str, SignalSize)> =
             self.outputs.as_ref().map_or(Vec::new(), Outputs::sizes);
         Some(loosest(
-            &found,
+            &nvh,
             &spectra.unwrap_or_default(),
             &orders.unwrap_or_default(),
             &sizes,

@@ -88,7 +88,7 @@ impl<K: Kernel> PointRun<'_, K> {
         for &period in candidates {
             Interrupted::check(self.interrupt)?;
             let before = self.counters.cycles;
-            let found = attracting(
+            let orbit = attracting(
                 self.model,
                 self.kernel,
                 &self.norm,
@@ -97,20 +97,20 @@ impl<K: Kernel> PointRun<'_, K> {
                 &mut self.workspace,
                 &mut self.counters,
             )?;
-            if let Some(found) = found {
-                return Ok(Some(self.move_to_orbit(found, before)));
+            if let Some(orbit) = orbit {
+                return Ok(Some(self.move_to_orbit(orbit, before)));
             }
         }
         Ok(None)
     }
 
     /// Puts the trajectory on an orbit that it approached; `before` counts the cycles before the search.
-    pub(super) fn move_to_orbit(&mut self, found: Attracting, before: u64) -> PeriodicMotion {
+    pub(super) fn move_to_orbit(&mut self, attracting: Attracting, before: u64) -> PeriodicMotion {
         let Attracting {
             orbit,
             doubled,
             approach,
-        } = found;
+        } = attracting;
         let from = if doubled { " from near the unstable orbit of half its period" } else { "" };
         let observed_cycles = self.counters.cycles - before;
         let approached = match approach {
@@ -156,9 +156,9 @@ impl<K: Kernel> PointRun<'_, K> {
     /// on the circle shows an undamped motion.
     pub(super) fn settle(
         &mut self,
-        found: PeriodicMotion,
+        motion: PeriodicMotion,
     ) -> Result<Option<PointOutcome>, Interruption> {
-        let PeriodicMotion { period, how, turn } = found;
+        let PeriodicMotion { period, how, turn } = motion;
         let start = self.trajectory.clone();
         let mut end = start.clone();
         let Some(turn) = (match turn {

@@ -128,12 +128,12 @@ impl<K: Kernel> PointRun<'_, K> {
             steady.quiet = 0;
         }
         Ok(approach.map(|approach| {
-            let found = Attracting {
+            let attracting = Attracting {
                 orbit: orbit.clone(),
                 doubled: false,
                 approach,
             };
-            self.move_to_orbit(found, before)
+            self.move_to_orbit(attracting, before)
         }))
     }
 }

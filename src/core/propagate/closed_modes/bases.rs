@@ -185,8 +185,8 @@ fn fastest(generators: &[f64]) -> f64 {
 
 /// The blocks of the system in which every contact is closed at its stiffest: no system has a faster rate.
 fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, TableError> {
-    let found = FoundBasis::new(model, sets, sets.stiffest())?;
-    Ok(found.generators.as_flattened().as_flattened().to_vec())
+    let basis = FoundBasis::new(model, sets, sets.stiffest())?;
+    Ok(basis.generators.as_flattened().as_flattened().to_vec())
 }
 
 /// The changes out of a closed set that do not lead to free flight.

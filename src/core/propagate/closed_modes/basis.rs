@@ -224,16 +224,16 @@ impl FoundBasis {
                 }
             }
         }
-        let found =
+        let decoupled =
             decouple(&frequency, &damping, &stiffness).map_err(|_| TableError::Defective {
                 condition: f64::INFINITY,
                 error: f64::INFINITY,
             })?;
         let square = |rows: &[f64]| Mat::from_fn(2 * n, 2 * n, |i, j| rows[2 * n * i + j]);
         let mut new_basis = Self {
-            generators: found.generators,
-            to_modes: square(&found.to_structure),
-            from_modes: square(&found.from_structure),
+            generators: decoupled.generators,
+            to_modes: square(&decoupled.to_structure),
+            from_modes: square(&decoupled.from_structure),
         };
         for i in 0..n {
             stiffness[i * n + i] += frequency[i].powi(2);
@@ -248,7 +248,7 @@ impl FoundBasis {
         } else {
             Err(TableError::Defective {
                 error,
-                condition: found.condition,
+                condition: decoupled.condition,
             })
         }
     }

@@ -94,7 +94,7 @@ fn look_ahead<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> (Option<
     let left = integration.left();
     let whole = NODES as f64 * kernel.step;
     integration.counters.windows += 1;
-    let found = if left > 0.0 {
+    let event = if left > 0.0 {
         let CycleIntegration {
             place,
             rates,
@@ -106,12 +106,12 @@ fn look_ahead<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> (Option<
     } else {
         None
     };
-    let duration = match found {
-        Some(found) => found.time,
+    let duration = match event {
+        Some(event) => event.time,
         None if integration.fits() => whole,
         None => left,
     };
-    (found, duration)
+    (event, duration)
 }
 
 /// Moves to the end of a block without an event.
@@ -148,11 +148,11 @@ fn to_the_end<V: Vector>(
 #[inline(always)]
 fn meet<V: Vector>(
     integration: &mut CycleIntegration<'_, '_>,
-    found: BlockEvent,
+    block_event: BlockEvent,
 ) -> Result<Event, End> {
     let kernel = integration.kernel;
     let (place, w) = (&mut integration.place, &mut *integration.w);
-    let contact = found.contact;
+    let contact = block_event.contact;
     kernel.evaluate_lines::<V>(w);
     let event = Event {
         cycle: place.cycle,
@@ -164,13 +164,13 @@ fn meet<V: Vector>(
     };
     kernel.pass_stops_of_open_contacts(place.cycle, place.time, w);
     let state = w.closed[contact];
-    if found.on_surface && w.states.len() > w.length {
+    if block_event.on_surface && w.states.len() > w.length {
         kernel.apply_saltation(contact, state, event.closes(), w);
     }
     (kernel.change(contact, if event.closes() { state } else { 0 }, w))
         .map_err(|error| place.refused(error))?;
     place.active = event.to;
-    if place.crossed.holds(contact) != found.on_surface {
+    if place.crossed.holds(contact) != block_event.on_surface {
         place.crossed = place.crossed.toggled(contact);
     }
     w.find_watched_contacts(&kernel.model.contacts, place.active);

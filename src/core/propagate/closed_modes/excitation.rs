@@ -294,8 +294,8 @@ impl Steady {
             for i in 0..n {
                 let block = basis.block(i);
                 let input = [0, 1].map(|part| c64(re[i][part], im[i][part]));
-                let found = solve(&block, c64(0.0, omega), input);
-                for (part, x) in found.into_iter().enumerate() {
+                let response = solve(&block, c64(0.0, omega), input);
+                for (part, x) in response.into_iter().enumerate() {
                     cos[part * padded + i] = x.re;
                     sin[part * padded + i] = -x.im;
                 }

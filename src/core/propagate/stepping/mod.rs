@@ -211,16 +211,16 @@ impl Stepping {
         loop {
             let mut first: Option<(Change, usize)> = None;
             for contact in 0..self.contacts.len() {
-                let found = Change::between(
+                let change = Change::between(
                     [&before[contact], &after[contact]],
                     &self.contacts[contact].contact,
                     trajectory.contact.holds(contact),
                     self.law(contact, trajectory.cycle, j),
                 );
-                let Some(found) = found else { continue };
+                let Some(change) = change else { continue };
                 let order = |change: &Change| (change.closes, change.fraction);
-                if first.is_none_or(|(earlier, _)| order(&found) < order(&earlier)) {
-                    first = Some((found, contact));
+                if first.is_none_or(|(earlier, _)| order(&change) < order(&earlier)) {
+                    first = Some((change, contact));
                 }
             }
             let Some((change, contact)) = first else {

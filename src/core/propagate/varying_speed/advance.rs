@@ -115,13 +115,13 @@ impl VaryingSpeed {
             let reach = self.solve(motion, stretch, (start.value, longest.min(left)), workspace);
             counters.windows += 1;
             self.check_range(motion, &workspace.motions)?;
-            let found = self.first_event(
+            let event = self.first_event(
                 (motion.contact, motion.standing),
                 reach.length,
                 (&workspace.motions, &workspace.segments),
                 counters,
             );
-            let part = found.map_or(1.0, |found| found.place);
+            let part = event.map_or(1.0, |event| event.place);
             if part > 0.0 {
                 window::move_blocks(
                     self.instructions,
@@ -148,7 +148,7 @@ impl VaryingSpeed {
                 for (component, end) in components.iter_mut().zip(end) {
                     component[..self.system.padded].copy_from_slice(end);
                 }
-                match found {
+                match event {
                     None if reach.length == left => start = Sum::of(stretch.duration),
                     _ => start.add(part * reach.length),
                 }
@@ -157,8 +157,8 @@ impl VaryingSpeed {
                 phase.add(value(&reach.cycles, part));
                 motion.phase = phase.value;
             }
-            match found {
-                Some(found) => self.meet(found, motion, &reach, workspace, watch, counters)?,
+            match event {
+                Some(event) => self.meet(event, motion, &reach, workspace, watch, counters)?,
                 None if reach.at_end => {
                     self.pass_end(motion, workspace, counters);
                     phase = Sum::of(motion.phase);
@@ -281,26 +281,26 @@ impl VaryingSpeed {
     /// Applies an event.
     fn meet<W: MotionObserver>(
         &self,
-        found: WindowEvent,
+        event: WindowEvent,
         motion: &mut Motion,
         reach: &WindowCourse,
         workspace: &mut Workspace,
         watch: &mut W,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let place = match found.met {
+        let place = match event.met {
             EventCause::Surface | EventCause::Freedom => 0,
             EventCause::NoForce => 1,
             EventCause::Band => return Ok(()),
         };
-        if motion.standing[place].holds(found.contact) != found.stands {
-            motion.standing[place] = motion.standing[place].toggled(found.contact);
+        if motion.standing[place].holds(event.contact) != event.stands {
+            motion.standing[place] = motion.standing[place].toggled(event.contact);
         }
-        if found.met == EventCause::Freedom {
+        if event.met == EventCause::Freedom {
             return Ok(());
         }
         let from = motion.contact;
-        motion.contact = self.model.toggled(from, found.contact);
+        motion.contact = self.model.toggled(from, event.contact);
         motion.events += 1;
         if motion.events > self.event_limit {
             return Err(Stop::EventStorm {
@@ -313,11 +313,11 @@ impl VaryingSpeed {
             time: motion.time,
             cycle: motion.cycle,
             phase: motion.phase,
-            speed: value_and_slope(&reach.cycles, found.place)[1] / reach.length,
+            speed: value_and_slope(&reach.cycles, event.place)[1] / reach.length,
             from,
             to: motion.contact,
-            contact: found.contact,
-            rate: found.rate,
+            contact: event.contact,
+            rate: event.rate,
         });
         self.set_closed(motion.contact, workspace);
         Ok(())

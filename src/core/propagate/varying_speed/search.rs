@@ -205,7 +205,7 @@ impl VaryingSpeed {
             crossed: candidate.known,
             gap_error: None,
         };
-        let found = lanes::first_crossing(
+        let crossing = lanes::first_crossing(
             self.instructions,
             &margin,
             candidate.noise,
@@ -213,7 +213,7 @@ impl VaryingSpeed {
             2.0 * limit - 1.0,
             counters,
         );
-        found.map(|found| 0.5 * (found.x + 1.0))
+        crossing.map(|crossing| 0.5 * (crossing.x + 1.0))
     }
 }
 

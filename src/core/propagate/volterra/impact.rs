@@ -88,8 +88,8 @@ impl Volterra<'_> {
     ) -> Option<(Crossing, ContactCondition)> {
         for &stop in &self.model.stops {
             let series_of_stop = self.series_of_stop(stop, track, workspace);
-            let until = first.map_or(limit, |(found, _)| found.x);
-            let found = if active.holds(stop.rest()) {
+            let until = first.map_or(limit, |(crossing, _)| crossing.x);
+            let crossing = if active.holds(stop.rest()) {
                 let noise = series_of_stop.noise[1];
                 let known = legendre::at_start(&series_of_stop.force).abs() <= noise;
                 let x = self.exit(&series_of_stop.force, 1.0, noise, known, until, counters);
@@ -98,7 +98,7 @@ impl Volterra<'_> {
                 let leaves = position.forceless.holds(stop.rest());
                 self.hits((stop, leaves), &series_of_stop, until, counters)
             };
-            if let Some((x, contact)) = found.filter(|(x, _)| *x < until || first.is_none()) {
+            if let Some((x, contact)) = crossing.filter(|(x, _)| *x < until || first.is_none()) {
                 first = Some((Crossing { x, contact }, ContactCondition::Elsewhere));
             }
         }
@@ -178,17 +178,17 @@ impl Volterra<'_> {
     /// Moves to an event of a stop and applies it.
     pub(super) fn meet_stop<O: Observer>(
         &self,
-        found: Crossing,
+        crossing: Crossing,
         track: WindowSource<'_>,
         mut context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
-        let Some(stop) = self.model.stop_of(found.contact) else {
+        let Some(stop) = self.model.stop_of(crossing.contact) else {
             unreachable!("a contact of a stop has one");
         };
-        self.move_to_event(found.x, track, &mut context, workspace);
+        self.move_to_event(crossing.x, track, &mut context, workspace);
         let time = context.position.time;
-        if found.contact == stop.rest() {
+        if crossing.contact == stop.rest() {
             let held = context.active.union(ActiveSet::FREE.toggled(stop.rest()));
             self.move_onto_constraints(held, context.position, workspace);
             if context.active.holds(stop.rest()) {
@@ -197,7 +197,7 @@ impl Volterra<'_> {
             }
             return context.toggle(stop.rest(), 0.0, time);
         }
-        self.reflect((stop, found.x), track, &mut context, workspace)
+        self.reflect((stop, crossing.x), track, &mut context, workspace)
     }
 
     /// Moves to the position of an event in a window.

@@ -132,9 +132,9 @@ impl Volterra<'_> {
             )
             .map(at_surface);
         for contact in pushed.iter() {
-            let limit = first.map_or(limit, |(found, _)| found.x);
+            let limit = first.map_or(limit, |(crossing, _)| crossing.x);
             let indentation = self.indentation(contact, position, track, workspace);
-            let found = if active.holds(contact) {
+            let crossing = if active.holds(contact) {
                 self.lets_go(
                     (contact, active),
                     &indentation,
@@ -151,7 +151,7 @@ impl Volterra<'_> {
                     *x < first.x || (*x == first.x && contact < first.contact)
                 })
             };
-            first = found
+            first = crossing
                 .filter(earlier)
                 .map(|(x, place)| (Crossing { x, contact }, place))
                 .or(first);

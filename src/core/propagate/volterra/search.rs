@@ -156,20 +156,21 @@ impl Volterra<'_> {
                     counters.certified += u64::from(count > 0);
                     continue;
                 }
-                let found = lanes::first_crossing(
+                let crossing = lanes::first_crossing(
                     self.instructions,
                     &solution.deflection,
                     noise,
                     &guards[..count],
-                    first.map_or(limit, |found| found.x),
+                    first.map_or(limit, |crossing| crossing.x),
                     counters,
                 );
-                let earlier = |found: &Crossing| {
+                let earlier = |crossing: &Crossing| {
                     first.is_none_or(|first| {
-                        found.x < first.x || (found.x == first.x && found.contact < first.contact)
+                        crossing.x < first.x
+                            || (crossing.x == first.x && crossing.contact < first.contact)
                     })
                 };
-                first = found.filter(earlier).or(first);
+                first = crossing.filter(earlier).or(first);
             }
         }
         first
@@ -233,31 +234,31 @@ impl Volterra<'_> {
     /// How a contact meets its surface.
     pub(super) fn contact_at(
         &self,
-        found: &Crossing,
+        crossing: &Crossing,
         position: &Position,
         track: WindowSource<'_>,
         active: ActiveSet,
         workspace: &Workspace,
     ) -> SurfaceContact {
-        let contact = &self.model.contacts[found.contact];
-        let solution = &workspace.solutions[track.place_of(found.contact)];
+        let contact = &self.model.contacts[crossing.contact];
+        let solution = &workspace.solutions[track.place_of(crossing.contact)];
         // Relative to the surface, which moves if the gap varies.
         let mut series = solution.deflection;
-        if self.tables.gap_errors[found.contact] {
-            let [gap_error, ..] = self.gap_errors(position, &[found.contact], track, workspace);
+        if self.tables.gap_errors[crossing.contact] {
+            let [gap_error, ..] = self.gap_errors(position, &[crossing.contact], track, workspace);
             for (term, a) in series.iter_mut().zip(gap_error.iter().flatten()) {
                 *term -= contact.side * a;
             }
         }
         let [deflection, slope, _] =
-            legendre::evaluate_with_derivatives::<_, false>(&series, found.x);
-        let closed = active.holds(found.contact);
+            legendre::evaluate_with_derivatives::<_, false>(&series, crossing.x);
+        let closed = active.holds(crossing.contact);
         let beyond = contact.margin(closed, deflection, contact.half_gap);
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
         let delta = self.tables.windows[track.views()[0].window].delta;
         SurfaceContact {
             rate: 2.0 / delta * slope,
-            on_surface: found.x > -1.0 || beyond.abs() <= noise,
+            on_surface: crossing.x > -1.0 || beyond.abs() <= noise,
         }
     }
 

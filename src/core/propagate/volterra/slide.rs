@@ -54,15 +54,15 @@ impl Volterra<'_> {
                 noise: ROUND_OFF * (solution.size + self.model.contacts[slider.forwards].half_gap),
             };
             for contact in slider.slips() {
-                let until = first.map_or(limit, |(found, _)| found.x);
-                let found = if active.holds(contact) {
+                let until = first.map_or(limit, |(crossing, _)| crossing.x);
+                let crossing = if active.holds(contact) {
                     self.sticks(contact, &stretch, until, counters)
                 } else if active.holds(slider.spring()) {
                     self.slips(contact, &stretch, until, counters)
                 } else {
                     None
                 };
-                if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
+                if let Some(x) = crossing.filter(|x| *x < until || first.is_none()) {
                     first = Some((Crossing { x, contact }, ContactCondition::Elsewhere));
                 }
             }

@@ -51,8 +51,8 @@ impl Volterra<'_> {
         for &friction in &self.model.frictions {
             let sliding = self.sliding(friction, track, workspace);
             for (slip, side) in friction.slips().into_iter().zip([1.0, -1.0]) {
-                let until = first.map_or(limit, |(found, _)| found.x);
-                let found = if active.holds(slip) {
+                let until = first.map_or(limit, |(crossing, _)| crossing.x);
+                let crossing = if active.holds(slip) {
                     self.stops_sliding(side, &sliding, until, counters)
                 } else if active.holds(friction.stick()) {
                     let mut room = sliding.force.map(|a| -side * a);
@@ -62,7 +62,7 @@ impl Volterra<'_> {
                 } else {
                     None
                 };
-                if let Some(x) = found.filter(|x| *x < until || first.is_none()) {
+                if let Some(x) = crossing.filter(|x| *x < until || first.is_none()) {
                     first = Some((Crossing { x, contact: slip }, ContactCondition::Elsewhere));
                 }
             }
@@ -118,14 +118,14 @@ impl Volterra<'_> {
     /// Moves to an event of a stop or of dry friction and applies it.
     pub(super) fn meet_part<O: Observer>(
         &self,
-        found: Crossing,
+        crossing: Crossing,
         track: WindowSource<'_>,
         context: ImpactContext<'_, O>,
         workspace: &mut Workspace,
     ) -> Result<(), End> {
-        match self.model.friction_of(found.contact) {
-            Some(friction) => self.meet_friction((friction, found), track, context, workspace),
-            None => self.meet_stop(found, track, context, workspace),
+        match self.model.friction_of(crossing.contact) {
+            Some(friction) => self.meet_friction((friction, crossing), track, context, workspace),
+            None => self.meet_stop(crossing, track, context, workspace),
         }
     }
 

@@ -165,10 +165,10 @@ impl GapProfile {
 
     /// The intervals in which a pair is in contact.
     pub fn touching(&self, pair: usize, press: &Approach) -> Vec<Interval> {
-        let mut found: Vec<Interval> = Vec::new();
-        let mut add = |from: f64, to: f64| match found.last_mut() {
+        let mut intervals: Vec<Interval> = Vec::new();
+        let mut add = |from: f64, to: f64| match intervals.last_mut() {
             Some(last) if last.to == from => last.to = to,
-            _ => found.push(Interval { from, to }),
+            _ => intervals.push(Interval { from, to }),
         };
         self.walk(pair, press, |cell, [(from, at_from), (to, at_to)]| {
             let into = at_from > 0.0;
@@ -188,8 +188,8 @@ impl GapProfile {
                 }
             }
         });
-        found.retain(|interval| interval.to > interval.from);
-        found
+        intervals.retain(|interval| interval.to > interval.from);
+        intervals
     }
 
     /// Calls `stretch` for every part of the face with a monotone depth, with its cell and

@@ -111,17 +111,17 @@ impl TrainDrive {
         }
         let lost = solved.is_err();
         let mut at = 0;
-        let mut found = Vec::new();
+        let mut rolling_bearings = Vec::new();
         for element in &all {
             let rows = element.rows.len();
             if let Some((number, moved, bears)) = element.rolling(&moved.as_slice()[at..at + rows])
             {
                 let name = assembled.supports[number].0.clone();
-                found.push((number, LoadedBearing { name, moved, bears }));
+                rolling_bearings.push((number, LoadedBearing { name, moved, bears }));
             }
             at += rows;
         }
-        let farthest = found.iter().max_by(|(_, a), (_, b)| {
+        let farthest = rolling_bearings.iter().max_by(|(_, a), (_, b)| {
             let far = |bearing: &LoadedBearing| {
                 bearing.moved[..3]
                     .iter()
@@ -136,7 +136,7 @@ impl TrainDrive {
                 load,
             }));
         }
-        for (number, element) in &found {
+        for (number, element) in &rolling_bearings {
             let rolling = assembled.supports[*number].1.stiffness.rolling;
             let angle = rolling.map_or(0.0, |rolling| rolling.contact_angle);
             let [x, y, thrust, ..] = element.bears.load;
@@ -149,7 +149,7 @@ impl TrainDrive {
                 }));
             }
         }
-        Ok(found)
+        Ok(rolling_bearings)
     }
 
     /// Rolling bearings and stops.

@@ -39,10 +39,10 @@ impl TrainDrive {
                 + speed * at(&structure.load_by_speed, mode)
         });
         let least = 1e-9 * balance.amax();
-        let found = balance.svd(true, true).solve(&loads, least);
+        let forces = balance.svd(true, true).solve(&loads, least);
         // The decomposition has both factors, so a solution exists.
-        let found = found.unwrap_or_else(|_| DVector::zeros(participations.len()));
-        found.iter().take(1 + meshes).copied().collect()
+        let forces = forces.unwrap_or_else(|_| DVector::zeros(participations.len()));
+        forces.iter().take(1 + meshes).copied().collect()
     }
 
     /// Modal centrifugal forces on the planets, per square of the pinion's speed; empty for none.

@@ -64,19 +64,19 @@ const YOUNG: [f64; 2] = [1e8, 8e11];
 
 /// Keys with values that no gear drive has, each with a message about its value.
 pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(String, String)> {
-    let mut found = Words(Vec::new());
+    let mut words = Words(Vec::new());
     let gears = variant.model.source.gears();
     let oscillator = variant.mesh.length.is_some();
     if !oscillator {
-        mesh(variant, gears.as_ref(), &mut found);
-        excitation(variant, gears.as_ref(), &mut found);
+        mesh(variant, gears.as_ref(), &mut words);
+        excitation(variant, gears.as_ref(), &mut words);
     }
-    drive(variant, &mut found);
-    found.0.extend(sizes::of_shafts(&variant.model.source));
-    budget(variant, &mut found);
+    drive(variant, &mut words);
+    words.0.extend(sizes::of_shafts(&variant.model.source));
+    budget(variant, &mut words);
     match &gears {
-        Some(gears) => drawing(gears, operating, &mut found),
-        None => found.add(
+        Some(gears) => drawing(gears, operating, &mut words),
+        None => words.add(
             operating.speed > MOST_SPEED && !oscillator,
             "grid.speed",
             format!(
@@ -85,7 +85,7 @@ pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(S
             ),
         ),
     }
-    found.0
+    words.0
 }
 
 struct Words(Vec<(String, String)>);
@@ -99,7 +99,7 @@ impl Words {
 }
 
 /// A largest number of cycles below the first look, at which a point may end.
-fn budget(variant: &Variant, found: &mut Words) {
+fn budget(variant: &Variant, words: &mut Words) {
     let Some(config) = variant.analyses.lyapunov else {
         return;
     };
@@ -112,7 +112,7 @@ fn budget(variant: &Variant, found: &mut Words) {
             "; with fewer, the errors of points that do not settle are too small: raise it"
         }
     };
-    found.add(
+    words.add(
         cycles < first,
         "run.cycles",
         format!(
@@ -121,11 +121,11 @@ fn budget(variant: &Variant, found: &mut Words) {
     );
 }
 
-fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
+fn mesh(variant: &Variant, gears: Option<&GearPair>, words: &mut Words) {
     let mesh = &variant.mesh;
     let gap = mesh.half_gap;
     match gears {
-        Some(gears) => found.add(
+        Some(gears) => words.add(
             gap > MOST_GAP * gears.module,
             "mesh.half_gap",
             format!(
@@ -134,7 +134,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
                 gap / gears.module
             ),
         ),
-        None => found.add(
+        None => words.add(
             gap > MOST_GAP_LENGTH && gap > MOST_GAP_DEFLECTIONS * deflection(variant),
             "mesh.half_gap",
             format!(
@@ -143,7 +143,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
             ),
         ),
     }
-    found.add(
+    words.add(
         gap < LEAST_GAP,
         "mesh.half_gap",
         format!(
@@ -153,7 +153,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
     );
     if let (Some(gears), Some(mean)) = (gears, mesh.stiffness.mean()) {
         let each = mean / gears.face_width;
-        found.add(
+        words.add(
             !(STIFFNESS[0]..=STIFFNESS[1]).contains(&each),
             "mesh.mean_stiffness",
             format!(
@@ -164,7 +164,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
         );
     }
     if let DampingSpec::Ratio(ratio) = mesh.damping {
-        found.add(
+        words.add(
             ratio > MOST_DAMPING,
             "mesh.contact_damping",
             format!(
@@ -174,7 +174,7 @@ fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
         );
     }
     if let Some(friction) = mesh.friction.constant() {
-        found.add(
+        words.add(
             friction > MOST_FRICTION,
             "mesh.friction",
             format!(
@@ -194,14 +194,14 @@ fn deflection(variant: &Variant) -> f64 {
         .map_or(0.0, |(force, stiffness)| force / stiffness)
 }
 
-fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
+fn excitation(variant: &Variant, gears: Option<&GearPair>, words: &mut Words) {
     let excitation = &variant.excitation;
     let most = gears.map_or(MOST_ERROR_GAPS * variant.mesh.half_gap, |gears| {
         MOST_ERROR * gears.module
     });
     for (index, term) in excitation.transmission_error.iter().enumerate() {
         let amplitude = term.amplitude.abs();
-        found.add(
+        words.add(
             amplitude > most,
             &format!("excitation.transmission_error.{index}.amplitude"),
             format!(
@@ -213,7 +213,7 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
     let Some(gears) = gears else { return };
     for (index, ripple) in excitation.torque_ripple.iter().enumerate() {
         let amplitude = ripple.amplitude.abs();
-        found.add(
+        words.add(
             amplitude > MOST_RIPPLE * gears.rated_torque,
             &format!("excitation.torque_ripple.{index}.amplitude"),
             format!(
@@ -225,9 +225,9 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
     }
 }
 
-fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
+fn drawing(gears: &GearPair, operating: LargestOperation, words: &mut Words) {
     let (module, width) = (gears.module, gears.face_width);
-    found.add(
+    words.add(
         !(MODULE[0]..=MODULE[1]).contains(&module),
         "gear.module",
         format!(
@@ -236,7 +236,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
         ),
     );
     let [pinion, wheel] = gears.pitch_radii();
-    found.add(
+    words.add(
         width > MOST_WIDTH * 2.0 * pinion,
         "gear.face_width",
         format!(
@@ -246,7 +246,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
         ),
     );
     let speed = operating.speed * pinion;
-    found.add(
+    words.add(
         speed > MOST_PITCH_SPEED,
         "grid.speed",
         format!(
@@ -264,7 +264,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
     let sin = gears.transverse_pressure_angle().sin();
     let curvature = (1.0 / pinion + 1.0 / wheel) / sin;
     let pressure = (force * curvature / (width * PI * moduli.sum::<f64>())).sqrt();
-    found.add(
+    words.add(
         root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
         "gear.rated_torque",
         format!(
@@ -277,7 +277,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, found: &mut Words) {
 }
 
 /// Advice on shafts, bodies and materials.
-fn drive(variant: &Variant, found: &mut Words) {
+fn drive(variant: &Variant, words: &mut Words) {
     let (gears, shafts, density, young, damping) = match &variant.model.source {
         StructureSource::Flexible(drive) => (
             &drive.gears,
@@ -295,19 +295,19 @@ fn drive(variant: &Variant, found: &mut Words) {
         ),
         StructureSource::Train(_) | StructureSource::Modal(_) => return,
     };
-    found.add(
+    words.add(
         damping > MOST_MODAL_DAMPING,
         "model.damping",
         format!(
             "a damping ratio of {damping} is unusually high for shafts in bearings (usual: 0.005 to 0.1)"
         ),
     );
-    found.add(
+    words.add(
         !(DENSITY[0]..=DENSITY[1]).contains(&density),
         "shafts.density",
         format!("{density} kg/m^3 is an unusual density (steel has 7850)"),
     );
-    found.add(
+    words.add(
         young.is_some_and(|young| !(YOUNG[0]..=YOUNG[1]).contains(&young)),
         "shafts.young_modulus",
         format!(
@@ -320,7 +320,7 @@ fn drive(variant: &Variant, found: &mut Words) {
         let tip =
             gears.pitch_radii()[index] + (1.0 + gears.form.profile_shift[index]) * gears.module;
         if let Ok(centres) = gears.centre_distance() {
-            found.add(
+            words.add(
                 tip + 0.5 * other.diameter > centres,
                 &format!("shafts.{}.diameter", ["wheel", "pinion"][index]),
                 format!(
@@ -331,7 +331,7 @@ fn drive(variant: &Variant, found: &mut Words) {
             );
         }
         let room = 2.0 * shaft.span * shaft.gear_position.min(1.0 - shaft.gear_position);
-        found.add(
+        words.add(
             gears.body_length[index] > room && variant.model.source.kind() == "flexible",
             "gear.body_length",
             format!(

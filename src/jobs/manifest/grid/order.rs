@@ -60,14 +60,16 @@ pub(super) fn read(
     if faulty.iter().any(|fault| fault == name) {
         return None;
     }
-    let found = axes.iter().position(|axis| axis.axis.name() == name);
-    match fault(axes, dimensions, found, name) {
-        None => found.zip(displacement).map(|(axis, displacement)| Carried {
-            axis,
-            length: axes[axis].axis.values.len(),
-            directions,
-            displacement,
-        }),
+    let position = axes.iter().position(|axis| axis.axis.name() == name);
+    match fault(axes, dimensions, position, name) {
+        None => position
+            .zip(displacement)
+            .map(|(axis, displacement)| Carried {
+                axis,
+                length: axes[axis].axis.values.len(),
+                directions,
+                displacement,
+            }),
         Some((kind, message, label)) => {
             let path = section.path_of(key);
             let fitting = fitting(axes, dimensions);

@@ -352,9 +352,9 @@ impl DistributionReader<'_> {
                 .push(wrong.label("not two values").accepted(ACCEPTED));
         };
         let Value::Array(items) = &entry.node.value else {
-            let found = entry.node.value.type_name();
+            let type_name = entry.node.value.type_name();
             wrong(format!(
-                "`{path}` must be a list of two values, not {found}"
+                "`{path}` must be a list of two values, not {type_name}"
             ));
             return None;
         };

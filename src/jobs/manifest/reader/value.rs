@@ -34,10 +34,10 @@ impl<'a> Given<'a> {
             Kind::Axis(_) => "a value or a table of values",
             Kind::Points => "a list of points or the path of a file",
         };
-        let found = self.node.value.type_name();
-        let message = format!("`{}` must be {wanted}, not {found}", self.path);
+        let type_name = self.node.value.type_name();
+        let message = format!("`{}` must be {wanted}, not {type_name}", self.path);
         self.fault(DiagnosticKind::WrongType, message)
-            .label(format!("this is {found}"))
+            .label(format!("this is {type_name}"))
             .fail(self.issues)
     }
 

@@ -107,8 +107,8 @@ fn axis(
     if faulty.iter().any(|fault| fault == name) {
         return None;
     }
-    let found = axes.iter().position(|axis| axis.name() == name);
-    let fault = match found {
+    let position = axes.iter().position(|axis| axis.name() == name);
+    let fault = match position {
         None if name.is_empty() => Some((
             "no untied axis of the grid has two different values, so orbits cannot be followed along an axis"
                 .to_owned(),
@@ -132,7 +132,7 @@ fn axis(
         },
     };
     let Some((message, label)) = fault else {
-        return found;
+        return position;
     };
     let fitting: Vec<&str> = (axes.iter().enumerate())
         .filter(|(place, axis)| {

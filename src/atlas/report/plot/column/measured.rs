@@ -21,7 +21,7 @@ pub(in crate::report::plot) fn completed(request: &PlotRequest) -> Result<PlotRe
     if request.what.is_empty() {
         request.what.push(PictureRequest::Column(column.clone()));
     }
-    let drawn = |asked: &PictureRequest| matches!(asked, PictureRequest::Column(name) if name.whole() == column.whole());
+    let drawn = |asked: &PictureRequest| matches!(asked, PictureRequest::Column(col) if col.whole() == column.whole());
     if !request.what.iter().any(drawn) {
         return Err(unnamed(measured));
     }

@@ -23,25 +23,26 @@ pub(in crate::report::plot) fn draw(
     };
     let mut all = Vec::new();
     for source in sources {
-        let found = SpectralLines::read(source.results, PictureKind::Orders, request.signal())?;
+        let spectral_lines =
+            SpectralLines::read(source.results, PictureKind::Orders, request.signal())?;
         let mut series = Vec::new();
         for &order in orders {
-            if !found.reach(order) {
+            if !spectral_lines.reach(order) {
                 return Err(PictureKind::Orders.unfit(format!(
                     "the spectra do not reach mesh order {}",
                     number(order)
                 )));
             }
             let sample = |value: f64| Sample { value, error: 0.0 };
-            let places = 0..found.lines.len();
+            let places = 0..spectral_lines.lines.len();
             series.push(Series {
-                name: found.name.clone(),
+                name: spectral_lines.name.clone(),
                 part: format!("mesh order {}", number(order)),
-                unit: found.unit.clone(),
+                unit: spectral_lines.unit.clone(),
                 scattered: false,
                 samples: Samples::new(
                     (places.clone())
-                        .filter_map(|place| Some((place, sample(found.at(place, order)?))))
+                        .filter_map(|place| Some((place, sample(spectral_lines.at(place, order)?))))
                         .collect(),
                     places.len(),
                 ),

@@ -101,12 +101,12 @@ impl Parts<'_> {
 
     /// The shaft that the motor drives, which must not be a planet.
     pub fn driver(&self, section: &Section) -> Option<usize> {
-        let found = self.shaft(section, "driver")?;
+        let shaft = self.shaft(section, "driver")?;
         let named = self.named();
-        if found < named.len() {
-            return Some(found);
+        if shaft < named.len() {
+            return Some(shaft);
         }
-        let name = &self.shafts[found].name;
+        let name = &self.shafts[shaft].name;
         let known: Vec<&str> = named.iter().map(|shaft| shaft.name.as_str()).collect();
         let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
         let fault = unknown_name(section, "driver", "driver", what, &known);
@@ -117,15 +117,15 @@ impl Parts<'_> {
     }
 
     fn shaft_named(&self, section: &Section, key: &str, name: &str) -> Option<usize> {
-        let found = self.shafts.iter().position(|shaft| shaft.name == name);
-        if found.is_none() {
+        let index = self.shafts.iter().position(|shaft| shaft.name == name);
+        if index.is_none() {
             let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
             let what = format!("there is no shaft `{name}`");
             section.issues.push(
                 unknown_name(section, key, "shaft", what, &known).suggestion(near(name, &known)),
             );
         }
-        found
+        index
     }
 
     /// Two shafts by their names.
