@@ -267,26 +267,25 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
 
 /// Fills in the tied axes that the argument does not name. They get their values at the position of the named axes, if
 /// this position is unique or if all candidates agree.
-fn fill(job: &Job, dimension: &GridDimension, values: &mut [Option<f64>]) {
+fn fill(job: &Job, tied: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
-        let mut given = dimension
+        let mut given = tied
             .axes
             .iter()
             .filter_map(|&axis| Some((axis, values[axis]?)));
         given.all(|(axis, value)| is_near(of(axis, *place), value))
     };
-    if dimension.axes.iter().all(|&axis| values[axis].is_none()) {
+    if tied.axes.iter().all(|&axis| values[axis].is_none()) {
         return;
     }
-    let mut found = (0..dimension.length).filter(fits);
-    let equal = |one: usize, other: usize| {
-        (dimension.axes.iter()).all(|&axis| of(axis, one) == of(axis, other))
-    };
+    let mut found = (0..tied.length).filter(fits);
+    let equal =
+        |one: usize, other: usize| (tied.axes.iter()).all(|&axis| of(axis, one) == of(axis, other));
     if let Some(place) = found.next()
         && found.all(|other| equal(place, other))
     {
-        for &axis in &dimension.axes {
+        for &axis in &tied.axes {
             values[axis].get_or_insert(of(axis, place));
         }
     }

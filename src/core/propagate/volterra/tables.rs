@@ -118,24 +118,22 @@ impl VolterraTables {
             })
             .collect();
         let closures = needs.closures.iter().zip(&needs.varying);
-        let mut windows: Vec<WindowTable> =
-            (needs.kinds.iter().zip(closures).zip(&needs.response_lines))
-                .map(
-                    |((&(length, direction), (closures, &varying)), response_lines)| {
-                        let exponentials = &exponentials[length];
-                        let kind = (lengths[length], direction);
-                        WindowTable::new(
-                            model,
-                            layout,
-                            kind,
-                            exponentials,
-                            (closures, varying),
-                            (response_lines, &frequencies),
-                            set,
-                        )
-                    },
+        let kinds = needs.kinds.iter().zip(closures);
+        let mut windows: Vec<WindowTable> = (kinds.zip(&needs.response_lines))
+            .map(|((&(length, direction), (closures, &varying)), lines)| {
+                let exponentials = &exponentials[length];
+                let kind = (lengths[length], direction);
+                WindowTable::new(
+                    model,
+                    layout,
+                    kind,
+                    exponentials,
+                    (closures, varying),
+                    (lines, &frequencies),
+                    set,
                 )
-                .collect();
+            })
+            .collect();
         for later in 1..windows.len() {
             let (known, others) = windows.split_at_mut(later);
             for known in known.iter().rev() {
