@@ -70,7 +70,7 @@ impl Fmi {
 const LIBRARY: &str = "libatlas_fmu.so";
 
 /// Largest size of the library \[bytes\].
-const LONGEST: u64 = 1 << 30;
+const LARGEST_LIBRARY: u64 = 1 << 30;
 
 /// Writes the file: status 0, 2 for bad input, 1 if it cannot be written.
 pub fn run(args: &FmuArgs) -> Status {
@@ -123,7 +123,7 @@ fn library(args: &FmuArgs) -> Result<(PathBuf, Vec<u8>), String> {
     };
     let path = args.library.clone().or_else(sibling);
     let path = path.unwrap_or_else(|| PathBuf::from(LIBRARY));
-    match input::read(&path, LONGEST) {
+    match input::read(&path, LARGEST_LIBRARY) {
         Ok(bytes) => Ok((path, bytes)),
         Err(error) => Err(format!(
             "the library `{}` cannot be read: {error}; build it with `cargo build --release`, or name it with --library",

@@ -210,7 +210,7 @@ fn compared(args: &CompareArgs) -> Status {
 
 fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Comparison) -> String {
     /// Largest number of disagreements shown.
-    const MOST: usize = 10;
+    const MOST_DISAGREEMENTS: usize = 10;
     let run = |name: &str, run: &Characteristics| {
         let noise = if run.noise.quiet { "quiet" } else { "not quiet" };
         let cpu = &run.description.cpu;
@@ -239,7 +239,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
     if !level_change.is_empty() {
         text.push_str("\nlargest differences, b / a (spread)\n");
     }
-    for pair in level_change.iter().take(MOST) {
+    for pair in level_change.iter().take(MOST_DISAGREEMENTS) {
         let spread = pair.spread.unwrap_or_default();
         text.push_str(&format!(
             "  {:.2} (± {spread:.2})  {}\n",

@@ -4,7 +4,7 @@ use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
 use crate::units::short;
 
 /// Largest number of resonances listed per order.
-const MOST: usize = 6;
+const MOST_LISTED: usize = 6;
 
 /// Label and text of each line about resonances, one line per order.
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
@@ -29,10 +29,10 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         let of_ray: Vec<&Resonance> = of_ray.collect();
         let by_state = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);
-            let mut labels: Vec<String> = (of_state.clone().take(MOST))
+            let mut labels: Vec<String> = (of_state.clone().take(MOST_LISTED))
                 .map(|one| format!("{} (mode {})", short(one.speed * unit.factor, 0), one.mode))
                 .collect();
-            let more = of_state.count().saturating_sub(MOST);
+            let more = of_state.count().saturating_sub(MOST_LISTED);
             if more > 0 {
                 labels.push(format!("{more} more"));
             }

@@ -10,7 +10,7 @@ use crate::store::RefinedColumns;
 use std::collections::BTreeSet;
 
 /// Largest number of rows and of columns.
-const MOST: [usize; 2] = [24, 64];
+const MOST_CELLS: [usize; 2] = [24, 64];
 
 /// Content of a cell. The order matters: a cell with several points shows the greatest.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
@@ -80,8 +80,11 @@ impl Map {
         let shown: Vec<usize> = down.into_iter().chain([across]).collect();
         let held = tied.fixed_axes(axes.len(), &shown).into_iter();
         let further = held.filter(|axis| varied.contains(axis)).collect();
-        let rows = Bins::new(down.map_or(1, |axis| axes[axis].values.len()), MOST[0]);
-        let columns = Bins::new(axes[across].values.len(), MOST[1]);
+        let rows = Bins::new(
+            down.map_or(1, |axis| axes[axis].values.len()),
+            MOST_CELLS[0],
+        );
+        let columns = Bins::new(axes[across].values.len(), MOST_CELLS[1]);
         Some(Self {
             down,
             across,

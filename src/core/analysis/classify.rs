@@ -73,7 +73,7 @@ const DECAYING: f64 = -1.0;
 const FORGOTTEN: f64 = 14.0;
 
 /// Contraction, in nats, after which a decaying motion repeats: from a half gap to the return distance.
-const REPEATS: f64 = 23.0;
+const REPEATING_CONTRACTION: f64 = 23.0;
 
 /// R-hat above which trajectories do not share one motion.
 pub const APART: f64 = 1.2;
@@ -313,7 +313,7 @@ impl Found<'_> {
         let returns = (self.evidence.closest_return)
             .map(|d| format!(", closest return {d:.1e} half gaps"))
             .unwrap_or_default();
-        let left = REPEATS - self.contraction();
+        let left = REPEATING_CONTRACTION - self.contraction();
         if left > 0.0 {
             return format!(
                 "{known}{returns}: still settling after {measured} measured cycles; raise run.transient by {:.0}",

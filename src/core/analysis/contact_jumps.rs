@@ -16,10 +16,10 @@ use faer::Mat;
 const FIRST_ATTEMPT: u64 = 64;
 
 /// Smallest number of remaining cycles per mode for an attempt. An attempt takes as long as some hundred cycles.
-const WORTH: u64 = 50;
+const LEAST_CYCLES_PER_MODE: u64 = 50;
 
 /// Longest period of the excitation for which jumps are attempted \[mesh cycles\].
-const LONGEST: usize = 64;
+const LONGEST_PERIOD: usize = 64;
 
 /// Jumps over constant contact, for one model.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ struct Period {
 impl<'m> ContactJumps<'m> {
     /// The jumps of a model, before its first integrated cycle.
     pub fn new(model: &'m Model) -> Self {
-        let period = excitation_period(model).filter(|period| *period <= LONGEST);
+        let period = excitation_period(model).filter(|period| *period <= LONGEST_PERIOD);
         Self {
             model,
             norm: EnergyNorm::new(model),
@@ -74,7 +74,7 @@ impl<'m> ContactJumps<'m> {
         let Some(period) = self.period else {
             return 0;
         };
-        let worth = WORTH * self.model.modes() as u64;
+        let worth = LEAST_CYCLES_PER_MODE * self.model.modes() as u64;
         if self.integrated_cycles < self.next || cycles < worth.max(u64::from(period)) {
             return 0;
         }

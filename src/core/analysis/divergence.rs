@@ -7,17 +7,17 @@
 use crate::model::{InitialState, Model, Segment};
 
 /// Deflections up to this multiple of the gap or of the static deflection belong to a bounded motion.
-const BEYOND: f64 = 1e3;
+const UNBOUNDED: f64 = 1e3;
 
 /// Ratio of the largest deflections in the last and in the first quarter of the cycles above which a motion
 /// grows. Beats of bounded motions stay below this ratio.
 const GROWN: f64 = 10.0;
 
-/// Number of latest states. If a motion grows, at least one of them has a deflection beyond [`BEYOND`].
-const LATEST: usize = 8;
+/// Number of latest states. If a motion grows, at least one of them has a deflection beyond [`UNBOUNDED`].
+const LATEST_STATES: usize = 8;
 
 /// Smallest number of cycles that are checked for growth between their quarters.
-const FEWEST: usize = 40;
+const FEWEST_CYCLES: usize = 40;
 
 /// Detects motions that grow without bound.
 #[derive(Debug, Clone)]
@@ -91,9 +91,9 @@ impl Bounds {
         states: impl ExactSizeIterator<Item = &'a [f64]> + Clone,
     ) -> Option<Runaway> {
         let count = states.len();
-        let far = |state: &[f64]| self.largest_deflection(model, state).0 > BEYOND;
+        let far = |state: &[f64]| self.largest_deflection(model, state).0 > UNBOUNDED;
         // The latest states rule out growth for nearly every motion.
-        if count < FEWEST || !states.clone().skip(count - LATEST).any(far) {
+        if count < FEWEST_CYCLES || !states.clone().skip(count - LATEST_STATES).any(far) {
             return None;
         }
         let quarter = count / 4;
@@ -113,7 +113,7 @@ impl Bounds {
         }
         let (first, (last, line)) = (first.0, last);
         let line = &self.lines[line];
-        (last > BEYOND && last > GROWN * first).then(|| Runaway {
+        (last > UNBOUNDED && last > GROWN * first).then(|| Runaway {
             half_gaps: last * line.unit / line.gap,
             growth: (last / first).powf(1.0 / (count - quarter) as f64),
         })

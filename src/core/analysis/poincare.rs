@@ -83,7 +83,7 @@ const JOINT: f64 = 8.0 * f64::EPSILON;
 const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// Largest initial capacity for samples.
-const ROOM: usize = 4096;
+const LARGEST_CAPACITY: usize = 4096;
 
 /// The last samples of a section.
 #[derive(Debug, Clone)]
@@ -135,7 +135,7 @@ impl Poincare {
             pending_event: None,
             period: model.period(),
             half_gap: model.half_gap,
-            samples: Vec::with_capacity(keep.min(ROOM)),
+            samples: Vec::with_capacity(keep.min(LARGEST_CAPACITY)),
             next: 0,
             strobed: None,
             end: None,

@@ -26,7 +26,7 @@ const STEADY: f64 = 1e-3;
 const MOST_CURVES: usize = 32;
 
 /// Distance \[1/cycle\] from a multiple of 1/q within which a frequency equals this multiple.
-const LOCKED: f64 = 1e-6;
+const LOCKING_DISTANCE: f64 = 1e-6;
 
 /// Shortest record with a verdict \[cycles\].
 pub const SHORTEST: u64 = 2_000;
@@ -77,7 +77,7 @@ fn rotation(strobe: &[f64]) -> Option<f64> {
     let frequency = birkhoff::frequency(strobe)?;
     let near_whole = |q: &usize| {
         let turns = frequency * *q as f64;
-        (turns - turns.round()).abs() < LOCKED * *q as f64
+        (turns - turns.round()).abs() < LOCKING_DISTANCE * *q as f64
     };
     let Some(curves) = (1..=MOST_CURVES).find(near_whole) else {
         return Some(frequency);

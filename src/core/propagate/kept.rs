@@ -9,7 +9,7 @@ use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
 /// Largest count in a kept table.
-const MOST: f64 = 1e6;
+const LARGEST_COUNT: f64 = 1e6;
 
 /// One array of a kernel's tables.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +112,7 @@ impl<'t> KeptReader<'t> {
     /// The next number, a count.
     pub fn count(&mut self, name: &'static str) -> Result<usize, TableError> {
         let number = self.number(name)?;
-        if (0.0..=MOST).contains(&number) && number.fract() == 0.0 {
+        if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 {
             Ok(number as usize)
         } else {
             Err(TableError::Kept { name })

@@ -13,7 +13,7 @@ use super::{FrictionDirection, GearError, GearPair, friction_direction};
 use crate::numerics::quadrature::GaussLegendre;
 
 /// Largest length of a stretch over which a linearly varying direction is replaced by its mean, in mesh cycles.
-const LONGEST: f64 = 1.0 / 24.0;
+const LONGEST_STRETCH: f64 = 1.0 / 24.0;
 
 /// Ends closer than this \[cycles\] coincide.
 pub(super) const SAME_END: f64 = 1e-9;
@@ -105,8 +105,8 @@ impl EvenSharing {
             .map(|mark| moved(mark).rem_euclid(1.0))
             .collect();
         if half > 0.0 {
-            let parts = (1.0 / LONGEST).round() as u32;
-            ends.extend((1..parts).map(|part| f64::from(part) * LONGEST));
+            let parts = (1.0 / LONGEST_STRETCH).round() as u32;
+            ends.extend((1..parts).map(|part| f64::from(part) * LONGEST_STRETCH));
         }
         ends.retain(|end| *end > least_distance && *end < 1.0 - least_distance);
         ends.sort_by(f64::total_cmp);

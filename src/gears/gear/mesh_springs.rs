@@ -21,7 +21,7 @@ use super::{FlankLaw, NODES, friction_direction};
 use crate::numerics::legendre::{evaluate, transforms8};
 
 /// Largest length of a stretch, in mesh cycles.
-const LONGEST: f64 = 0.25;
+const LONGEST_STRETCH: f64 = 0.25;
 
 /// Largest error of the interpolated stiffness, as a part of this stiffness, and of a gap, relative to [`GAP_SCALE`].
 const TOLERANCE: f64 = 1e-9;
@@ -30,10 +30,10 @@ const TOLERANCE: f64 = 1e-9;
 const GAP_SCALE: f64 = 1e-5;
 
 /// Gaps closer than this \[m\] are equal: only round-off separates them.
-const TOGETHER: f64 = 1e-15;
+const SAME_GAP: f64 = 1e-15;
 
 /// Largest number of stretches of a cycle.
-const MOST: usize = 1024;
+const MOST_STRETCHES: usize = 1024;
 
 /// Smallest length of a stretch, in mesh cycles.
 const SHORTEST: f64 = 1e-9;
@@ -99,7 +99,7 @@ impl PhaseSprings {
             pairs.all(|pair| {
                 let [here, there] = [own, other].map(|springs| distance(springs, pair));
                 match (here, there) {
-                    (Some(here), Some(there)) => here.min(there.abs()) <= TOGETHER || there > 0.0,
+                    (Some(here), Some(there)) => here.min(there.abs()) <= SAME_GAP || there > 0.0,
                     _ => false,
                 }
             })
@@ -137,14 +137,14 @@ impl MeshSprings {
                 friction,
             })
         };
-        let cuts = breaks(law, face.width, LONGEST)?;
+        let cuts = breaks(law, face.width, LONGEST_STRETCH)?;
         let mut left: Vec<[f64; 2]> = cuts.windows(2).rev().map(|c| [c[0], c[1]]).collect();
         let mut stretches = Vec::new();
         while let Some([from, to]) = left.pop() {
             match check_piece(&column, [from, to], face.slices)? {
                 FitResult::Follows(springs) => stretches.push(SpringStretch { end: to, springs }),
                 FitResult::Cut(_, error)
-                    if to - from < SHORTEST || left.len() + stretches.len() > MOST =>
+                    if to - from < SHORTEST || left.len() + stretches.len() > MOST_STRETCHES =>
                 {
                     return Err(MeshTableError::Unresolved {
                         quantity: "stiffness of a pair",
@@ -270,7 +270,7 @@ fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
     for spring in springs {
         let same = |last: &SpringPiece| {
             let mut gaps = last.gap.iter().zip(&spring.gap);
-            gaps.all(|(a, b)| (a - b).abs() <= TOGETHER)
+            gaps.all(|(a, b)| (a - b).abs() <= SAME_GAP)
         };
         match out.last_mut().filter(|last| same(last)) {
             None => out.push(*spring),

@@ -19,7 +19,7 @@ const MANIFEST: &str = "manifest.toml";
 pub const TABLES: &str = "tables";
 
 /// Size limit of a file that is read \[bytes\].
-const LONGEST: u64 = 1 << 30;
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// The choice of a point of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ pub struct Resources {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, FmuError> {
-    input::read(path, LONGEST).map_err(|error| unreadable(path, &error))
+    input::read(path, LARGEST_FILE).map_err(|error| unreadable(path, &error))
 }
 
 fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
@@ -82,7 +82,7 @@ impl Resources {
         let mut changes = job.changes.clone();
         for named in job.written().files() {
             // Skip missing files: the job was read without them, so it does not need them.
-            if let Ok(bytes) = input::read(&base.join(&named.path), LONGEST) {
+            if let Ok(bytes) = input::read(&base.join(&named.path), LARGEST_FILE) {
                 let place = place(&named.key);
                 changes.push(format!("{}={place:?}", named.key));
                 files.insert(place, bytes);

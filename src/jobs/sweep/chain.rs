@@ -27,13 +27,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Change of the deflection's mean or RMS, relative to the RMS, above which a jump is searched for.
-const NOTABLE: f64 = 0.1;
+const NOTABLE_CHANGE: f64 = 0.1;
 
 /// Smallest ratio of a change to the previous change, above which a jump is searched for.
 const STANDS_OUT: f64 = 4.0;
 
 /// Smallest part of the first change that remains across the final bracket of a jump.
-const JUMPS: f64 = 0.5;
+const REMAINING_CHANGE: f64 = 0.5;
 
 /// Smallest number of halvings that distinguishes a jump from a continuous change.
 const FEWEST_HALVINGS: u32 = 3;
@@ -307,7 +307,7 @@ impl Search<'_> {
             // counts, and halving the interval decides.
             let step = near.step.filter(|_| near.alike || halvings == 0);
             let stands_out = |step| *change > STANDS_OUT * step;
-            *change > NOTABLE && step.map_or(halvings > 0, stands_out)
+            *change > NOTABLE_CHANGE && step.map_or(halvings > 0, stands_out)
         });
         if near.class == to && at_first.is_none() {
             return Ok(None);
@@ -322,8 +322,9 @@ impl Search<'_> {
         };
         // The remaining change at constant class, and whether it is large enough for a jump.
         let left = |near: &LastVerdict, far| change(near, far).unwrap_or(0.0);
-        let jumps =
-            |near: &LastVerdict, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
+        let jumps = |near: &LastVerdict, far| {
+            left(near, far) >= REMAINING_CHANGE * at_first.unwrap_or(f64::INFINITY)
+        };
         let trial_point = self.trial(near.class == to);
         let mut halved = 0;
         let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };

@@ -27,7 +27,7 @@ pub struct Interval {
 const ALIKE: f64 = 0.25;
 
 /// Relative half width of the interval from a single point.
-const LONE: f64 = 2.0;
+const SINGLE_POINT_HALF_WIDTH: f64 = 2.0;
 
 /// A point that was computed or tried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ impl Workload {
         let left = (1.0 - n / self.points as f64).max(0.0);
         let half = match sample.len() {
             // One point does not show how much others differ.
-            1 => LONE * rate * left.sqrt(),
+            1 => SINGLE_POINT_HALF_WIDTH * rate * left.sqrt(),
             many => student(many - 1) * (spread / n * left).sqrt() / mean_work,
         };
         let half = (self.work * half).hypot(2.0 * self.spread(sample));

@@ -8,7 +8,7 @@ use crate::model::{Model, ShapeChange};
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order of attempts. A smaller step
 /// is tried if the model's shape changes within a larger one.
-const STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
+const RELATIVE_STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
 
 /// Central differences of the sixth order: weights at 1, 2 and 3 steps, in 60ths.
 const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
@@ -159,7 +159,7 @@ impl ParametricDrive for PointFamily<'_> {
         }
         let mut fault = None;
         for offsets in [central, sided(1.0), sided(-1.0)] {
-            for step in STEPS {
+            for step in RELATIVE_STEPS {
                 match self.difference(at, axis, step * self.size(at, axis), &offsets) {
                     Ok(Ok(found)) => return Ok(found),
                     Ok(Err(change)) => {

@@ -1,7 +1,7 @@
 //! What will a run take? Its time with an interval, its memory and its disk space, from a few points that are tried out
 //! beforehand.
 //!
-//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken [`SHARE`] of
+//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken [`CALIBRATION_SHARE`] of
 //! it. A point of a chain is tried out after the point before it, which is treated as the first. The timed point thus
 //! starts from a settled motion, as in a sweep. Refinement adds time for every change between neighbours of the
 //! sample: most points have no change, so a few points would be a poor estimate of the number.
@@ -26,7 +26,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Relative half width of the interval of the computing time at which the calibration stops.
-const CLOSE: f64 = 0.15;
+const ACCURATE_ENOUGH: f64 = 0.15;
 
 /// Largest number of points per worker in the first sample.
 const POINTS_A_WORKER: usize = 8;
@@ -43,11 +43,11 @@ const MOST_CYCLES: u64 = 160_000;
 const MOST_A_WORKER: usize = 64;
 
 /// Smallest sample of a larger job: fewer points may all have motion that settles quickly.
-const FEWEST: usize = 8;
+const SMALLEST_SAMPLE: usize = 8;
 
 /// Processor time of the calibration, divided by the smallest expected time of the run. One point is tried out in any
 /// case.
-const SHARE: f64 = 0.03;
+const CALIBRATION_SHARE: f64 = 0.03;
 
 /// Processor time that the calibration may take in any case \[s\].
 const FLOOR: f64 = 0.15;
@@ -117,7 +117,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         shared: shared(job),
     };
     let tables = needed_tables(job, ids());
-    let least = sample(all, threads).max(FEWEST.min(all));
+    let least = sample(all, threads).max(SMALLEST_SAMPLE.min(all));
     let places = drawn(all, least.max(all.min(MOST_A_WORKER * threads)));
 
     let clock = Instant::now();
@@ -256,8 +256,8 @@ impl Calibration<'_> {
         let next = spent / sampled.len().max(1) as f64;
         // The points of a small sample may all have motion that settles.
         let run = if many { low } else { self.most() };
-        many && high - expected <= CLOSE * expected
-            || !sampled.is_empty() && spent + next >= FLOOR.max(SHARE * run)
+        many && high - expected <= ACCURATE_ENOUGH * expected
+            || !sampled.is_empty() && spent + next >= FLOOR.max(CALIBRATION_SHARE * run)
     }
 
     /// Computing time of all points if none settled \[s\].
@@ -352,8 +352,8 @@ fn memory(peak: u64, journal: u64) -> u64 {
     /// byte.
     const ENCODED: u64 = 6;
     /// Upper limit of the memory of rows: a row group of list data of this size is written.
-    const MOST: u64 = 8 * GROUP_BYTES as u64;
-    (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST)
+    const MOST_ROW_BYTES: u64 = 8 * GROUP_BYTES as u64;
+    (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST_ROW_BYTES)
 }
 
 /// Size of the first sample.

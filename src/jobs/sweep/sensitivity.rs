@@ -22,10 +22,10 @@ use std::sync::atomic::AtomicBool;
 const HARMONICS: usize = 3;
 
 /// Step of the differences that check derivatives, relative to the parameter's size.
-const CHECK: f64 = 1e-5;
+const CHECK_STEP: f64 = 1e-5;
 
 /// Relative difference above which a derivative and a difference quotient disagree.
-const DISAGREE: f64 = 1e-2;
+const DISAGREEMENT: f64 = 1e-2;
 
 /// Relative derivative `p ∂a/∂p / a` below which a key has no effect, and only round-off would be compared.
 const NEGLIGIBLE: f64 = 1e-5;
@@ -37,7 +37,7 @@ const KINK: &str = "finite differences disagree, because the model has a kink he
 const AT_ZERO: &str = "the amplitude is zero up to round-off, and amplitudes have a kink at zero";
 
 /// Cycles between the starts of an ensemble's members.
-const APART: u64 = 50;
+const CYCLES_BETWEEN_STARTS: u64 = 50;
 
 /// The change of a quantity with a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -264,7 +264,7 @@ fn of_orbit(
             reason: "Newton's method does not find the orbit at a nearby value".to_owned(),
         });
     };
-    let h = CHECK * family.size(at, 0);
+    let h = CHECK_STEP * family.size(at, 0);
     let near = |steps: f64| -> Option<Vec<f64>> {
         let there = [at[0] + steps * h, at[1]];
         let point = family.at(there).ok()?;
@@ -304,7 +304,7 @@ fn of_orbit(
                     _ if at_zero => AT_ZERO.to_owned(),
                     Some((exact, check))
                         if (exact - check).abs()
-                            > DISAGREE
+                            > DISAGREEMENT
                                 * exact
                                     .abs()
                                     .max(check.abs())
@@ -357,7 +357,7 @@ impl KernelUse for Starts<'_> {
         (0..self.members)
             .map(|_| {
                 kernel.advance(
-                    APART,
+                    CYCLES_BETWEEN_STARTS,
                     &mut state,
                     &mut workspace,
                     &mut (),

@@ -12,13 +12,13 @@ use crate::model::{ActiveSet, Stop};
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
 /// Relative change of a force that hardly changes.
-const LITTLE: f64 = 1e-5;
+const NEGLIGIBLE_CHANGE: f64 = 1e-5;
 
 /// Speed, in units of its round-off, below which impacts that alternate between stops are omitted.
 const AT_SEVERAL: f64 = 1e3;
 
 /// Part of a step for the difference that gives the rate of a force.
-const APART: f64 = 1e-4;
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 impl Integration<'_> {
     /// Applies an event of a stop at a time \[s\] of a mesh cycle.
@@ -66,7 +66,7 @@ impl Integration<'_> {
         let rebound = stop.restitution * speed;
         let lasts = 2.0 * rebound / acceleration_change;
         let held = self.holding_force(stop.rest(), &self.state.value, time);
-        let steady = (held.rate * lasts).abs() <= LITTLE * held.value;
+        let steady = (held.rate * lasts).abs() <= NEGLIGIBLE_CHANGE * held.value;
         let short = SHORT[usize::from(!steady)] * self.reference.step;
         if acceleration_change > 0.0 && lasts <= short && !self.meets_another(stop, time, lasts) {
             self.subtract_rate(stop, -rebound);
@@ -150,7 +150,7 @@ impl Integration<'_> {
         };
         let slope = self.slope(state, time);
         let [behind, ahead] = [-1.0, 1.0].map(|sense| {
-            let offset = sense * APART * self.reference.step;
+            let offset = sense * DIFFERENCE_STEP * self.reference.step;
             let moved: Vec<f64> = state
                 .iter()
                 .zip(&slope)
@@ -160,7 +160,7 @@ impl Integration<'_> {
         });
         Margin {
             value: force(state, time),
-            rate: (ahead - behind) / (2.0 * APART * self.reference.step),
+            rate: (ahead - behind) / (2.0 * DIFFERENCE_STEP * self.reference.step),
         }
     }
 }

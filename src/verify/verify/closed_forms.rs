@@ -62,7 +62,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError>
     /// Size of a state at which the constant part of the derivative disappears in round-off.
     const LARGE: f64 = 1e6;
     /// Steps of the Schur iteration per row.
-    const STEPS: usize = 1000;
+    const STEPS_PER_ROW: usize = 1000;
     let n = model.modes();
     let components: Vec<usize> = (0..2 * n)
         .filter(|i| !model.neutral.contains(&(i % n)))
@@ -94,9 +94,10 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError>
         });
         map = generator.exp() * map;
     }
-    let schur = Schur::try_new(map, f64::EPSILON, STEPS * m).ok_or(CheckError::Missing {
-        what: "an eigenvalue of the exponentials",
-    })?;
+    let schur =
+        Schur::try_new(map, f64::EPSILON, STEPS_PER_ROW * m).ok_or(CheckError::Missing {
+            what: "an eigenvalue of the exponentials",
+        })?;
     let moduli = schur.complex_eigenvalues();
     let mut exponents: Vec<f64> = moduli.iter().map(|z| z.norm().ln()).collect();
     exponents.sort_by(|a, b| b.total_cmp(a));

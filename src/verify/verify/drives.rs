@@ -17,7 +17,7 @@ use std::path::Path;
 const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
 
 /// Steps per mesh cycle for the transient into rattle.
-const STEPS: u32 = 2000;
+const STEPS_PER_CYCLE: u32 = 2000;
 
 /// Number of mesh cycles after which a drive rattles.
 const TRANSIENT: u64 = 40;
@@ -65,7 +65,7 @@ impl Case {
 /// # Errors
 /// The trajectory diverges.
 pub fn rattling(model: &Model) -> Result<TrajectoryState, CheckError> {
-    let kernel = Stepping::new(model, STEPS, 10_000);
+    let kernel = Stepping::new(model, STEPS_PER_CYCLE, 10_000);
     let start = model.start(&InitialState::Static);
     Ok(kernel.passage(&start, TRANSIENT)?.end)
 }

@@ -20,7 +20,7 @@ const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 const SHOWN_FIRST: [&str; 3] = ["lambda_max", "errors_verified", "direction"];
 
 /// Numbers of a table of points that are read at a time: 32 MB.
-const TOGETHER: usize = 1 << 22;
+const NUMBERS_AT_A_TIME: usize = 1 << 22;
 
 /// Data that are read may exceed their room by this factor, because packing shrinks them.
 const SHRINKS: u64 = 4;
@@ -147,11 +147,11 @@ pub(super) fn embed_points(
     let (mut descriptions, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
     let mut bytes_left = max_bytes;
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
-    let together = (TOGETHER / order.len().max(1)).max(1);
+    let rows_at_a_time = (NUMBERS_AT_A_TIME / order.len().max(1)).max(1);
     let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
     // Lists are as large as many columns, so that each is read alone.
     let alike = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
-    for heads in alike.flat_map(|heads| heads.chunks(together)) {
+    for heads in alike.flat_map(|heads| heads.chunks(rows_at_a_time)) {
         let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
         let mut columns: Vec<PartialColumn> =
             heads.iter().cloned().map(PartialColumn::new).collect();

@@ -29,7 +29,7 @@ const SMALLEST: f64 = 1e-290;
 const NARROWEST: f64 = 1e-9;
 
 /// Largest distance of a position beyond a panel, in sides of the panel.
-const BEYOND: f64 = 20.0;
+const FARTHEST_OUTSIDE: f64 = 20.0;
 
 /// A range of values along one side of a panel.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,7 +120,7 @@ impl Axis {
         } else {
             (value - self.low) / (self.high - self.low)
         };
-        fraction.clamp(-BEYOND, 1.0 + BEYOND)
+        fraction.clamp(-FARTHEST_OUTSIDE, 1.0 + FARTHEST_OUTSIDE)
     }
 
     /// About `wanted` ticks: values with their texts.

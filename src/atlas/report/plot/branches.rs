@@ -27,7 +27,7 @@ const UNSTABLE: f64 = 1.1;
 const MOST_PERIODS: usize = 8;
 
 /// Largest RMS of a shown point, divided by that of the orbits.
-const BEYOND: f64 = 1.5;
+const LARGEST_RMS_RATIO: f64 = 1.5;
 
 /// Ends that need no note, because the picture shows them.
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
@@ -86,7 +86,7 @@ fn picture(
         .collect();
     let up = range(orbits().map(|orbit| orbit.rms));
     // A few points with large vibration must not compress the branches.
-    let top = BEYOND * up[1];
+    let top = LARGEST_RMS_RATIO * up[1];
     let (seen, beyond): (Vec<Place>, Vec<Place>) = settled.into_iter().partition(|p| p[1] <= top);
     let up = range(up.into_iter().chain(seen.iter().map(|[_, y]| *y)));
     let job = followed.job.as_deref().unwrap_or("job unknown");

@@ -15,8 +15,8 @@ const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Distance from the diagram to its key, right end of the canvas, and text size of the key \[px\].
-const KEY: f64 = 86.0;
-const EDGE: f64 = 946.0;
+const KEY_DISTANCE: f64 = 86.0;
+const CANVAS_RIGHT: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
 /// Largest number of resonances listed beside the diagram.
 const MOST_LISTED: usize = 19;
@@ -234,7 +234,7 @@ impl Campbell {
                 .iter()
                 .all(|other| (other - baseline).abs() > TICK_SIZE)
             {
-                let (name, size) = fitted(&brief(&ray.name), TICK_SIZE, 8.0, KEY - 17.0);
+                let (name, size) = fitted(&brief(&ray.name), TICK_SIZE, 8.0, KEY_DISTANCE - 17.0);
                 canvas.text([to[0] + 6.0, baseline], &name, size, RED, Anchor::Start);
                 taken.push(baseline);
             }
@@ -242,10 +242,10 @@ impl Campbell {
     }
 
     fn key(&self, canvas: &mut Canvas, crossings: &[Resonance], unit: &Unit) {
-        let x = RIGHT + KEY;
+        let x = RIGHT + KEY_DISTANCE;
         let mut y = TOP + 6.0;
         let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
-            let (text, size) = fitted(text, KEY_SIZE, 8.0, EDGE - x);
+            let (text, size) = fitted(text, KEY_SIZE, 8.0, CANVAS_RIGHT - x);
             canvas.text([x, y], &text, size, colour, Anchor::Start);
             y += 16.5;
         };

@@ -20,7 +20,7 @@ const ROW: [f64; 2] = [18.0, 40.0];
 /// Height of the panel unless rows are very many or few \[px\].
 const USUAL: f64 = 454.0;
 /// Smallest height of the panel \[px\], for its label.
-const LEAST: f64 = 116.0;
+const LEAST_HEIGHT: f64 = 116.0;
 
 /// Largest half height of the mark of a point \[px\].
 const TALLEST: f64 = 9.0;
@@ -36,7 +36,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         let class_counts = counts(slice.points.iter().copied());
         let rows: BTreeSet<Motion> = class_counts.keys().copied().collect();
         let count = rows.len() as f64;
-        let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST);
+        let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST_HEIGHT);
         let panel = Panel::new(
             [148.0, 850.0],
             [72.0, 72.0 + height],

@@ -15,7 +15,7 @@ use crate::store::{ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 
 /// Largest number of exponents drawn; more would overlap.
-const MOST: usize = 8;
+const MOST_EXPONENTS: usize = 8;
 /// Standard errors to either side of a band.
 const BAND: f64 = 1.0;
 
@@ -119,7 +119,7 @@ impl Course {
         let places = self.cycles.len().max(1);
         let curves: Vec<(&[f64], &[f64])> = (self.values.chunks(places))
             .zip(self.errors.chunks(places))
-            .take(MOST)
+            .take(MOST_EXPONENTS)
             .collect();
         let edges = (curves.iter())
             .flat_map(|(values, errors)| values.iter().zip(*errors))
@@ -162,7 +162,7 @@ impl Course {
                 line += 20.0;
             }
         }
-        let left_out = (self.values.len() / places).saturating_sub(MOST);
+        let left_out = (self.values.len() / places).saturating_sub(MOST_EXPONENTS);
         let note = match left_out {
             0 => "line: running mean; band: one standard error on each side".to_owned(),
             more => format!(

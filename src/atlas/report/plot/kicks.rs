@@ -19,7 +19,7 @@ const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
 
 /// Largest ratio of a shown linear prediction to the integrated distances.
-const BEYOND: f64 = 30.0;
+const LARGEST_RATIO: f64 = 30.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     pictures(
@@ -37,8 +37,8 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
         let values = orbits.iter().flat_map(move |orbit| &orbit.kick[which]);
         range(values.copied().filter(|value| *value > 0.0))
     });
-    let low = full[0].min(linear[0].max(full[0] / BEYOND));
-    let high = full[1].max(linear[1].min(full[1] * BEYOND));
+    let low = full[0].min(linear[0].max(full[0] / LARGEST_RATIO));
+    let high = full[1].max(linear[1].min(full[1] * LARGEST_RATIO));
     let most = orbits.iter().map(|orbit| orbit.kick[0].len()).max();
     let returns = most.unwrap_or(2) as f64 - 1.0;
     let panel = Panel::new(

@@ -25,7 +25,7 @@ const MARGIN: f64 = LEFT + SIDE + 28.0;
 const EXTENT: [f64; 2] = [1.25, 4.0];
 
 /// Room around the outermost multiplier.
-const ROOM: f64 = 1.12;
+const MARGIN_FACTOR: f64 = 1.12;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     pictures(
@@ -42,7 +42,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
     let outermost = orbits
         .iter()
         .fold(0.0_f64, |most, orbit| most.max(orbit.modulus));
-    let extent = (ROOM * outermost).clamp(EXTENT[0], EXTENT[1]);
+    let extent = (MARGIN_FACTOR * outermost).clamp(EXTENT[0], EXTENT[1]);
     let axis = |name: &str| Axis::linear(name, "1", [-extent, extent]);
     let panel = Panel::new(
         [LEFT, LEFT + SIDE],
@@ -91,7 +91,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         "grey: inside the unit circle, stable",
         "numbers: leading multipliers",
     ];
-    if outermost > EXTENT[1] / ROOM {
+    if outermost > EXTENT[1] / MARGIN_FACTOR {
         notes.push("at the edge: farther out");
     }
     for (line, note) in notes.iter().rev().enumerate() {

@@ -89,7 +89,7 @@ pub(super) fn key(
 }
 
 /// Distance between the centres of two numbers \[px\].
-const APART: f64 = 20.0;
+const NUMBER_DISTANCE: f64 = 20.0;
 
 /// Writes the numbers of orbits at their places. A number whose place is taken moves up or down, and a line leads to
 /// its place. Earlier entries of the list stay nearer to their places.
@@ -97,12 +97,13 @@ pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     let mut taken: Vec<Place> = Vec::new();
     for (_, wanted) in wanted {
         let free = |at: &Place| {
-            let is_distinct = |other: &Place| (at[0] - other[0]).hypot(at[1] - other[1]) >= APART;
+            let is_distinct =
+                |other: &Place| (at[0] - other[0]).hypot(at[1] - other[1]) >= NUMBER_DISTANCE;
             taken.iter().all(is_distinct)
         };
         let steps =
             (0..=2 * taken.len()).flat_map(|step| [-0.5, 0.5].map(|side| side * step as f64));
-        let places = steps.map(|step| [wanted[0], wanted[1] + APART * step]);
+        let places = steps.map(|step| [wanted[0], wanted[1] + NUMBER_DISTANCE * step]);
         let place = { places }.find(free).unwrap_or(*wanted);
         canvas.line(&[*wanted, place], SOFT, 1.0);
         taken.push(place);

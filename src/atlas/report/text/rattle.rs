@@ -5,7 +5,7 @@ use crate::report::summary::Summary;
 use std::fmt::Write;
 
 /// Largest number of listed meshes; further ones are only counted.
-const MOST: usize = 12;
+const MOST_LISTED: usize = 12;
 
 /// One line per mesh, the one that rattles most first.
 pub(super) fn push(text: &mut String, summary: &Summary) {
@@ -14,7 +14,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         return;
     }
     text.push_str("\nrattle by mesh (speeds of impacts per second, m/s²; of stages rad/s²)\n");
-    let shown = &all[..all.len().min(MOST)];
+    let shown = &all[..all.len().min(MOST_LISTED)];
     let width = shown.iter().map(|mesh| mesh.name.chars().count()).max();
     let width = width.unwrap_or(0);
     for mesh in shown {
@@ -25,7 +25,11 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         }
         text.push('\n');
     }
-    if all.len() > MOST {
-        _ = writeln!(text, "  and {} more that rattle less", all.len() - MOST);
+    if all.len() > MOST_LISTED {
+        _ = writeln!(
+            text,
+            "  and {} more that rattle less",
+            all.len() - MOST_LISTED
+        );
     }
 }

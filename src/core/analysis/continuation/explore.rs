@@ -326,7 +326,7 @@ fn passes(
         size: chord.size,
     };
     let along = off.cosine(&chord) * off.length() / chord.length();
-    if !(-BEYOND..=1.0 + BEYOND).contains(&along) || off.length() > 2.0 * chord.length() {
+    if !(-PAST_CHORD..=1.0 + PAST_CHORD).contains(&along) || off.length() > 2.0 * chord.length() {
         return false;
     }
     let from = last.saturating_sub(2);
@@ -356,4 +356,4 @@ fn passes(
 }
 
 /// Fraction of a chord beyond its ends within which an orbit may still lie on the branch.
-const BEYOND: f64 = 0.1;
+const PAST_CHORD: f64 = 0.1;

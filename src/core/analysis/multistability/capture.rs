@@ -14,7 +14,7 @@ use crate::propagate::{Counters, Kernel, Stop};
 
 /// Distance \[half gaps\] from an orbit below which an approach is observed. The observation costs nothing,
 /// because it advances the trajectory.
-const NEAR: f64 = 0.3;
+const OBSERVED_DISTANCE: f64 = 0.3;
 
 /// How a cell of a slice ended.
 #[derive(Debug)]
@@ -87,7 +87,8 @@ impl KnownOrbits {
             let near = self.orbits.iter().find(|(_, orbit)| {
                 let cycles_since = trajectory.cycle.abs_diff(orbit.start.cycle);
                 cycles_since.is_multiple_of(self.excitation)
-                    && norm.distance(&trajectory.state, &orbit.start.state) <= NEAR * norm.unit()
+                    && norm.distance(&trajectory.state, &orbit.start.state)
+                        <= OBSERVED_DISTANCE * norm.unit()
             });
             if let Some((id, orbit)) = near {
                 match approaches(kernel, norm, orbit, trajectory, &mut workspace, counters) {

@@ -24,7 +24,7 @@ const SIGMAS: f64 = 5.0;
 
 /// Relative difference of averages that is allowed whatever their error: block averages of nearly regular
 /// motion have too small an error.
-const NEAR: f64 = 1e-3;
+const SAME_AVERAGE: f64 = 1e-3;
 
 /// Difference of exponents \[1/cycle\] that counts as zero whatever its error.
 const NEAR_EXPONENT: f64 = 1e-3;
@@ -79,7 +79,7 @@ impl Average {
     }
 
     fn agrees_relative(self, other: Self) -> bool {
-        self.agrees(other, NEAR * self.mean.abs().max(other.mean.abs()))
+        self.agrees(other, SAME_AVERAGE * self.mean.abs().max(other.mean.abs()))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 /// Maximum number of stretches: twice as many as any level of an error bar needs.
-const MOST: usize = 2048;
+const MOST_STRETCHES: usize = 2048;
 
 /// Something that can be added up.
 pub(in crate::analysis) trait Summable: Clone {
@@ -26,7 +26,7 @@ impl<const N: usize> Summable for [f64; N] {
 }
 
 /// Sums over stretches of `length` units each; the caller chooses the unit, such as a mesh cycle. If there are
-/// [`MOST`] stretches, neighbouring ones are joined, and the length doubles.
+/// [`MOST_STRETCHES`] stretches, neighbouring ones are joined, and the length doubles.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct BlockSums<T> {
     complete: Vec<T>,
@@ -70,7 +70,7 @@ impl<T: Summable> BlockSums<T> {
         self.complete.push(self.current.clone());
         self.current.clear();
         self.filled = 0;
-        if self.complete.len() >= MOST {
+        if self.complete.len() >= MOST_STRETCHES {
             self.join();
         }
     }

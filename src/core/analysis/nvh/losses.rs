@@ -104,7 +104,7 @@ fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
 /// zero.
 fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> Option<f64> {
     /// Step below which the parabola is exact to round-off.
-    const SMALL: f64 = 1e-5;
+    const EXACT_STEP: f64 = 1e-5;
     let mut all = at_nodes.values().zip(slope.values());
     let mut before = all.next()?;
     let mut change = None;
@@ -127,7 +127,7 @@ fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> O
     for _ in 0..4 {
         let [value, force, slope] = evaluate_with_derivatives::<_, false>(&integral, x);
         let step = -force / slope;
-        if step.abs() < SMALL {
+        if step.abs() < EXACT_STEP {
             let extreme = value + 0.5 * force * step;
             let sides = [extreme - at_start(&integral), at_end(&integral) - extreme];
             return Some(0.5 * (sides[0].abs() + sides[1].abs()));

@@ -38,7 +38,7 @@ use sums::{Origin, Sums, ratio};
 const CYCLES_PER_STRETCH: u64 = 10;
 
 /// Probabilities of the quantiles of impact speeds.
-const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
+const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
 
 /// Accumulates statistics while a trajectory is integrated.
 #[derive(Debug, Clone)]
@@ -222,7 +222,7 @@ impl Nvh {
         }
         found.impact_velocity_max = closed.contacts.fastest();
 
-        let speeds = SHARES.map(|share| closed.contacts.speed(share));
+        let speeds = QUANTILES.map(|share| closed.contacts.speed(share));
         if let [Some(a), Some(b), Some(c)] = speeds {
             found.impact_velocity_quantiles = vec![a.0, b.0, c.0];
         }

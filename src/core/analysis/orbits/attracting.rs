@@ -52,7 +52,7 @@ struct ApproachSettings<'a, K: Kernel> {
     decrease: f64,
     /// Distance below which a trajectory is on the orbit. A residual r leaves an uncertainty r / (1 − μ) of the orbit
     /// along the direction of the slowest multiplier μ.
-    arrived: f64,
+    arrival_distance: f64,
 }
 
 impl<'a, K: Kernel> ApproachSettings<'a, K> {
@@ -73,7 +73,7 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
             cut: most < halving,
             // `1 − radiusⁿ` over n periods, without cancellation for a radius near 1.
             decrease: (-(periods * radius.ln()).exp_m1()).min(0.5),
-            arrived: norm.unit()
+            arrival_distance: norm.unit()
                 * (2.0 * orbit.residual / (1.0 - radius)).clamp(ARRIVED, FARTHEST_ARRIVED),
         })
     }
@@ -150,8 +150,8 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         if !observed.same_events {
             return false;
         }
-        if before <= self.arrived {
-            return after <= self.arrived;
+        if before <= self.arrival_distance {
+            return after <= self.arrival_distance;
         }
         // In a limited observation, distances across and along a flat torus may differ by more than they decrease.
         let distance = if self.cut { before.min(predicted) } else { before };
@@ -304,7 +304,7 @@ const DISPLACEMENTS: [f64; 2] = [1e-5, 0.3];
 
 /// Largest distance of an orbit of twice the period from its parent, relative to the displacement from which it was
 /// found. A more distant orbit does not belong to the period doubling.
-const BESIDE: f64 = 4.0;
+const LARGEST_DISTANCE: f64 = 4.0;
 
 /// The attracting orbit of twice the period near `parent`, if a period doubling alone has made `parent` unstable. If
 /// the trajectory is nearer to the parent than halfway between both orbits, it is moved to halfway. It would reach
@@ -347,7 +347,7 @@ fn doubled<K: Kernel>(
             && orbit.spectral_radius() < 1.0
         {
             let apart = norm.distance(&orbit.start.state, &parent.start.state) / norm.unit();
-            if apart > SAME_POINT && apart <= BESIDE * by {
+            if apart > SAME_POINT && apart <= LARGEST_DISTANCE * by {
                 let away = norm.distance(&trajectory.state, &parent.start.state) / norm.unit();
                 if away < 0.5 * apart {
                     let ends = parent.start.state.iter().zip(&orbit.start.state);

@@ -20,7 +20,7 @@ pub const KICK: f64 = 1e-5;
 const MOST_ITERATIONS: usize = 200;
 
 /// Change of the direction per iteration below which it has converged.
-const STILL: f64 = 1e-10;
+const CONVERGED: f64 = 1e-10;
 
 /// Distances from an orbit after a kick of [`KICK`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -119,7 +119,7 @@ fn strongest(matrix: &Mat<f64>) -> Mat<f64> {
         let next = &back * (1.0 / length);
         let turned = norm(&(&next - &direction));
         direction = next;
-        if turned <= STILL {
+        if turned <= CONVERGED {
             break;
         }
     }

@@ -26,7 +26,7 @@ const DISTANCE: f64 = 1e-6;
 const ROUND_OFF: f64 = 1e-6;
 
 /// Fraction of the initial distance below which twins are rescaled.
-const TOO_NEAR: f64 = 1e-2;
+const RESCALING_DISTANCE: f64 = 1e-2;
 
 /// Largest round-off, relative to the remaining distance.
 const MOST_ROUND_OFF: f64 = 1e-2;
@@ -72,7 +72,7 @@ pub fn leading_exponent<K: Kernel>(
         if size.is_nan() || size * MOST_ROUND_OFF < blurred {
             return Ok(None);
         }
-        if cycle < period && size < TOO_NEAR {
+        if cycle < period && size < RESCALING_DISTANCE {
             logarithm += size.ln();
             error += (one_sided / size).ln().abs();
             let apart = central.map(|part| part.iter().map(|x| x / size).collect());

@@ -21,7 +21,7 @@ use crate::propagate::Kernel;
 use std::f64::consts::TAU;
 
 /// Number of which the cycles of each trajectory are a multiple, so that its averages are complete.
-const SHARE: u64 = 100;
+const CYCLE_MULTIPLE: u64 = 100;
 
 /// Cycles for the statistics of a torus that a trajectory reached from chaos.
 const ON_TORUS: u64 = 2_000;
@@ -321,7 +321,7 @@ impl<K: Kernel> PointRun<'_, K> {
 fn unit(members: &[EnsembleTrajectory]) -> u64 {
     match members.len() {
         1 => 1,
-        _ => SHARE,
+        _ => CYCLE_MULTIPLE,
     }
 }
 

@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
 /// Highest frequency in a spectrum, relative to the sample rate: frequencies near half the rate may be aliases.
-const HIGHEST: f64 = 0.4;
+const HIGHEST_FREQUENCY: f64 = 0.4;
 
 /// The spectrum of a signal over a stretch of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
     let step = instants.rate / length as f64;
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
     let window = hann(length);
-    let lines = (HIGHEST * length as f64) as usize + 1;
+    let lines = (HIGHEST_FREQUENCY * length as f64) as usize + 1;
     let count = instants.values.first().map_or(0, Vec::len);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
     let mut out = Vec::new();

@@ -20,7 +20,7 @@ use std::ops::Deref;
 const LARGEST_ERROR: f64 = 1e-11;
 
 /// Frequency that scales rigid displacements, relative to the fastest rate.
-const SLOW: f64 = 1e-2;
+const RIGID_FREQUENCY: f64 = 1e-2;
 
 /// Length of a padded component of a state: first components fill whole lane groups, then second ones.
 pub fn padded(modes: usize) -> usize {
@@ -284,7 +284,7 @@ impl FoundBasis {
         let (t, inverse) = (&self.to_modes, &self.from_modes);
         let product = t * inverse;
         let unit = |i: usize| {
-            if i < n { frequency[i].max(SLOW * rate) } else { 1.0 }
+            if i < n { frequency[i].max(RIGID_FREQUENCY * rate) } else { 1.0 }
         };
         let mut worst = 0.0_f64;
         for i in 0..2 * n {

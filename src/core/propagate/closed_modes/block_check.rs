@@ -121,12 +121,14 @@ fn nodes<V: Vector, const L: usize>(check: &mut BlockCheck<'_>, lines: [usize; L
 #[inline(always)]
 fn bound<V: Vector>(check: &mut BlockCheck<'_>) {
     /// `√(x² + y²) ≤ max + (√2 − 1) min` of the sizes of two numbers; not more than 1.09 times the root.
-    const SHARE: f64 = std::f64::consts::SQRT_2 - 1.0 + f64::EPSILON;
+    const BOUND_SHARE: f64 = std::f64::consts::SQRT_2 - 1.0 + f64::EPSILON;
     let half = check.amplitudes.len();
     for (index, balance) in check.system.balances.iter().enumerate() {
         let [x, y] = applied(&read::<V>(balance), pair(check.state, half, index));
         let (x, y) = (x.size(), y.size());
-        let most = x.smaller(y).multiply_add(V::splat(SHARE), x.larger(y));
+        let most = x
+            .smaller(y)
+            .multiply_add(V::splat(BOUND_SHARE), x.larger(y));
         most.write(&mut check.amplitudes[index * LANES..]);
     }
     for &line in check.lines {

@@ -161,7 +161,7 @@ pub struct Drift {
 const TERMS: usize = 16;
 
 /// `1/(k + 2)`.
-const SHARES: [f64; TERMS] = {
+const INTEGRAL_SHARES: [f64; TERMS] = {
     let mut shares = [0.0; TERMS];
     let mut k = 0;
     while k < TERMS {
@@ -190,7 +190,7 @@ impl Drift {
     pub fn push(&self, time: f64) -> [f64; 2] {
         let [[a, b], [c, d]] = self.generator;
         let mut sum = [0.0; 2];
-        for share in SHARES[..self.terms].iter().rev() {
+        for share in INTEGRAL_SHARES[..self.terms].iter().rev() {
             let [x, y] = sum;
             let share = time * share;
             sum = [

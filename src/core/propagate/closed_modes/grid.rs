@@ -10,7 +10,7 @@ use crate::propagate::vectors::LANES;
 pub const NODES: usize = LANES;
 
 /// Smallest number of blocks per mesh cycle: longer blocks could seldom be proved free of events.
-const FEWEST: f64 = 3.0;
+const FEWEST_BLOCKS: f64 = 3.0;
 
 /// Distance between nodes \[s\] and blocks per mesh cycle, a whole number. The fastest wave of any system turns little
 /// between two nodes.
@@ -19,6 +19,6 @@ pub fn step(model: &Model, bases: &Bases<'_>, frequencies: &Frequencies) -> (f64
     let fastest = driven.fold(bases.fastest(), f64::max);
     let blocks = (model.period() * fastest / (2.0 * SHORT * NODES as f64))
         .ceil()
-        .max(FEWEST);
+        .max(FEWEST_BLOCKS);
     (model.period() / (blocks * NODES as f64), blocks)
 }

@@ -59,10 +59,10 @@ pub struct LineView {
 const TURNS: f64 = 0.05;
 
 /// Largest angle \[rad\] of a turn that is neglected.
-const LITTLE: f64 = 1e-3;
+const NEGLECTED_ANGLE: f64 = 1e-3;
 
 /// Participation, relative to the largest, below which a mode has only round-off.
-const UNSEEN: f64 = 64.0 * f64::EPSILON;
+const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 impl LineView {
     /// Contributions of the inputs to the deflection and its first two derivatives.
@@ -126,7 +126,7 @@ fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
 /// Whether the coordinates of a block are a displacement and its rate.
 fn is_displacement(block: &Block, step: f64) -> bool {
     let [by_value, by_rate] = block.generator[0];
-    by_rate == 1.0 && by_value.abs() * NODES as f64 * step < LITTLE
+    by_rate == 1.0 && by_value.abs() * NODES as f64 * step < NEGLECTED_ANGLE
 }
 
 /// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains has a
@@ -134,7 +134,7 @@ fn is_displacement(block: &Block, step: f64) -> bool {
 fn is_wave(block: &Block, step: f64) -> bool {
     let turned = |nu: f64| nu * NODES as f64 * step;
     (block.damped_frequency()).is_some_and(|nu| {
-        let slow = is_displacement(block, step) && turned(nu) < LITTLE;
+        let slow = is_displacement(block, step) && turned(nu) < NEGLECTED_ANGLE;
         nu > TURNS * block.growth().abs() && !slow
     }) && block.generator[1][0] != 0.0
 }
@@ -227,7 +227,7 @@ impl System {
             given.mixed.modes.contains(mode)
                 || (deflection_gains.iter()).any(|deflection_gains| {
                     let [w, by_rate] = deflection_gains[*mode];
-                    by_rate != 0.0 || w.abs() > UNSEEN * largest(deflection_gains)
+                    by_rate != 0.0 || w.abs() > NEGLIGIBLE * largest(deflection_gains)
                 })
         };
         system.places = (0..n)

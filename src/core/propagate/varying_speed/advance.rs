@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 
 /// Largest phase change of the fastest wave on a window \[rad\]. Omitted terms are 3²⁴/24! = 5e-13 of its
 /// amplitude.
-const LONGEST: f64 = 3.0;
+const LARGEST_PHASE: f64 = 3.0;
 
 /// Round-off of sums, relative to a mesh cycle or a window.
 const ROUNDING: f64 = 1e-14;
@@ -106,7 +106,7 @@ impl VaryingSpeed {
         }
         let begin = motion.time;
         let cycles = self.cycles_per_radian * stretch.fastest();
-        let longest = LONGEST / self.system.fastest_at(cycles);
+        let longest = LARGEST_PHASE / self.system.fastest_at(cycles);
         self.load(motion, workspace);
         let mut phase = Sum::of(motion.phase);
         let mut start = Sum::of(0.0);

@@ -60,14 +60,14 @@ fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
 }
 
 /// The longest window \[s\] that counts as having the given length.
-fn rounded_up(model: &Model, length: f64) -> f64 {
+fn with_rounding(model: &Model, length: f64) -> f64 {
     length * (1.0 + ROUNDED_APART) + ROUNDING * model.period()
 }
 
 /// Index of the window length for the given segments, one per contact: the longest allowed one. Every segment's grid
 /// has a length, but several closed contacts may need a shorter one.
 fn joint_length(model: &Model, segments: &[&Segment], lengths: &[f64], tolerance: f64) -> usize {
-    let limit = rounded_up(model, longest(model, segments, tolerance));
+    let limit = with_rounding(model, longest(model, segments, tolerance));
     let by_length = |a: &usize, b: &usize| lengths[*a].total_cmp(&lengths[*b]);
     let fitting = (0..lengths.len()).filter(|&index| lengths[index] <= limit);
     (fitting.max_by(by_length))
@@ -110,7 +110,7 @@ pub fn missing_lengths(model: &Model, cycles: u64, lengths: &[f64], tolerance: f
     limits.sort_by(f64::total_cmp);
     let mut missing = Vec::new();
     for limit in limits {
-        let most = rounded_up(model, limit);
+        let most = with_rounding(model, limit);
         let fits = |length: &f64| (limit / WORTH_ITS_TABLES..=most).contains(length);
         if !lengths.iter().chain(&missing).any(fits) {
             missing.push(limit);

@@ -25,7 +25,7 @@ use crate::numerics::legendre::{evaluate, transforms8};
 use crate::numerics::roots::sign_changes;
 
 /// Largest number of pieces of a stretch: enough for a few pairs on a face of 64 slices with different gaps.
-const MOST: usize = 1024;
+const MOST_PIECES: usize = 1024;
 
 /// Mesh phases closer than this coincide.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
@@ -97,7 +97,7 @@ pub(super) fn pieces<L: FlankLaw>(
             Verdict::Kink(at) => (at, None),
             Verdict::Inaccurate(fit_error) => (middle, Some(fit_error)),
         };
-        if at - from < SAME || to - at < SAME || pieces.len() + left.len() + 2 > MOST {
+        if at - from < SAME || to - at < SAME || pieces.len() + left.len() + 2 > MOST_PIECES {
             let found = fit_error.unwrap_or(FitError {
                 quantity: "stiffness",
                 error: f64::INFINITY,

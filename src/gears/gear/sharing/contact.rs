@@ -26,7 +26,7 @@ const ROUNDS: usize = 50;
 
 /// The contact of a pair below this part of the mean line load is linearised at
 /// that part: laws that stiffen have no compliance at zero.
-const LEAST: f64 = 1e-2;
+const LEAST_LOAD: f64 = 1e-2;
 
 impl LoadSharing {
     /// The pairs at mesh phase `phase`, with their contact linearised at its load under a force > 0 \[N\].
@@ -51,7 +51,7 @@ impl LoadSharing {
             return face.sharing_under(law, misalignment, force);
         }
         let mut pairs = pairs_at(law, phase, face)?;
-        let least = LEAST * force / face.width;
+        let least = LEAST_LOAD * force / face.width;
         let mut line_load = [force / face.width / pairs.len().max(1) as f64; MOST_PAIRS];
         let mut moved = 0;
         for _ in 0..ROUNDS {

@@ -25,7 +25,7 @@ use crate::numerics::plain;
 use faer::Mat;
 
 /// A step of Newton's method below this part of the deflection is followed by one last step.
-const SMALL: f64 = 1e-7;
+const LAST_STEP: f64 = 1e-7;
 
 /// Largest number of steps.
 const ROUNDS: usize = 100;
@@ -197,7 +197,7 @@ impl Coupled {
                 approach: target.approach - point.approach,
             };
             let moved = plain::product(self.root.as_ref(), step.y.as_ref());
-            last = moved.norm_max().max(step.approach.abs()) <= SMALL * scale;
+            last = moved.norm_max().max(step.approach.abs()) <= LAST_STEP * scale;
             if last || round < WHOLE_STEPS {
                 point = target;
                 patch = self.patch_at(&point);

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, SQRT_2};
 const CELLS_PER_WAVE: usize = 4;
 
 /// Largest number of steps of the search for a border of contact.
-const STEPS: usize = 60;
+const MOST_STEPS: usize = 60;
 
 /// A part of the face, within 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -305,7 +305,7 @@ impl GapProfile {
 fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 {
     let [mut low, mut high] = ends;
     let mut place = 0.5 * (low + high);
-    for _ in 0..STEPS {
+    for _ in 0..MOST_STEPS {
         let [value, slope] = function(place);
         if (value > 0.0) == (at_low > 0.0) {
             low = place;

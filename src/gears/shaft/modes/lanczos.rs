@@ -17,7 +17,7 @@ const BLOCK: usize = 6;
 
 /// Number of modes to compute beyond the requested ones. The count of modes takes place between two
 /// of these.
-const BEYOND: usize = 4;
+const EXTRA_MODES: usize = 4;
 
 /// Largest residual of a mode of A in the norm of M, relative to its θ. One step of inverse iteration
 /// follows.
@@ -49,7 +49,7 @@ pub(super) fn lowest(
     let pencil = Pencil::Banded(mass, stiffness);
     let size = pencil.size();
     let width = BLOCK.max(rigid + 2);
-    let all = wanted + BEYOND;
+    let all = wanted + EXTRA_MODES;
     let most = (4 * all + 20 * width).min(size);
     if all + width > most {
         return None;

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 const FLOOR: f64 = 1e-9;
 
 /// Work of a Newton step, relative to that of all forces, after which one more full step leaves round-off.
-const SMALL: f64 = 1e-20;
+const SMALL_WORK: f64 = 1e-20;
 
 /// A deflection of a mesh below this part of the largest is round-off.
 const PULLING: f64 = 1e-9;
@@ -140,7 +140,7 @@ impl EquilibriumProblem<'_> {
             };
             let start = slope(0.0);
             let work = self.typical.dot(&self.moved(&force).map(|d| d * d));
-            if -start <= SMALL * work {
+            if -start <= SMALL_WORK * work {
                 return Ok(force + step);
             }
             // The first step length with a slope that is nearly zero or still downhill.

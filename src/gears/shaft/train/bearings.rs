@@ -32,7 +32,7 @@ const NO_THRUST: f64 = 1e-9;
 const MESH: f64 = 2e10;
 
 /// Assumed stiffness of a coupling without torsional springs \[N m/rad\], which does not affect its torque.
-const LOCKED: f64 = 1e5;
+const LOCKED_STIFFNESS: f64 = 1e5;
 
 /// A rolling bearing under the mean load of its train.
 #[derive(Debug, Clone, PartialEq)]
@@ -327,7 +327,7 @@ impl TrainDrive {
                 add_spring(
                     &mut stiffness,
                     &row,
-                    if stages > 0.0 { stages } else { LOCKED },
+                    if stages > 0.0 { stages } else { LOCKED_STIFFNESS },
                 );
             }
         }
@@ -349,7 +349,7 @@ impl TrainDrive {
             add_spring(
                 &mut stiffness,
                 &row,
-                if largest > 0.0 { largest } else { LOCKED },
+                if largest > 0.0 { largest } else { LOCKED_STIFFNESS },
             );
         }
         stiffness

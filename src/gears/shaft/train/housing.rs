@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// Largest distance of a bearing from its node \[m\].
-const BESIDE: f64 = 1e-3;
+const LARGEST_DISTANCE: f64 = 1e-3;
 
 /// Differences across the diagonal and negative eigenvalues below this are round-off, in a matrix scaled
 /// to a diagonal of ones.
@@ -292,14 +292,14 @@ impl TrainDrive {
             let node = &nodes[joint.node];
             let place = axes[shaft].at(train_shaft.bearings[bearing].0);
             let distance = (place - nalgebra::Vector3::from(node.position)).norm();
-            let meets = distance <= BESIDE;
+            let meets = distance <= LARGEST_DISTANCE;
             if !meets {
                 return Err(TrainError::BearingOffNode {
                     shaft: train_shaft.name.clone(),
                     bearing: bearing + 1,
                     node: node.name.clone(),
                     distance,
-                    most: BESIDE,
+                    most: LARGEST_DISTANCE,
                 });
             }
         }

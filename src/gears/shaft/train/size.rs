@@ -15,7 +15,7 @@ const MATRICES: f64 = 9.0;
 
 /// The end of a hub uses an existing node within this part of the outer diameter: an element much shorter than the
 /// others would only cost accuracy.
-const SLIVER: f64 = 1e-3;
+const SAME_NODE: f64 = 1e-3;
 
 /// Freedoms of a node.
 const NODE_FREEDOMS: f64 = 6.0;
@@ -63,7 +63,7 @@ impl TrainShaft {
                 let apart = known
                     .map(|other| (at - other).abs())
                     .fold(f64::INFINITY, f64::min);
-                if inside(&&at) && apart > SLIVER * shaft_section.outer {
+                if inside(&&at) && apart > SAME_NODE * shaft_section.outer {
                     stations.push(at);
                 }
             }

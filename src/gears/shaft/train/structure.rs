@@ -373,7 +373,7 @@ impl TrainDrive {
     }
 
     /// Relative rotational speed of the gears of a mesh.
-    fn turning_against(&self, gears: [GearPlace; 2], layout: &Layout) -> f64 {
+    fn relative_speed(&self, gears: [GearPlace; 2], layout: &Layout) -> f64 {
         let [one, two] = gears.map(|place| self.gear(place));
         let ratio = f64::from(one.teeth) / f64::from(two.teeth);
         let in_ring = one.internal || two.internal;

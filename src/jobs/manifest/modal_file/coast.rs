@@ -5,7 +5,7 @@ use crate::manifest::reader::Section;
 use crate::structure::FlankParticipation;
 
 /// Keys without an effect if there is no `mesh_coast`.
-const BESIDE: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_lever_coast"];
+const COAST_KEYS: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_lever_coast"];
 
 /// Largest difference of both flanks' deflections in a rigid rotation, as a part of the largest participation: the
 /// error of a file with six digits.
@@ -19,7 +19,7 @@ pub(super) fn read(
 ) -> Option<Option<FlankParticipation>> {
     if !root.has("mesh_coast") {
         root.without_effect(
-            &BESIDE,
+            &COAST_KEYS,
             "without `mesh_coast`",
             "remove it, or add mesh_coast",
         );
@@ -27,7 +27,7 @@ pub(super) fn read(
     }
     let modes = frequency.map(<[f64]>::len);
     let mesh = column(root, "mesh_coast", modes);
-    let [tilt, friction, lever] = BESIDE.map(|name| optional(root, name, modes));
+    let [tilt, friction, lever] = COAST_KEYS.map(|name| optional(root, name, modes));
     let (mesh, frequency) = (mesh?, frequency?);
     same_rotation(root, &mesh, drive?, frequency)?;
     let or_zeros = |column: Option<Vec<f64>>| column.unwrap_or_else(|| vec![0.0; frequency.len()]);

@@ -8,7 +8,7 @@ use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
 
 /// Largest number of contacts besides the two flanks.
-const MOST: usize = MOST_CONTACTS - 2;
+const MOST_FURTHER_CONTACTS: usize = MOST_CONTACTS - 2;
 
 /// The contacts; empty if there are none.
 pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<StructureContact>> {
@@ -19,10 +19,10 @@ pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<Structure
     let stops = tables.iter().filter(|table| table.has("restitution"));
     let elements = sliders.len() + frictions.len();
     let count = tables.len() + stops.count() + SliderPart::ALL.len() * elements;
-    if count > MOST {
+    if count > MOST_FURTHER_CONTACTS {
         let message = format!("the file has {count} contacts in addition to the flanks");
         let label = format!(
-            "at most {MOST} are accepted, and a [[slider]] or [[dry_friction]] is three of them, a [[contact]] with a restitution two"
+            "at most {MOST_FURTHER_CONTACTS} are accepted, and a [[slider]] or [[dry_friction]] is three of them, a [[contact]] with a restitution two"
         );
         return root
             .fault(DiagnosticKind::OutOfRange, "contact", message)

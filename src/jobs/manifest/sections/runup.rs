@@ -183,8 +183,8 @@ fn through(over: &Quantities, values: &Quantities, zero: f64) -> PointCourse {
 /// Reports a record that is too long.
 fn fits_in_memory(section: &Section, rate: u32, speed: &PointCourse) {
     /// Largest number of samples of one signal: a quarter of a gigabyte.
-    const MOST: f64 = 32e6;
-    let longest = MOST / f64::from(rate);
+    const MOST_SAMPLES: f64 = 32e6;
+    let longest = MOST_SAMPLES / f64::from(rate);
     let duration = speed.points.last().map_or(0.0, |point| point[0]);
     if duration > longest {
         let name = if section.has("points") { "points" } else { "speed" };

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub(super) type Set = BTreeSet<u32>;
 
 /// Numbers are below this; a list with larger ones is rejected.
-const MOST: u32 = 1 << 16;
+const LARGEST_NUMBER: u32 = 1 << 16;
 
 /// Folder of the files of a hardware thread.
 pub(super) fn of_thread(thread: u32) -> String {
@@ -101,7 +101,7 @@ fn list(text: &str) -> Option<Set> {
     for range in text.split(',') {
         let (first, last) = range.split_once('-').unwrap_or((range, range));
         let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
-        if last >= MOST {
+        if last >= LARGEST_NUMBER {
             return None;
         }
         numbers.extend(first..=last);

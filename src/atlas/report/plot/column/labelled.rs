@@ -18,7 +18,7 @@ use crate::report::plot::panel::{Panel, TICK_SIZE};
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Right end of the canvas \[px\].
-const EDGE: f64 = 952.0;
+const CANVAS_RIGHT: f64 = 952.0;
 /// Smallest and largest width of a legend \[px\].
 const LEGEND: [f64; 2] = [120.0, 330.0];
 /// Largest number of entries in a legend.
@@ -197,7 +197,7 @@ impl Labelled<'_> {
             .map(|entry| text_width(&entry.label, TICK_SIZE));
         let alone = entries.len() < 2;
         let widest = widths.fold(0.0, f64::max) + 52.0;
-        let right = EDGE - if alone { 40.0 } else { widest.clamp(LEGEND[0], LEGEND[1]) };
+        let right = CANVAS_RIGHT - if alone { 40.0 } else { widest.clamp(LEGEND[0], LEGEND[1]) };
         let panel = Panel::new([LEFT, right], [TOP, BOTTOM], across.clone(), up.clone());
         panel.frame(canvas, true);
         curves.extend(self.measured.map(|curve| (Style::MEASURED, curve)));
@@ -219,7 +219,8 @@ impl Labelled<'_> {
             let every = entries.len().div_ceil(MOST_ENTRIES);
             for entry in entries.iter().step_by(every) {
                 entry.sample(canvas, [right + 14.0, y]);
-                let (label, size) = fitted(&entry.label, TICK_SIZE, 8.0, EDGE - right - 49.0);
+                let (label, size) =
+                    fitted(&entry.label, TICK_SIZE, 8.0, CANVAS_RIGHT - right - 49.0);
                 canvas.text([right + 47.0, y + 4.5], &label, size, INK, Anchor::Start);
                 y += 20.0;
             }

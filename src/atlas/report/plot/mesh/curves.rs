@@ -42,7 +42,7 @@ const ROWS: [Row; 3] = [
     },
 ];
 /// Largest number of lines in a panel.
-const MOST: usize = 5;
+const MOST_LINES: usize = 5;
 /// The brightest colour of a line, as a position on the ramp: brighter ones are invisible on white.
 const BRIGHTEST: f64 = 0.72;
 const LEFT: f64 = 92.0;
@@ -57,7 +57,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     let (angles, angle_unit) = mesh.misalignments();
     let mut families = Vec::new();
     if mesh.table.torque.len() > 1 || mesh.table.misalignment.len() == 1 {
-        let lines = spread(mesh.table.torque.len(), MOST).into_iter();
+        let lines = spread(mesh.table.torque.len(), MOST_LINES).into_iter();
         families.push(Family {
             picture: "mesh",
             by: "torque",
@@ -67,7 +67,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
         });
     }
     if mesh.table.misalignment.len() > 1 {
-        let lines = spread(mesh.table.misalignment.len(), MOST).into_iter();
+        let lines = spread(mesh.table.misalignment.len(), MOST_LINES).into_iter();
         families.push(Family {
             picture: "mesh-misalignment",
             by: "misalignment",

@@ -5,12 +5,12 @@ use crate::report::plot::lettering::spread_out;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
 /// Smallest distance of two names \[px\].
-const APART: f64 = 16.0;
+const LEAST_DISTANCE: f64 = 16.0;
 /// Distance from the panel to the names \[px\].
 const ASIDE: f64 = 26.0;
 
 /// Lines closer than this everywhere look like one \[px\].
-const SAME: f64 = 0.8;
+const SAME_LINE: f64 = 0.8;
 
 /// A line with its distinguishing value and its colour.
 pub(super) struct Named {
@@ -29,7 +29,7 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
     let groups = groups(&paths);
     let end = |first: usize| paths[first].last().map_or(panel.bottom, |end| end[1]);
     let ends: Vec<f64> = groups.iter().map(|&[_, last]| end(last)).collect();
-    let places = spread_out(&ends, APART, [panel.top, panel.bottom]);
+    let places = spread_out(&ends, LEAST_DISTANCE, [panel.top, panel.bottom]);
     for ((&[first, last], end), place) in groups.iter().zip(&ends).zip(places) {
         let x = panel.right;
         let leader = [[x + 2.0, *end], [x + 14.0, place], [x + 22.0, place]];
@@ -53,7 +53,10 @@ fn path(panel: &Panel, line: &Named) -> Vec<Place> {
 /// First and last of the neighbours that coincide.
 fn groups(paths: &[Vec<Place>]) -> Vec<[usize; 2]> {
     let same = |a: &[Place], b: &[Place]| {
-        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a[1] - b[1]).abs() < SAME)
+        a.len() == b.len()
+            && a.iter()
+                .zip(b)
+                .all(|(a, b)| (a[1] - b[1]).abs() < SAME_LINE)
     };
     let mut groups: Vec<[usize; 2]> = Vec::new();
     for (line, path) in paths.iter().enumerate() {

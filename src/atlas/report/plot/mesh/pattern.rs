@@ -17,9 +17,9 @@ const SIZE: [f64; 2] = [700.0, 420.0];
 /// Gaps between panels \[px\].
 const GAP: [f64; 2] = [34.0, 44.0];
 /// Number of distinct colours: neighbours of one colour become one shape.
-const STEPS: f64 = 64.0;
+const COLOUR_STEPS: f64 = 64.0;
 /// Colour of flanks that do not touch.
-const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
+const NO_CONTACT: Colour = Colour(0xe4, 0xe4, 0xe4);
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let (values, slices) = (&mesh.table.pattern, mesh.table.slices);
@@ -97,7 +97,7 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
     let step = |phase: usize, slice: usize| {
         let value = values[phase * slices + slice];
         // NaN also means no load.
-        (value > 0.0).then(|| (STEPS * value / most).round() as u32)
+        (value > 0.0).then(|| (COLOUR_STEPS * value / most).round() as u32)
     };
     for slice in 0..slices {
         let y = |edge: usize| panel.y(edge as f64 / slices as f64 - 0.5);
@@ -108,7 +108,8 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most
                 .take_while(|&p| step(p, slice) == load_step)
                 .count();
             let x = |edge: usize| panel.x(edges[edge]);
-            let colour = load_step.map_or(APART, |step| viridis(f64::from(step) / STEPS));
+            let colour =
+                load_step.map_or(NO_CONTACT, |step| viridis(f64::from(step) / COLOUR_STEPS));
             // Slightly enlarged, because abutting edges show as seams in some viewers.
             let right = (x(start + run) + 0.3).min(panel.right);
             let low = (y(slice) + 0.3).min(panel.bottom);

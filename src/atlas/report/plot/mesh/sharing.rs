@@ -14,9 +14,9 @@ use std::collections::BTreeMap;
 /// Colours of the pairs: dark enough for lines.
 const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
 /// Largest difference of shares that belong to one pair.
-const SAME: f64 = 1e-6;
+const SAME_PAIR: f64 = 1e-6;
 /// Largest number of panels.
-const MOST: usize = 3;
+const MOST_PANELS: usize = 3;
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 855.0;
 const TOP: f64 = 96.0;
@@ -25,7 +25,7 @@ const GAP: f64 = 40.0;
 
 pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     let aligned = mesh.aligned();
-    let torques = spread(mesh.table.torque.len(), MOST);
+    let torques = spread(mesh.table.torque.len(), MOST_PANELS);
     let title = format!("{}: load shares of the pairs of teeth", mesh.name);
     let held = mesh.misalignment_text(aligned);
     let mut canvas = Canvas::titled(
@@ -84,7 +84,7 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
             };
             let removed = before[before.len() - 1];
             let up = step(&behind[1..], &before) + behind[0].abs() + removed.abs();
-            if up + SAME < step(&behind, &before) {
+            if up + SAME_PAIR < step(&behind, &before) {
                 moved_up += 1;
             }
         }

@@ -30,7 +30,7 @@ const OF_DRAWING: [&str; 6] = [
 const OF_NUMBERS: [&str; 3] = ["stiffness", "levels", "stiffness_harmonics"];
 
 /// Largest number of contacts beside the flanks of the first mesh.
-const MOST: usize = MOST_CONTACTS - 2;
+const MOST_FURTHER_CONTACTS: usize = MOST_CONTACTS - 2;
 
 /// Checks that no two gears mesh twice.
 fn given_once(section: &Section, first: [GearPlace; 2], read: &[TrainMesh]) -> Option<()> {
@@ -92,10 +92,10 @@ pub(super) fn meshes(
     let stages: usize = stages.map(Stage::contacts).sum();
     let count =
         2 * meshes.len() + stages + SliderPart::ALL.len() * train.sliders() + train.stops.len();
-    if count > MOST {
+    if count > MOST_FURTHER_CONTACTS {
         let message = format!("the train has {count} contacts in addition to its first mesh");
         let label = format!(
-            "at most {MOST} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
+            "at most {MOST_FURTHER_CONTACTS} are accepted: two per mesh, one per side of a stage, three per hysteresis element, one per stop"
         );
         return section
             .whole_fault(DiagnosticKind::OutOfRange, message)
