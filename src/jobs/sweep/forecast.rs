@@ -1,9 +1,9 @@
 //! What will a run take? Its time with an interval, its memory and its disk space, from a few points that are tried out
 //! beforehand.
 //!
-//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken [`CALIBRATION_SHARE`] of
-//! it. A point of a chain is tried out after the point before it, which is treated as the first. The timed point thus
-//! starts from a settled motion, as in a sweep. Refinement adds time for every change between neighbours of the
+//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken the share
+//! [`CALIBRATION_SHARE`] of it. A point of a chain is tried out after the point before it, which is treated as the
+//! first. The timed point thus starts from a settled motion, as in a sweep. Refinement adds time for every change between neighbours of the
 //! sample: most points have no change, so a few points would be a poor estimate of the number.
 
 use super::chain_tasks::ChainSelection;

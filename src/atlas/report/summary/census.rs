@@ -52,14 +52,14 @@ pub(super) struct CensusData {
 /// Passes over all points, some thousand at a time.
 pub(super) fn scan(
     folder: &Path,
-    head: &ResultTable,
+    table: &ResultTable,
     mut each: impl FnMut(Vec<PointSummary>, Vec<CensusData>),
 ) -> Result<(), ReportError> {
-    let axes = head.axes()?;
+    let axes = table.axes()?;
     let columns = axes.iter().map(String::as_str).chain(COLUMNS);
     let columns: Vec<&str> = columns.chain(EVIDENCE).collect();
     // Results of older programs have no columns of evidence.
-    let known = head.columns()?;
+    let known = table.columns()?;
     let known = |name: &&str| known.iter().any(|column| column.name == **name);
     let with_evidence = EVIDENCE.iter().all(known);
     ResultTable::scan(folder, TableKind::Points, &columns, |part| {
@@ -224,10 +224,10 @@ impl Census {
     }
 
     /// The axes, with their values.
-    pub(super) fn axes(&mut self, head: &ResultTable) -> Result<Vec<Axis>, ReportError> {
-        let units = head.units()?;
+    pub(super) fn axes(&mut self, table: &ResultTable) -> Result<Vec<Axis>, ReportError> {
+        let units = table.units()?;
         let values = self.values.drain(..);
-        let axes = head
+        let axes = table
             .axes()?
             .into_iter()
             .zip(values)

@@ -3,7 +3,7 @@
 use super::ClosedModes;
 use super::block_check;
 use super::lanes;
-use super::sets::CycleStop;
+use super::sets::CycleBreakpoint;
 use super::workspace::{CyclePosition, Workspace};
 use crate::model::TrajectoryState;
 use crate::propagate::{TableError, Tangents};
@@ -134,51 +134,66 @@ impl ClosedModes<'_> {
     }
 
     /// The breakpoints of a cycle.
-    fn stops(&self, cycle: u64) -> &[CycleStop] {
-        &self.stops[(cycle % self.stops.len() as u64) as usize]
+    fn breakpoints(&self, cycle: u64) -> &[CycleBreakpoint] {
+        &self.breakpoints[(cycle % self.breakpoints.len() as u64) as usize]
     }
 
     /// Passes the earlier breakpoints of open contacts. Then [`Workspace::closed`] has the state in which a contact closes at
     /// this time of a cycle.
-    pub(super) fn pass_stops_of_open_contacts(&self, cycle: u64, time: f64, w: &mut Workspace) {
-        let stops = self.stops(cycle);
-        while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time < time) {
-            w.closed[stop.contact] = stop.state;
-            w.next_stop += 1;
+    pub(super) fn pass_breakpoints_of_open_contacts(
+        &self,
+        cycle: u64,
+        time: f64,
+        w: &mut Workspace,
+    ) {
+        let breakpoints = self.breakpoints(cycle);
+        while let Some(breakpoint) = breakpoints
+            .get(w.next_breakpoint)
+            .filter(|breakpoint| breakpoint.time < time)
+        {
+            w.closed[breakpoint.contact] = breakpoint.state;
+            w.next_breakpoint += 1;
         }
     }
 
     /// Finds the next breakpoint of this cycle that concerns the present system.
     pub(super) fn plan(&self, cycle: u64, time: f64, w: &mut Workspace) {
-        self.pass_stops_of_open_contacts(cycle, time, w);
-        let stops = self.stops(cycle);
+        self.pass_breakpoints_of_open_contacts(cycle, time, w);
+        let breakpoints = self.breakpoints(cycle);
         let states = &self.slot(w.set).states;
-        let concerns = |stop: &&CycleStop| {
-            let now = states[stop.contact];
-            (now > 0 && now != stop.state) || (stop.turns && w.line_of[stop.contact] != stop.line)
+        let concerns = |breakpoint: &&CycleBreakpoint| {
+            let now = states[breakpoint.contact];
+            (now > 0 && now != breakpoint.state)
+                || (breakpoint.turns && w.line_of[breakpoint.contact] != breakpoint.line)
         };
-        w.stop = stops[w.next_stop..].iter().find(concerns).copied();
+        w.breakpoint = breakpoints[w.next_breakpoint..]
+            .iter()
+            .find(concerns)
+            .copied();
     }
 
     /// Gives contacts the stiffness class and the line of action that they have after a breakpoint of the mesh cycle.
-    pub(super) fn pass_stops(
+    pub(super) fn pass_breakpoints(
         &self,
         place: &CyclePosition,
         time: f64,
         w: &mut Workspace,
     ) -> Result<(), TableError> {
-        let stops = self.stops(place.cycle);
+        let breakpoints = self.breakpoints(place.cycle);
         let mut turned = false;
-        while let Some(stop) = stops.get(w.next_stop).filter(|stop| stop.time <= time) {
-            w.closed[stop.contact] = stop.state;
-            if self.slot(w.set).states[stop.contact] > 0 {
-                self.change(stop.contact, stop.state, w)?;
+        while let Some(breakpoint) = breakpoints
+            .get(w.next_breakpoint)
+            .filter(|breakpoint| breakpoint.time <= time)
+        {
+            w.closed[breakpoint.contact] = breakpoint.state;
+            if self.slot(w.set).states[breakpoint.contact] > 0 {
+                self.change(breakpoint.contact, breakpoint.state, w)?;
             }
-            if stop.turns {
-                w.line_of[stop.contact] = stop.line;
+            if breakpoint.turns {
+                w.line_of[breakpoint.contact] = breakpoint.line;
                 turned = true;
             }
-            w.next_stop += 1;
+            w.next_breakpoint += 1;
         }
         if turned {
             w.find_watched_contacts(&self.model.contacts, place.active);

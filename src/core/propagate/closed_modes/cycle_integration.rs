@@ -127,7 +127,7 @@ fn to_the_end<V: Vector>(
     } else {
         kernel.move_to::<V>(duration, integration.w);
         integration.counters.partial_windows += 1;
-        if integration.w.stop.is_some() {
+        if integration.w.breakpoint.is_some() {
             kernel.evaluate_lines::<V>(integration.w);
         }
     }
@@ -136,8 +136,8 @@ fn to_the_end<V: Vector>(
     if arrives {
         let place = &mut integration.place;
         place.time = limit;
-        if integration.w.stop.is_some() {
-            (kernel.pass_stops(place, limit, integration.w))
+        if integration.w.breakpoint.is_some() {
+            (kernel.pass_breakpoints(place, limit, integration.w))
                 .map_err(|error| place.refused(error))?;
         }
     }
@@ -162,7 +162,7 @@ fn meet<V: Vector>(
         contact,
         rate: w.line_states[w.line_of[contact]].rate,
     };
-    kernel.pass_stops_of_open_contacts(place.cycle, place.time, w);
+    kernel.pass_breakpoints_of_open_contacts(place.cycle, place.time, w);
     let state = w.closed[contact];
     if block_event.on_surface && w.states.len() > w.length {
         kernel.apply_saltation(contact, state, event.closes(), w);
@@ -184,7 +184,7 @@ impl CycleIntegration<'_, '_> {
     /// Time of the cycle \[s\] up to which the present system is valid, unless an event comes first.
     #[inline(always)]
     fn limit(&self) -> f64 {
-        (self.w.stop).map_or(self.kernel.model.period(), |stop| stop.time)
+        (self.w.breakpoint).map_or(self.kernel.model.period(), |breakpoint| breakpoint.time)
     }
 
     /// Time left until [`Self::limit`] \[s\].

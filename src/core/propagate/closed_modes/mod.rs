@@ -39,7 +39,7 @@ use bases::Bases;
 use excitation::{Frequencies, unresonant};
 use lanes::MixedModes;
 use met::MOST_BYTES;
-use sets::{CycleStop, Sets};
+use sets::{CycleBreakpoint, Sets};
 use slot::Slot;
 use slots::Slots;
 use std::sync::OnceLock;
@@ -58,7 +58,7 @@ pub struct ClosedModes<'m> {
     taken: AtomicUsize,
     /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
-    stops: Vec<Vec<CycleStop>>,
+    breakpoints: Vec<Vec<CycleBreakpoint>>,
     /// State (if it is closed) and line of every contact at the start of each mesh cycle of a base period.
     starts: Vec<Vec<(usize, usize)>>,
     /// (cos, sin) of all frequencies up to each node.
@@ -139,7 +139,7 @@ impl<'m> ClosedModes<'m> {
     ) -> Result<Self, TableError> {
         let frequencies = Frequencies::new(model);
         let (step, blocks) = grid::step(model, &bases, &frequencies);
-        let stops = sets.stops(model);
+        let breakpoints = sets.breakpoints(model);
         all_unresonant(model, &sets, &bases, &frequencies)?;
         let kernel = Self {
             slots: if sets.are_few() {
@@ -149,7 +149,7 @@ impl<'m> ClosedModes<'m> {
             },
             taken: AtomicUsize::new(0),
             refusal: OnceLock::new(),
-            planned: blocks as usize + stops.iter().map(Vec::len).max().unwrap_or(0),
+            planned: blocks as usize + breakpoints.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
             starts: sets.starts(model),
             turns: (1..=grid::NODES)
@@ -160,7 +160,7 @@ impl<'m> ClosedModes<'m> {
             sets,
             bases,
             frequencies,
-            stops,
+            breakpoints,
             per_step: 1.0 / step,
             step,
             event_limit,

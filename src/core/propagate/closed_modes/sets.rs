@@ -197,7 +197,7 @@ impl Sets {
 
 /// A time of a mesh cycle at which a closed contact changes its class, or any contact its line.
 #[derive(Debug, Clone, Copy)]
-pub struct CycleStop {
+pub struct CycleBreakpoint {
     /// Time within the cycle \[s\].
     pub time: f64,
     /// The contact.
@@ -212,9 +212,9 @@ pub struct CycleStop {
 
 impl Sets {
     /// The breakpoints of each mesh cycle of a base period, in order, without the start of a cycle.
-    pub fn stops(&self, model: &Model) -> Vec<Vec<CycleStop>> {
+    pub fn breakpoints(&self, model: &Model) -> Vec<Vec<CycleBreakpoint>> {
         let of_cycle = |cycle: u64| {
-            let mut stops = Vec::new();
+            let mut breakpoints = Vec::new();
             for (contact, contact_data) in model.contacts.iter().enumerate() {
                 let which = (cycle % contact_data.cycles.len() as u64) as usize;
                 let segments = &contact_data.cycles[which].segments;
@@ -223,7 +223,7 @@ impl Sets {
                     let line = model.line(&segments[index]);
                     let turns = model.line(&segments[index - 1]) != line;
                     if turns || states[index - 1] != states[index] {
-                        stops.push(CycleStop {
+                        breakpoints.push(CycleBreakpoint {
                             time: model.period() * segments[index].start,
                             contact,
                             state: states[index],
@@ -233,8 +233,8 @@ impl Sets {
                     }
                 }
             }
-            stops.sort_by(|a, b| a.time.total_cmp(&b.time));
-            stops
+            breakpoints.sort_by(|a, b| a.time.total_cmp(&b.time));
+            breakpoints
         };
         (0..model.base_cycles() as u64).map(of_cycle).collect()
     }
@@ -265,10 +265,10 @@ mod tests {
             // An open contact may close on either level; a closed one opens or comes to the other level.
             assert_eq!(changes.len(), 4);
         }
-        let stops = sets.stops(&model);
-        assert_eq!((stops.len(), stops[0].len()), (1, 2));
+        let breakpoints = sets.breakpoints(&model);
+        assert_eq!((breakpoints.len(), breakpoints[0].len()), (1, 2));
         let starts = &sets.starts(&model)[0];
-        assert_eq!((starts[0].0, stops[0][0].state), (1, 2));
+        assert_eq!((starts[0].0, breakpoints[0][0].state), (1, 2));
         let closed: Vec<usize> = starts.iter().map(|(state, _)| *state).collect();
         assert_eq!(sets.of(ActiveSet::FREE, &closed), Sets::FREE);
         assert_eq!(sets.closed(sets.of(ActiveSet::DRIVE, &closed)).count(), 1);

@@ -3,7 +3,7 @@
 use super::ClosedModes;
 use super::basis::padded;
 use super::search::MarginBounds;
-use super::sets::CycleStop;
+use super::sets::CycleBreakpoint;
 use crate::model::{ActiveSet, Contact, Segment, TrajectoryState};
 use crate::propagate::events::Margin;
 use crate::propagate::vectors::{Aligned, Lanes};
@@ -40,9 +40,9 @@ pub struct Workspace {
     /// Contacts that may open or close.
     pub watched: Vec<WatchedContact>,
     /// The next breakpoint of the present cycle.
-    pub next_stop: usize,
+    pub next_breakpoint: usize,
     /// The next breakpoint that concerns the present system.
-    pub stop: Option<CycleStop>,
+    pub breakpoint: Option<CycleBreakpoint>,
     /// State of the trajectory at the start of a window, then the values of the inputs, if windows are shown.
     pub weights: Vec<f64>,
     /// The segment of every contact at the start of a window.
@@ -126,8 +126,8 @@ impl Workspace {
             closed: vec![0; model.contacts.len()],
             lines: Vec::with_capacity(model.lines.len()),
             watched: Vec::with_capacity(model.contacts.len()),
-            next_stop: 0,
-            stop: None,
+            next_breakpoint: 0,
+            breakpoint: None,
             segments: model.segments_at(0, 0.0),
             segments_end: 0.0,
             shown: [0, 1].map(|_| Aligned::zeros(2 * padded)),
@@ -173,7 +173,7 @@ impl Workspace {
             self.closed[contact] = state;
             self.line_of[contact] = line;
         }
-        self.next_stop = 0;
+        self.next_breakpoint = 0;
         self.segments_end = 0.0;
     }
 

@@ -125,7 +125,7 @@ pub fn joint_stretches(
     cycle: u64,
     lengths: &[f64],
     tolerance: f64,
-    needs: &mut TableRequests,
+    requests: &mut TableRequests,
 ) -> Vec<JointStretch> {
     parts(model, cycle)
         .map(|([start, end], segments)| {
@@ -136,19 +136,19 @@ pub fn joint_stretches(
                 .map(|segment| segment.direction)
                 .collect();
             let length = joint_length(model, &contact_segments, lengths, tolerance);
-            let views = needs.views(model, length, &directions, 0);
+            let views = requests.views(model, length, &directions, 0);
             let windows: Vec<usize> = (directions.iter())
-                .map(|&direction| needs.window(length, direction))
+                .map(|&direction| requests.window(length, direction))
                 .collect();
             for &window in &windows {
                 for view in &views {
-                    needs.request_response(window, view.line);
+                    requests.request_response(window, view.line);
                 }
             }
             let feedback = (contact_segments.iter().zip(&windows))
                 .map(|(segment, &window)| {
                     let time = model.period() * inside;
-                    needs.close(
+                    requests.close(
                         window,
                         WindowStiffness::new(model, segment, time, lengths[length]),
                     )

@@ -37,7 +37,7 @@ impl<'t> WindowSource<'t> {
     #[inline]
     pub fn views(self) -> &'t [LineView] {
         match self {
-            Self::Schedule(schedule, stretch) => &schedule.sights_of_stretch[stretch],
+            Self::Schedule(schedule, stretch) => &schedule.views_of_stretch[stretch],
             Self::Joint(stretch) => &stretch.views,
         }
     }

@@ -47,7 +47,7 @@ pub struct Schedule {
     pub grid: Grid,
     /// The lines of all contacts on every stretch. The line of the contact comes first; its window table is that of
     /// the stretch.
-    pub sights_of_stretch: Vec<Vec<LineView>>,
+    pub views_of_stretch: Vec<Vec<LineView>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
@@ -89,7 +89,7 @@ impl VolterraTables {
         }
         let (mut lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
         let mut which = which.into_iter();
-        let mut needs = TableRequests::default();
+        let mut requests = TableRequests::default();
         let schedules: Vec<Schedule> = (grids.into_iter())
             .map(|(contact, cycle, grid)| {
                 let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
@@ -101,14 +101,15 @@ impl VolterraTables {
                     &lengths,
                     &which,
                     &frequencies,
-                    &mut needs,
+                    &mut requests,
                 )
             })
             .collect();
         let mut joint = Vec::new();
         if can_join(model) {
             lengths.extend(missing_lengths(model, base, &lengths, tolerance));
-            let of_cycle = |cycle| joint_stretches(model, cycle, &lengths, tolerance, &mut needs);
+            let of_cycle =
+                |cycle| joint_stretches(model, cycle, &lengths, tolerance, &mut requests);
             joint.extend((0..base).map(of_cycle));
         }
         let exponentials: Vec<Vec<_>> = (lengths.iter())
@@ -117,9 +118,9 @@ impl VolterraTables {
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let closures = needs.closures.iter().zip(&needs.varying);
-        let kinds = needs.kinds.iter().zip(closures);
-        let mut windows: Vec<WindowTable> = (kinds.zip(&needs.response_lines))
+        let closures = requests.closures.iter().zip(&requests.varying);
+        let kinds = requests.kinds.iter().zip(closures);
+        let mut windows: Vec<WindowTable> = (kinds.zip(&requests.response_lines))
             .map(|((&(length, direction), (closures, &varying)), lines)| {
                 let exponentials = &exponentials[length];
                 let kind = (lengths[length], direction);
@@ -222,9 +223,9 @@ impl Schedule {
         lengths: &[f64],
         which: &[usize],
         frequencies: &[[f64; 2]],
-        needs: &mut TableRequests,
+        requests: &mut TableRequests,
     ) -> Self {
-        let mut sights_of_stretch = Vec::new();
+        let mut views_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
         let mut first = 0;
         for (stretch, &length) in which.iter().enumerate() {
@@ -236,18 +237,18 @@ impl Schedule {
                 .map(|segment| segment.direction)
                 .collect();
             directions[contact] = own_segment.direction;
-            let views = needs.views(model, length, &directions, contact);
+            let views = requests.views(model, length, &directions, contact);
             let window = views[0].window;
             for view in &views[1..] {
-                needs.request_response(window, view.line);
+                requests.request_response(window, view.line);
             }
             for cell in cells {
                 let closure =
                     WindowStiffness::new(model, own_segment, grid.time[cell], lengths[length]);
-                feedback_of_cell.push(place(&mut needs.closures[window], closure));
+                feedback_of_cell.push(place(&mut requests.closures[window], closure));
             }
             first = grid.stretch_end_cell[stretch];
-            sights_of_stretch.push(views);
+            views_of_stretch.push(views);
         }
         let mut cell_phases = Vec::new();
         for &time in &grid.time {
@@ -257,7 +258,7 @@ impl Schedule {
         }
         Self {
             grid,
-            sights_of_stretch,
+            views_of_stretch,
             feedback_of_cell,
             cell_phases,
         }

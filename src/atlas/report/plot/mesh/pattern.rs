@@ -38,7 +38,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let shown = rows
         .iter()
         .flat_map(|&r| columns.iter().map(move |&c| (r, c)));
-    let most = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
+    let largest = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
     let title = format!("{}: contact pattern over a mesh cycle", mesh.name);
     let subtitle = "load of all pairs per unit of face width; grey: no contact";
     let mut canvas = Canvas::titled(&title, subtitle);
@@ -56,12 +56,12 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
                 Axis::linear("position / face width", "1", [-0.5, 0.5]),
             );
             frame(&mut canvas, &panel, right == 0, down + 1 == rows.len());
-            cover(&mut canvas, &panel, &edges, pattern(row, column), most);
+            cover(&mut canvas, &panel, &edges, pattern(row, column), largest);
             let words = [mesh.torque_text(column), mesh.misalignment_text(row)].join(", ");
             canvas.label([left, top - 8.0], &words, INK);
         }
     }
-    let axis = Axis::linear("load", "N/m", [0.0, most]);
+    let axis = Axis::linear("load", "N/m", [0.0, largest]);
     let x = LEFT + SIZE[0] + 30.0;
     bar(&mut canvas, x, [TOP, TOP + SIZE[1]], &axis);
     canvas.height = TOP + SIZE[1] + 64.0;
@@ -91,13 +91,13 @@ fn frame(canvas: &mut Canvas, panel: &Panel, first: bool, lowest: bool) {
 }
 
 /// The cells between phases, from left to right; slices from the lower end of the face upwards.
-fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most: f64) {
+fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], largest: f64) {
     let phases = edges.len() - 1;
     let slices = values.len() / phases;
     let step = |phase: usize, slice: usize| {
         let value = values[phase * slices + slice];
         // NaN also means no load.
-        (value > 0.0).then(|| (COLOUR_STEPS * value / most).round() as u32)
+        (value > 0.0).then(|| (COLOUR_STEPS * value / largest).round() as u32)
     };
     for slice in 0..slices {
         let y = |edge: usize| panel.y(edge as f64 / slices as f64 - 0.5);
