@@ -16,7 +16,7 @@
 /// A 2 × 2 matrix, row by row.
 type Square = [[f64; 2]; 2];
 
-/// The elimination for one matrix and one length of window.
+/// Solves `z' = A z + v` in Legendre series, for one 2 × 2 matrix A and one length of window.
 #[derive(Debug, Clone)]
 pub struct PairResponse<const P: usize> {
     /// `h A`.

@@ -140,8 +140,8 @@ impl Sweep<'_> {
             ..
         } = *self;
         let mut resumed = self.resume(journal)?;
-        let crew = start_workers(job, &resumed.selection, options, topology)?;
-        let threads = crew.threads;
+        let workers = start_workers(job, &resumed.selection, options, topology)?;
+        let threads = workers.threads;
         if let Some(refinement) = &mut resumed.refinement {
             resumed.selection = ChainSelection::of_points(refinement.next_round());
             resumed.finished = FinishedChains::default();
@@ -150,16 +150,16 @@ impl Sweep<'_> {
             Some(refinement) => refinement.points(),
             None => resumed.selection.points() as u64,
         };
-        let asked = crew.places.to_string();
+        let asked = workers.places.to_string();
         watcher.begun(&SweepPlan {
             progress: resumed.progress,
             threads,
             asked: &asked,
-            obtained: &crew.obtained,
+            obtained: &workers.obtained,
         });
-        self.prepare(&resumed, &crew, watcher);
+        self.prepare(&resumed, &workers, watcher);
 
-        let copies = copies(&crew.places);
+        let copies = copies(&workers.places);
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
         let of_nodes: Vec<Prepared> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
         let written = AtomicU64::new(match &resumed.refinement {
@@ -171,7 +171,7 @@ impl Sweep<'_> {
         let refinement = resumed.refinement.map(Mutex::new);
         let shared = Shared {
             sweep: self,
-            crew: &crew,
+            workers: &workers,
             of_nodes: &of_nodes,
             copies: &copies,
             written: &written,
@@ -224,7 +224,7 @@ impl Sweep<'_> {
             asked,
             copies_obtained: copies_obtained(&of_nodes, &copies, topology),
             copies_asked: copies.to_string(),
-            obtained: crew.obtained,
+            obtained: workers.obtained,
             gave_up: recorded.gave_up,
         })
     }
@@ -275,7 +275,12 @@ impl Sweep<'_> {
     }
 
     /// Prepares structures and mesh tables of the remaining points.
-    fn prepare(&self, resumed: &ResumedSweep, crew: &Workers, watcher: &mut dyn ProgressObserver) {
+    fn prepare(
+        &self,
+        resumed: &ResumedSweep,
+        workers: &Workers,
+        watcher: &mut dyn ProgressObserver,
+    ) {
         let length = self.job.chain_length();
         // The writer cannot be shared with the workers.
         let ResumedSweep {
@@ -290,7 +295,7 @@ impl Sweep<'_> {
             tables += 1;
             watcher.prepared(tables);
         };
-        (crew.pool).install(|| {
+        (workers.pool).install(|| {
             (self.parts).prepare(self.job, firsts, self.interrupt, &mut prepared);
         });
         for warning in self.parts.meshes().warnings() {
@@ -302,7 +307,7 @@ impl Sweep<'_> {
 /// State that the workers of a sweep share.
 struct Shared<'a> {
     sweep: &'a Sweep<'a>,
-    crew: &'a Workers,
+    workers: &'a Workers,
     of_nodes: &'a [Prepared],
     copies: &'a Copies,
     written: &'a AtomicU64,
@@ -326,12 +331,12 @@ impl Shared<'_> {
         } = *self.sweep;
         let shards = (self.sweep.shard()).map_or(1, |shard| shard.count as usize);
         let queue = |selection, finished| {
-            let (threads, nodes) = (self.crew.threads, self.of_nodes.len());
+            let (threads, nodes) = (self.workers.threads, self.of_nodes.len());
             Queue::new(job, selection, finished, shards, threads, nodes)
         };
         let mut present = queue(selection, finished);
         loop {
-            (self.crew.pool).broadcast(|context| self.work(&present, context.index(), sender));
+            (self.workers.pool).broadcast(|context| self.work(&present, context.index(), sender));
             let Some(refinement) = self.refinement else {
                 break;
             };
@@ -345,7 +350,7 @@ impl Shared<'_> {
                 break;
             }
             let firsts = next.iter().copied();
-            (self.crew.pool).install(|| parts.prepare(job, firsts, interrupt, &mut || ()));
+            (self.workers.pool).install(|| parts.prepare(job, firsts, interrupt, &mut || ()));
             present = queue(ChainSelection::of_points(next), FinishedChains::default());
         }
     }

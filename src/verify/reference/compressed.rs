@@ -37,8 +37,8 @@ impl Compressed {
         compressed
     }
 
-    /// Updates after a change of the closed contacts: a closed layer of a film, or the closed flank, has passed all
-    /// layers before it, and is free of those on the other side.
+    /// Updates the sets for the layers of films after a contact has opened or closed. If a layer, or the flank behind
+    /// it, is closed, all layers before it count as passed. Layers out of reach on the other side are free.
     pub fn take_note(&mut self, model: &Model, closed: ActiveSet, segments: &[Segment]) {
         for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
             let layer_set = ActiveSet::FREE.toggled(layer);
