@@ -253,10 +253,10 @@ impl Handle {
         let Some(InstanceBox { instance, logger }) = self.instance_box() else {
             return ERROR;
         };
-        let Some(instance) = instance else {
+        let Some(alive) = instance else {
             return FATAL;
         };
-        let (status, sentence) = match caught(|| act(instance)) {
+        let (status, sentence) = match caught(|| act(alive)) {
             Ok(Ok(())) => return OK,
             Ok(Err(refusal)) => (refusal.status(), refusal.sentence().to_owned()),
             Err(reason) => {

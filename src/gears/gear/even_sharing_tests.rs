@@ -172,7 +172,7 @@ fn helical_lines_slide_as_their_mesh_table_has_it() {
         }
         let mut from = 0.0;
         for to in even.direction_breaks(APART) {
-            assert!(to - from < LONGEST + 1e-12);
+            assert!(to - from < LONGEST_STRETCH + 1e-12);
             let parts = 400;
             let at = |part: u32| from + (to - from) * (f64::from(part) + 0.5) / f64::from(parts);
             let sum: f64 = (0..parts).map(|part| even.at(at(part)).direction).sum();

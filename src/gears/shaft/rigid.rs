@@ -116,12 +116,12 @@ impl RigidDrive {
 
     /// One shaft, with positions counted from its gear.
     fn shaft(&self, pair: &TwoShafts, index: usize) -> Result<TrainShaft, ShaftError> {
-        let shaft = &self.shafts[index];
-        let first_bearing = -shaft.gear_position * shaft.span;
+        let drawn = &self.shafts[index];
+        let first_bearing = -drawn.gear_position * drawn.span;
         let mut shaft = pair.shaft(index, first_bearing, pair.body(index)?.whole)?;
-        let length = shaft.span + shaft.overhang;
-        let rod = Disc::annulus(shaft.diameter, shaft.inner_diameter, length, self.density)?;
-        let middle = first_bearing + 0.5 * (shaft.span - shaft.overhang);
+        let length = drawn.span + drawn.overhang;
+        let rod = Disc::annulus(drawn.diameter, drawn.inner_diameter, length, self.density)?;
+        let middle = first_bearing + 0.5 * (drawn.span - drawn.overhang);
         shaft.discs.push((middle, rod));
         shaft.motion = self.tier.motion();
         if self.tier == Tier::Pedestal {

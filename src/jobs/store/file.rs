@@ -389,14 +389,14 @@ mod tests {
     use std::fs::OpenOptions;
 
     fn row(point_id: u64) -> OfPoint<PoincareSample> {
-        let own = PoincareSample {
+        let result = PoincareSample {
             cycle: point_id,
             phase: 0.0,
             deflection: 1e-6,
             velocity: 2e-3,
             kind: SampleKind::Strobe,
         };
-        OfPoint { point_id, own }
+        OfPoint { point_id, result }
     }
 
     #[test]

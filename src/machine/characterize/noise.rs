@@ -57,11 +57,11 @@ impl NoiseMonitor {
 }
 
 fn now(threads: &[u32]) -> Option<ProcessorTimes> {
-    let stat = fs::read_to_string("/proc/stat").ok()?;
+    let processors = fs::read_to_string("/proc/stat").ok()?;
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     Some(ProcessorTimes {
         this_process: process_ticks(&stat)?,
-        ..of_processors(&stat, threads)?
+        ..of_processors(&processors, threads)?
     })
 }
 

@@ -419,8 +419,8 @@ impl TrainDrive {
                     force: participation.clone(),
                     tilt: sided(&feels.tilt, off_middle),
                     rubbing: [&feels.friction, &feels.lever].map(|column| sided(column, rubs)),
-                    sliding: self.turning_against(mesh.gears, layout)
-                        / self.turning_against(self.gears, layout),
+                    sliding: self.relative_speed(mesh.gears, layout)
+                        / self.relative_speed(self.gears, layout),
                     participation,
                     cycles,
                     law: match &mesh.law {
