@@ -7,7 +7,12 @@ use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, W
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
+
+/// Time for which the writer lets rows gather when it has taken all. A worker whose row finds the writer waiting has to
+/// wake it, which takes as long as several mesh cycles of a small drive.
+const GATHERING: Duration = Duration::from_millis(5);
 
 /// The plan of a sweep.
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +128,12 @@ impl Recorder<'_> {
         let mut gave_up = false;
         loop {
             match rows.recv_timeout(SYNC_INTERVAL) {
-                Ok(row) => self.record(row)?,
+                Ok(row) => {
+                    self.record(row)?;
+                    if rows.is_empty() {
+                        thread::sleep(GATHERING);
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) => {
                     self.journal.sync_if_due()?;
                     self.progress.elapsed = self.begun.elapsed();

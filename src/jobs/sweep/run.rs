@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Capacity of the channel from workers to the writer, in rows.
-const CHANNEL: usize = 256;
+const CHANNEL: usize = 1024;
 
 /// Options of a sweep.
 #[derive(Debug, Clone, Copy, Default)]
