@@ -23,6 +23,10 @@ const LONGEST_PIECE: f64 = 0.25;
 /// Largest relative error of a table: a tenth of the tolerance of its course.
 const TABLE_TOLERANCE: f64 = 1e-6;
 
+/// Largest number of meshes in memory. The points of a sweep by speed share one, but each of many sampled drives has its
+/// own.
+const MOST_MESHES: usize = 64;
+
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
@@ -103,6 +107,8 @@ struct Common {
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
     springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
+    /// Meshes under their loads; at most [`MOST_MESHES`].
+    meshes: Mutex<HashMap<String, TabledMesh>>,
     warnings: Mutex<BTreeSet<String>>,
 }
 
@@ -115,6 +121,7 @@ impl MeshTables {
                 known: Mutex::default(),
                 tilts: Mutex::default(),
                 springs: Mutex::default(),
+                meshes: Mutex::default(),
                 warnings: Mutex::default(),
             }),
             node_copies: None,
@@ -203,23 +210,29 @@ impl MeshTables {
         &self,
         load: MeanLoad,
         spec: &MeshTableSpec,
-        compliance: impl Fn() -> TiltCompliance,
+        compliance: impl FnOnce() -> TiltCompliance,
         harmonics: Option<u32>,
     ) -> Result<TabledMesh, MeshError> {
+        let tilts = spec.shaft_tilt.then(compliance);
+        let key = format!("{spec:?} {load:?} {tilts:?} {harmonics:?}");
+        if let Some(known) = lock(&self.common.meshes).get(&key) {
+            return Ok(known.clone());
+        }
         let force = flank_load(load.force)?;
         let unloaded = load.misalignment;
-        let (misalignment, tilt) = if spec.shaft_tilt {
-            let compliance = compliance();
-            // Positions across the face count from the flank that carries the load, as they do for the drive flank.
-            let compliance = if load.on_coast { compliance.other_way_round() } else { compliance };
-            let report = self.tilted(spec, compliance, unloaded, force)?;
-            (report.misalignment().unwrap_or(unloaded), Some(report))
-        } else {
-            (unloaded, None)
+        let (misalignment, tilt) = match tilts {
+            Some(compliance) => {
+                // Positions across the face count from the flank that carries the load, as they do for the drive flank.
+                let compliance =
+                    if load.on_coast { compliance.other_way_round() } else { compliance };
+                let report = self.tilted(spec, compliance, unloaded, force)?;
+                (report.misalignment().unwrap_or(unloaded), Some(report))
+            }
+            None => (unloaded, None),
         };
         let cycle = self.scaled(spec, misalignment, force)?;
         let with_error = harmonics.is_none() && cycle.has_error();
-        Ok(TabledMesh {
+        let mesh = TabledMesh {
             divisions: match spec.division {
                 CycleDivision::Segments(count) if spec.stiffness.is_tangent() => {
                     segments(&cycle, count, with_error)
@@ -234,7 +247,13 @@ impl MeshTables {
                 .collect(),
             tilt,
             under_load: Some(under_load(load.on_coast, &cycle, misalignment)),
-        })
+        };
+        let mut meshes = lock(&self.common.meshes);
+        if meshes.len() >= MOST_MESHES {
+            meshes.clear();
+        }
+        meshes.insert(key, mesh.clone());
+        Ok(mesh)
     }
 
     /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damping is for the

@@ -8,6 +8,7 @@
 //! rigid stops ([`super::impact`]) or dry friction ([`super::stick`]).
 
 use super::Volterra;
+use super::contact_tables::ContactTables;
 use super::feedback::ContactSolve;
 use super::grid::ROUNDING;
 use super::impact::ImpactContext;
@@ -269,7 +270,8 @@ impl Volterra<'_> {
         let segment = workspace.segments[contact];
         let own = &self.model.contacts[contact];
         // Off the grid there is no operator for a varying stiffness.
-        let system = match (&table.nodal, position.aligned) {
+        let tables = table.contact(set);
+        let system = match (&tables.nodal, position.aligned) {
             (Some(nodal), None) if !segment.stiffness.is_constant() => Some(&**nodal),
             _ => None,
         };
@@ -285,7 +287,7 @@ impl Volterra<'_> {
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed(
             (schedule, stretch),
-            table,
+            tables,
             position.aligned,
             system,
             factors,
@@ -471,7 +473,7 @@ impl Volterra<'_> {
 /// The solution of the closed contact on the window.
 fn closed<'a>(
     (schedule, stretch): (&Schedule, usize),
-    table: &'a WindowTable,
+    tables: &'a ContactTables,
     aligned: Option<usize>,
     system: Option<&'a Nodal>,
     factors: &'a Factors,
@@ -481,5 +483,5 @@ fn closed<'a>(
     }
     // Off the grid the stiffness is constant, so the operator of any cell of the stretch is valid.
     let cell = aligned.unwrap_or(schedule.grid.stretch_end_cell[stretch] - 1);
-    ContactSolve::Table(&table.feedback[schedule.feedback_of_cell[cell]])
+    ContactSolve::Table(&tables.feedback[schedule.feedback_of_cell[cell]])
 }

@@ -69,7 +69,9 @@ impl Volterra<'_> {
         let set = self.instructions;
         for (index, view) in track.views().iter().enumerate().skip(1) {
             let window = &self.tables.windows[view.window];
-            let response = table.response_on(view.line).filter(|_| active.touching());
+            let response = (active.touching())
+                .then(|| table.contact(set).response_on(view.line))
+                .flatten();
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
             let shown = observed && view.contacts.contains(&DRIVE_FLANK);
             let known = |contact: &usize| {

@@ -8,7 +8,6 @@ use super::window_stiffness::WindowStiffness;
 use super::window_table::{BlockExponential, WindowTable};
 use crate::model::{Block, MeshGain, Model, Segment, turned};
 use crate::numerics::legendre::transforms8;
-use crate::propagate::vectors::InstructionSet;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
@@ -64,7 +63,7 @@ pub fn gap_error(model: &Model, segment: &Segment, time: f64, delta: f64) -> Gap
 
 impl VolterraTables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
-    pub fn new(model: &Model, tolerance: f64, set: InstructionSet) -> Self {
+    pub fn new(model: &Model, tolerance: f64) -> Self {
         let mut frequencies = Vec::new();
         for h in model.transmission_errors() {
             place(&mut frequencies, [h.angular_frequency, h.turns_per_cycle]);
@@ -110,27 +109,20 @@ impl VolterraTables {
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let closures = needs.closures.iter().zip(&needs.varying);
-        let mut windows: Vec<WindowTable> = (needs.kinds.iter().zip(closures).zip(&needs.felt))
-            .map(|((&(length, direction), (closures, &varying)), felt)| {
-                let exponentials = &exponentials[length];
-                let kind = (lengths[length], direction);
-                WindowTable::new(
-                    model,
-                    layout,
-                    kind,
-                    exponentials,
-                    (closures, varying),
-                    (felt, &frequencies),
-                    set,
-                )
-            })
-            .collect();
-        for own in 1..windows.len() {
-            let (known, others) = windows.split_at_mut(own);
-            for known in known.iter().rev() {
-                others[0].share(model, known);
-            }
+        let mut windows: Vec<WindowTable> = Vec::with_capacity(needs.kinds.len());
+        let closures = needs.closures.into_iter().zip(needs.varying);
+        for ((&(length, direction), closures), felt) in
+            needs.kinds.iter().zip(closures).zip(&needs.felt)
+        {
+            let own = WindowTable::new(
+                (model, layout),
+                (lengths[length], direction),
+                &exponentials[length],
+                closures,
+                (felt, &frequencies),
+                &windows,
+            );
+            windows.push(own);
         }
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
@@ -342,7 +334,7 @@ mod tests {
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8, 2e8], &[0.25, 0.6]);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
-        let tables = VolterraTables::new(&model, f64::EPSILON, InstructionSet::best());
+        let tables = VolterraTables::new(&model, f64::EPSILON);
         let schedule = tables.first_schedule();
         for (phase, stretch) in [
             (0.0, 0),
