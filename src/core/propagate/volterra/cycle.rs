@@ -18,7 +18,7 @@ use super::lanes;
 use super::position::{Position, SAME_TIME, WindowSource, align};
 use super::release::ContactCondition;
 use super::search::VisiblePart;
-use super::tables::{Schedule, gap_error, phases};
+use super::tables::{Schedule, phases};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
@@ -162,7 +162,8 @@ impl Volterra<'_> {
                     counters,
                 );
                 if track.views().len() > 1 {
-                    self.see_other_lines(position, track, table, *active, O::WINDOWS, workspace);
+                    let observed = [O::WINDOWS, O::LINES];
+                    self.see_other_lines(position, track, table, *active, observed, workspace);
                 }
             }
             WindowSource::Joint(stretch) => {
@@ -281,8 +282,9 @@ impl Volterra<'_> {
             counters.factorised += 1;
         }
         // The solution includes the gap error together with the force, with the sign of the contact's side.
+        let track = WindowSource::Schedule(schedule, stretch);
         let gap_error = (self.tables.gap_errors[contact])
-            .then(|| gap_error(&self.model, &segment, position.time, table.delta))
+            .then(|| self.gap_error(position, contact, track, workspace))
             .map(|gap_error| gap_error.map(|a| own.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed(
@@ -395,6 +397,7 @@ impl Volterra<'_> {
                 active,
                 duration: table.delta,
                 cut: None,
+                along: &[],
             };
             self.show(view, workspace, observer);
         }
@@ -436,6 +439,7 @@ impl Volterra<'_> {
                 active,
                 duration: tau,
                 cut: Some(&workspace.cut),
+                along: &[],
             };
             self.show(view, workspace, observer);
         }

@@ -6,7 +6,7 @@ use super::shapes::{BlockChunk, GapError, LANES, Lanes, Layout};
 use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, MeshGain, Model, Segment, turned};
+use crate::model::{Block, MeshGain, Model, SAME_PHASE, Segment, turned};
 use crate::numerics::legendre::transforms8;
 
 /// Tables of the structured kernel.
@@ -51,6 +51,9 @@ pub struct Schedule {
     pub feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
     pub cell_phases: Vec<f64>,
+    /// Gap error of every contact on every cell, unless the contact changes its segment there. Empty if no contact has
+    /// gap errors.
+    gap_errors: Vec<Option<GapError>>,
 }
 
 /// Gap error of loaded flanks over a window of length `delta` \[s\] that starts at `time` \[s\] in a
@@ -59,6 +62,23 @@ pub fn gap_error(model: &Model, segment: &Segment, time: f64, delta: f64) -> Gap
     let place = |time: f64| segment.place(time / model.period());
     let series = segment.error.coefficients();
     transforms8().restrict(series, place(time), place(time + delta))
+}
+
+/// Gap errors of all contacts on a cell of length `delta` \[s\] with the given ends \[s\]; `None` for a contact that changes
+/// its segment inside.
+fn cell_gap_errors(
+    model: &Model,
+    cycle: u64,
+    [start, end]: [f64; 2],
+    delta: f64,
+) -> impl Iterator<Item = Option<GapError>> {
+    let phases = [start, end].map(|time| time / model.period());
+    let segments = model.segments_at(cycle, 0.5 * (start + end));
+    segments.into_iter().map(move |segment| {
+        let whole =
+            segment.start - SAME_PHASE <= phases[0] && phases[1] <= segment.end + SAME_PHASE;
+        whole.then(|| gap_error(model, &segment, start, delta))
+    })
 }
 
 impl VolterraTables {
@@ -210,6 +230,9 @@ impl Schedule {
     ) -> Self {
         let mut sights_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
+        let mut gap_errors = Vec::new();
+        let with_errors = (model.contacts.iter())
+            .any(|contact| contact.cycle(cycle).has_error());
         let mut first = 0;
         for (stretch, &length) in which.iter().enumerate() {
             let own = grid.segment_of_stretch[stretch];
@@ -228,6 +251,10 @@ impl Schedule {
             for cell in cells {
                 let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);
                 feedback_of_cell.push(place(&mut needs.closures[window], closure));
+                if with_errors {
+                    let ends = [grid.time[cell], grid.time[cell + 1]];
+                    gap_errors.extend(cell_gap_errors(model, cycle, ends, lengths[length]));
+                }
             }
             first = grid.stretch_end_cell[stretch];
             sights_of_stretch.push(views);
@@ -243,7 +270,14 @@ impl Schedule {
             sights_of_stretch,
             feedback_of_cell,
             cell_phases,
+            gap_errors,
         }
+    }
+
+    /// Gap error of one of `contacts` contacts on a cell.
+    #[inline]
+    pub fn gap_error(&self, cell: usize, contact: usize, contacts: usize) -> Option<GapError> {
+        *self.gap_errors.get(cell * contacts + contact)?
     }
 
     /// The stretch of a cell or of a time \[s\].
