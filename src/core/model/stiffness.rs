@@ -98,7 +98,10 @@ impl Stiffness {
             return self.series[0];
         }
         let inside = transforms24().nodes().iter().copied();
-        inside.chain([-1.0, 1.0]).map(|x| self.at(x)).fold(f64::INFINITY, f64::min)
+        inside
+            .chain([-1.0, 1.0])
+            .map(|x| self.at(x))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The stiffness in series with a flexibility c \[m/N\], `k/(1 + c k)`: exact if it is

@@ -1,13 +1,13 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
 use super::first_force::{first_force, friction};
-use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
+use super::mesh_divisions::{course, course_divisions, segments};
 use super::node_copies::NodeCopies;
+use super::pair_meshes::{KnownSprings, PairSprings};
 use crate::gear::{
-    Contact, CycleDivision, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable,
-    MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec, MisalignmentEnding,
-    MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance,
-    loaded_misalignment,
+    CycleDivision, Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, MeshTableSpec, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
+    StiffnessLaw, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -68,6 +68,9 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// The divisions of further springs, if every pair of teeth is a spring.
     pub further: Vec<Vec<Division>>,
+    /// The divisions of all springs of drive and coast flanks in every mesh cycle of a revolution, if pairs are springs and
+    /// single teeth differ; otherwise empty.
+    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
     /// Harmonics of the transmission error for the error of loaded flanks, if the divisions do not include it:
@@ -106,7 +109,7 @@ struct Common {
     store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
-    springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
+    springs: KnownSprings,
     /// Meshes under their loads; at most [`MOST_MESHES`].
     meshes: Mutex<HashMap<String, TabledMesh>>,
     warnings: Mutex<BTreeSet<String>>,
@@ -240,6 +243,7 @@ impl MeshTables {
                 _ => course_divisions(&course(load.friction, spec, &cycle), with_error),
             },
             further: Vec::new(),
+            tooth_cycles: Default::default(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
                 .into_iter()
@@ -270,12 +274,18 @@ impl MeshTables {
         let force = signed.abs();
         let loaded = if force > 0.0 { force } else { structure.rated_force };
         let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
-        let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
-        let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
+        let springs = PairSprings {
+            spec,
+            misalignment,
+            slices,
+            force: loaded,
+        };
+        let mut springs = springs.divisions(point, mean_stiffness, &self.common.springs)?;
         Ok(TabledMesh {
-            divisions: all.remove(0),
-            further: all,
+            divisions: springs.alike.remove(0),
+            further: springs.alike,
+            tooth_cycles: springs.tooth_cycles,
             mean_stiffness,
             transmission_error: Vec::new(),
             tilt: None,
@@ -413,43 +423,6 @@ pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
 }
 
 impl Common {
-    /// The springs of the pairs of teeth on slices of the face. If flanks flatten under load, the springs have the mean
-    /// flattening under a force \[N\].
-    fn springs(
-        &self,
-        spec: &MeshTableSpec,
-        misalignment: f64,
-        slices: usize,
-        force: f64,
-    ) -> Result<Arc<MeshSprings>, MeshError> {
-        let gears = &spec.gears;
-        let line_load = match spec.contact {
-            Contact::Linear => None,
-            Contact::Secant | Contact::LoadDependent => Some(force / gears.face_width),
-        };
-        let key = format!("{gears:?} {line_load:?} {misalignment:e} {slices}");
-        if let Some(known) = lock(&self.springs).get(&key) {
-            return Ok(known.clone());
-        }
-        let face = Face {
-            width: gears.face_width,
-            slices,
-        };
-        let flanks = Flanks::new(gears)?;
-        let found = Arc::new(match line_load {
-            None => MeshSprings::new(&flanks, face, misalignment),
-            Some(line_load) => {
-                let law = SecantContact {
-                    law: &flanks,
-                    line_load,
-                };
-                MeshSprings::new(&law, face, misalignment)
-            }
-        }?);
-        lock(&self.springs).insert(key, found.clone());
-        Ok(found)
-    }
-
     /// The cycle of a key, fetched if it is not in memory.
     fn cycle(
         &self,
@@ -469,7 +442,7 @@ impl Common {
     }
 }
 
-fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(super) fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

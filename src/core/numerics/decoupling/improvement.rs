@@ -19,7 +19,9 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
         })
         .collect();
     let residual = |blocks: &[Block]| {
-        let t: Vec<Vec<f64>> = (0..size).map(|k| row(blocks, |b, c| b.columns[c][k])).collect();
+        let t: Vec<Vec<f64>> = (0..size)
+            .map(|k| row(blocks, |b, c| b.columns[c][k]))
+            .collect();
         let generator = [0, 1].map(|k| row(blocks, |b, c| b.generator[k][c]));
         compensated(size, |i, sums| {
             for (k, v) in &rows[i] {

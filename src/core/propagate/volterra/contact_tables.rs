@@ -81,7 +81,11 @@ impl ContactRequest {
         ContactTables {
             feedback,
             nodal,
-            responses: self.felt.iter().map(|felt| felt.response(self.delta)).collect(),
+            responses: self
+                .felt
+                .iter()
+                .map(|felt| felt.response(self.delta))
+                .collect(),
         }
     }
 }

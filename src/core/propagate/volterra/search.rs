@@ -224,9 +224,7 @@ impl Volterra<'_> {
         let mut out = [None; MOST_GUARDS];
         for (out, &contact) in out.iter_mut().zip(contacts) {
             if self.tables.gap_errors[contact] {
-                *out = Some(padded(
-                    &self.gap_error(position, contact, track, workspace),
-                ));
+                *out = Some(padded(&self.gap_error(position, contact, track, workspace)));
             }
         }
         out

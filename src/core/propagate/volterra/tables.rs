@@ -231,8 +231,7 @@ impl Schedule {
         let mut sights_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
         let mut gap_errors = Vec::new();
-        let with_errors = (model.contacts.iter())
-            .any(|contact| contact.cycle(cycle).has_error());
+        let with_errors = (model.contacts.iter()).any(|contact| contact.cycle(cycle).has_error());
         let mut first = 0;
         for (stretch, &length) in which.iter().enumerate() {
             let own = grid.segment_of_stretch[stretch];
