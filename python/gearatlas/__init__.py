@@ -12,6 +12,7 @@ The manual of the program describes manifests and tables; docs/python.md describ
 
 from ._gearatlas import COMMIT, __version__
 from ._border import Border, border
+from ._cepstrum import cepstrum
 from ._chaos import ChaoticSaddle, Escape, chaotic_saddle, escape
 from ._circle import Circle
 from ._errors import AtlasError, Fault, ManifestError, ManifestWarning
@@ -52,6 +53,7 @@ __all__ = [
     "Trace",
     "__version__",
     "border",
+    "cepstrum",
     "chaotic_saddle",
     "escape",
     "fit",

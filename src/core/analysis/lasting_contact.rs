@@ -264,15 +264,15 @@ fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
 
 impl Observer for MarginObserver<'_, '_> {
     const WINDOWS: bool = true;
+    const LINES: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
-        let has_other_direction =
-            |index: usize| window.segments[index].direction != window.segments[0].direction;
-        // A window has no deflection of an open contact on another line: the blocks' motion gives it.
-        let needs_motion = (0..model.contacts.len()).any(|index| {
-            has_other_direction(index) && !window.closed.iter().any(|c| c.contact == index)
-        });
+        let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
+        // Without the deflection of an open contact on another line, the blocks' motion gives it.
+        let needs_motion = window.along.is_empty()
+            && (0..model.contacts.len())
+                .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
         let motion = needs_motion.then(|| self.motion.on(window));
         let mut all = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
@@ -299,13 +299,14 @@ impl Observer for MarginObserver<'_, '_> {
                     return;
                 }
             };
-            let (series, errors) = match (closed, &motion) {
-                (Some(closed), _) => (padded(closed.deflection), false),
-                (None, Some(motion)) if has_other_direction(index) => {
+            let (series, errors) = match (closed, window.along.get(index), &motion) {
+                (Some(closed), ..) => (padded(closed.deflection), false),
+                (None, Some(along), _) => (padded(along), false),
+                (None, None, Some(motion)) if own(index) => {
                     let gains = model.gains(segment).iter().map(|gain| gain.deflection);
                     (motion.combination(gains.enumerate()), true)
                 }
-                (None, _) => (padded(window.deflection), false),
+                (None, ..) => (padded(window.deflection), false),
             };
             all.push(series.map(|a| inside * contact.side * a));
             if self.observed.least.is_none() {

@@ -100,14 +100,18 @@ impl Assembly<'_> {
         for (number, mesh) in on_drive.iter().enumerate() {
             // The first spring of a flank has the damper of the flank.
             let damping = if number == 0 { drive.damping } else { 0.0 };
-            let teeth = drive.tooth_cycles.each_ref();
-            let [drive_teeth, coast_teeth] =
-                teeth.map(|cycles| if number == 0 { &cycles[..] } else { &[] });
-            let on_drive = self.cycles((&drive_side, mesh, drive_teeth), damping, directions)?;
+            let [drive_teeth, coast_teeth] = &drive.tooth_cycles;
+            let on_drive = self.cycles(
+                (&drive_side, mesh),
+                (drive_teeth, number),
+                damping,
+                directions,
+            )?;
             let on_coast = match &coast {
                 None => on_drive.clone(),
                 Some((side, springs)) => {
-                    self.cycles((side, &springs[number], coast_teeth), damping, directions)?
+                    let own = (side, &springs[number][..]);
+                    self.cycles(own, (coast_teeth, number), damping, directions)?
                 }
             };
             contacts.extend(
@@ -150,22 +154,23 @@ impl Assembly<'_> {
         film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
     }
 
-    /// The mesh cycles of a spring with a damping \[N s/m\]: one, unless single teeth differ.
+    /// The mesh cycles of the spring of a number with a damping \[N s/m\]: one, unless single teeth differ.
     ///
     /// # Errors
     /// As [`flank_springs::of_flank`].
     fn cycles(
         &self,
-        (side, alike, teeth): (&Side, &[Division], &[Vec<Division>]),
+        (side, alike): (&Side, &[Division]),
+        (teeth, number): (&[Vec<Vec<Division>>], usize),
         damping: f64,
         directions: &mut Directions,
     ) -> Result<Vec<MeshCycle>, ModelError> {
         if teeth.is_empty() {
             return Ok(vec![self.cycle(side, alike, damping, directions)]);
         }
-        let of_teeth = teeth.iter().map(|mesh| {
-            let springs = flank_springs::of_flank(mesh, &[], &side.flank)?;
-            Ok(self.cycle(side, &springs[0], damping, directions))
+        let of_teeth = teeth.iter().map(|springs| {
+            let springs = flank_springs::of_flank(&springs[0], &springs[1..], &side.flank)?;
+            Ok(self.cycle(side, &springs[number], damping, directions))
         });
         of_teeth.collect()
     }

@@ -47,9 +47,9 @@ pub struct Drive {
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
-    /// Divisions of the drive flank and of the coast flank in every mesh cycle of a revolution, if single teeth differ;
-    /// otherwise empty. The cycles repeat. Those of `further` are equal.
-    pub tooth_cycles: [Vec<Vec<Division>>; 2],
+    /// Divisions of all springs of the drive flank and of the coast flank, the first and further ones, in every mesh cycle
+    /// of a revolution, if single teeth differ; otherwise empty. The cycles repeat.
+    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
     /// Imposed uneven rotation.
     pub imposed_motion: Vec<ImposedMotion>,
 }

@@ -1,7 +1,7 @@
 //! The mesh stiffness of a segment.
 
 use crate::numerics::{
-    legendre::{self, transforms8},
+    legendre::{self, transforms8, transforms24},
     quadrature::GaussLegendre,
 };
 
@@ -97,9 +97,11 @@ impl Stiffness {
         if self.is_constant() {
             return self.series[0];
         }
-        let inside = GaussLegendre::new(2 * STIFFNESS_TERMS);
-        let places = inside.nodes.iter().copied().chain([-1.0, 1.0]);
-        places.map(|x| self.at(x)).fold(f64::INFINITY, f64::min)
+        let inside = transforms24().nodes().iter().copied();
+        inside
+            .chain([-1.0, 1.0])
+            .map(|x| self.at(x))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The stiffness in series with a flexibility c \[m/N\], `k/(1 + c k)`: exact if it is

@@ -55,6 +55,7 @@ struct FlagObserver<'a, O> {
 
 impl<O: Observer> Observer for FlagObserver<'_, O> {
     const WINDOWS: bool = O::WINDOWS;
+    const LINES: bool = O::LINES;
 
     fn states(&self) -> bool {
         self.observer.states()

@@ -2,8 +2,9 @@
 //! counters.
 //!
 //! A kernel is built for one [`Model`], has no state, and advances whole mesh cycles. The caller supplies the
-//! trajectory, the tangents and the workspace. An integrated cycle allocates nothing, except when a model with very
-//! many contact sets reaches one of them for the first time. Kernels are generic over the observer, so that
+//! trajectory, the tangents and the workspace. An integrated cycle allocates nothing, except when a contact closes
+//! for the first time since the kernel was built, or when a model with very many contact sets reaches one of them for
+//! the first time. Kernels are generic over the observer, so that
 //! unobserved quantities are not computed.
 
 mod auto;

@@ -25,6 +25,9 @@ pub struct Window<'a> {
     pub force: &'a [f64],
     /// Every closed contact, in order.
     pub closed: &'a [ClosedContact<'a>],
+    /// Deflection along the line of every contact \[m\], open ones too. Empty unless the observer asks for it
+    /// ([`Observer::LINES`]) and the kernel has solved the whole window along all lines.
+    pub along: &'a [&'a [f64]],
     /// First components of the blocks at the window's start, length N. They may be omitted if the observer does not
     /// read states.
     pub first: &'a [f64],
@@ -116,6 +119,9 @@ pub trait Observer {
     /// Whether the observer needs windows; if not, their series are not computed.
     const WINDOWS: bool;
 
+    /// Whether the observer reads the deflections of open contacts.
+    const LINES: bool = false;
+
     /// Whether the observer reads the blocks' states at the starts of windows; called before every window.
     fn states(&self) -> bool {
         true
@@ -145,6 +151,7 @@ impl Observer for () {
 /// Two observers.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const WINDOWS: bool = A::WINDOWS || B::WINDOWS;
+    const LINES: bool = A::LINES || B::LINES;
 
     fn states(&self) -> bool {
         (A::WINDOWS && self.0.states()) || (B::WINDOWS && self.1.states())
@@ -167,6 +174,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
 impl<O: Observer> Observer for &mut O {
     const WINDOWS: bool = O::WINDOWS;
+    const LINES: bool = O::LINES;
 
     fn states(&self) -> bool {
         (**self).states()

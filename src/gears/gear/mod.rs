@@ -4,6 +4,7 @@ mod compliance;
 mod drawing_checks;
 mod error;
 mod even_sharing;
+mod faulty_flanks;
 #[cfg(test)]
 mod fixtures;
 mod flank_law;
@@ -31,6 +32,7 @@ mod tooth_fault;
 pub use compliance::{FaceCoupling, PairCompliance};
 pub use error::{FlankCourse, GearError};
 pub use even_sharing::EvenSharing;
+pub use faulty_flanks::FaultyFlanks;
 pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};

@@ -8,9 +8,10 @@
 //! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,    f = f₀/(1 + f₀ σ k c),
 //! ```
 //!
-//! where f₀ is the part without a crack and c the deflection per force that a crack adds ([`RootCrack`]), as long as
-//! all pairs of the mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat
-//! after the hunting cycle, the least common multiple of the teeth.
+//! where c is the deflection per force that a crack adds ([`RootCrack`]), as long as all pairs of the
+//! mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
+//! cycle, the least common multiple of the teeth. If every pair is a spring of its own, the pair of the tooth alone differs
+//! ([`FaultyFlanks`](super::FaultyFlanks)).
 
 use super::{EvenSharing, RootCrack};
 use crate::model::{Division, FlankError};
@@ -83,10 +84,16 @@ impl FaultyTeeth {
     /// The cycles of coast flanks. They mirror the drive flanks about the phase at which tooth 0 of the pinion is on
     /// the line of centres.
     pub fn on_coast(&self, sound: &[Division]) -> Vec<Vec<Division>> {
+        let twice = self.coast_turn();
+        self.cycles(sound, FlankOrder::Coast { twice })
+    }
+
+    /// Twice the time about which coast flanks mirror drive flanks \[cycles\]: tooth 0 of the pinion is on the line of
+    /// centres.
+    pub fn coast_turn(&self) -> f64 {
         let centred = self.pairs.pitch_phase + HALF_TOOTH;
         let twice = 2.0 * self.symmetry;
-        let twice = twice + (2.0 * centred - twice).round();
-        self.cycles(sound, FlankOrder::Coast { twice })
+        twice + (2.0 * centred - twice).round()
     }
 
     fn cycles(&self, sound: &[Division], course: FlankOrder) -> Vec<Vec<Division>> {

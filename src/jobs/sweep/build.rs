@@ -141,7 +141,7 @@ pub(super) fn model(
 ) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
     // Harmonics that represent the error of loaded flanks.
     let mut flank_error_harmonics = Vec::new();
-    let mut further = Vec::new();
+    let mut further = (Vec::new(), Default::default());
     let mut under_load = None;
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
@@ -157,7 +157,7 @@ pub(super) fn model(
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
             flank_error_harmonics = mesh.transmission_error;
-            further = mesh.further;
+            further = (mesh.further, mesh.tooth_cycles);
             under_load = mesh.under_load;
             (mesh.divisions, mesh.mean_stiffness)
         }
@@ -239,19 +239,20 @@ fn with_mean(
         },
         ..point.clone()
     };
-    let mut model = with_mesh(structure, &equal, mesh, Vec::new(), Vec::new())?;
+    let mut model = with_mesh(structure, &equal, mesh, Default::default(), Vec::new())?;
     // The mean has no positions of contacts.
     model.rolling = None;
     Ok(model)
 }
 
 /// The system of a point on a mesh. The mesh has the divisions of its cycle with their mean stiffness \[N/m\], and
-/// possibly further springs; `flank_error_harmonics` are harmonics for the error of loaded flanks.
+/// possibly further springs, also those of every cycle of a revolution if single teeth differ; `flank_error_harmonics` are
+/// harmonics for the error of loaded flanks.
 fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
     (mesh, mean): (Vec<Division>, f64),
-    further: Vec<Vec<Division>>,
+    (further, tooth_cycles): (Vec<Vec<Division>>, [Vec<Vec<Vec<Division>>>; 2]),
     flank_error_harmonics: Vec<MeshHarmonic>,
 ) -> Result<Model, BuildError> {
     let coast = match point.mesh.coast {
@@ -266,14 +267,15 @@ fn with_mesh(
     let mut error = point.excitation.transmission_error.clone();
     error.extend(flank_error_harmonics);
     let friction = first_force::friction(structure, point)?;
-    let tooth_cycles = point
-        .mesh
-        .teeth
-        .as_ref()
-        .map_or_else(Default::default, |teeth| {
+    let tooth_cycles = match &point.mesh.teeth {
+        Some(teeth) if tooth_cycles[0].is_empty() => {
             let of_coast = coast.as_ref().map(|coast| teeth.on_coast(&coast.mesh));
+            // The mesh is one spring.
             [teeth.on_drive(&mesh), of_coast.unwrap_or_default()]
-        });
+                .map(|cycles| cycles.into_iter().map(|own| vec![own]).collect())
+        }
+        _ => tooth_cycles,
+    };
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {

@@ -23,11 +23,12 @@ const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 const _: () = assert!(NODES == STIFFNESS_TERMS);
 
 /// The divisions of every spring of a mesh. The first spring touches first: it is the pair with the smallest gap, at
-/// the end of the face that a misalignment brings closer.
+/// the end of the face that a misalignment brings closer. Every slice has `most` springs, some of which may be absent.
 pub(super) fn spring_divisions(
     springs: &MeshSprings,
     misalignment: f64,
     stiffness: f64,
+    most: usize,
 ) -> Vec<Vec<Division>> {
     let slices = springs.centres.len();
     let order: Vec<usize> = if misalignment < 0.0 {
@@ -51,7 +52,6 @@ pub(super) fn spring_divisions(
             })
             .collect()
     };
-    let most = springs.most();
     (0..most)
         .flat_map(|number| order.iter().map(move |&slice| (slice, number)))
         .map(|(slice, number)| course(slice, number))

@@ -1,13 +1,13 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
 use super::first_force::{first_force, friction};
-use super::mesh_divisions::{course, course_divisions, segments, spring_divisions};
+use super::mesh_divisions::{course, course_divisions, segments};
 use super::node_copies::NodeCopies;
+use super::pair_meshes::{KnownSprings, PairSprings};
 use crate::gear::{
-    Contact, CycleDivision, Face, Flanks, GearError, GearPair, MeshSprings, MeshTable,
-    MeshTableCycle, MeshTableError, MeshTableInputs, MeshTableSpec, MisalignmentEnding,
-    MisalignmentReport, MisalignmentSearch, SecantContact, StiffnessLaw, TiltCompliance,
-    loaded_misalignment,
+    CycleDivision, Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, MeshTableSpec, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
+    StiffnessLaw, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -22,6 +22,10 @@ const LONGEST_PIECE: f64 = 0.25;
 
 /// Largest relative error of a table: a tenth of the tolerance of its course.
 const TABLE_TOLERANCE: f64 = 1e-6;
+
+/// Largest number of meshes in memory. The points of a sweep by speed share one, but each of many sampled drives has its
+/// own.
+const MOST_MESHES: usize = 64;
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -64,6 +68,9 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// The divisions of further springs, if every pair of teeth is a spring.
     pub further: Vec<Vec<Division>>,
+    /// The divisions of all springs of drive and coast flanks in every mesh cycle of a revolution, if pairs are springs and
+    /// single teeth differ; otherwise empty.
+    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
     /// Harmonics of the transmission error for the error of loaded flanks, if the divisions do not include it:
@@ -102,7 +109,9 @@ struct Common {
     store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
-    springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
+    springs: KnownSprings,
+    /// Meshes under their loads; at most [`MOST_MESHES`].
+    meshes: Mutex<HashMap<String, TabledMesh>>,
     warnings: Mutex<BTreeSet<String>>,
 }
 
@@ -115,6 +124,7 @@ impl MeshTables {
                 known: Mutex::default(),
                 tilts: Mutex::default(),
                 springs: Mutex::default(),
+                meshes: Mutex::default(),
                 warnings: Mutex::default(),
             }),
             node_copies: None,
@@ -203,23 +213,29 @@ impl MeshTables {
         &self,
         load: MeanLoad,
         spec: &MeshTableSpec,
-        compliance: impl Fn() -> TiltCompliance,
+        compliance: impl FnOnce() -> TiltCompliance,
         harmonics: Option<u32>,
     ) -> Result<TabledMesh, MeshError> {
+        let tilts = spec.shaft_tilt.then(compliance);
+        let key = format!("{spec:?} {load:?} {tilts:?} {harmonics:?}");
+        if let Some(known) = lock(&self.common.meshes).get(&key) {
+            return Ok(known.clone());
+        }
         let force = flank_load(load.force)?;
         let unloaded = load.misalignment;
-        let (misalignment, tilt) = if spec.shaft_tilt {
-            let compliance = compliance();
-            // Positions across the face count from the flank that carries the load, as they do for the drive flank.
-            let compliance = if load.on_coast { compliance.other_way_round() } else { compliance };
-            let report = self.tilted(spec, compliance, unloaded, force)?;
-            (report.misalignment().unwrap_or(unloaded), Some(report))
-        } else {
-            (unloaded, None)
+        let (misalignment, tilt) = match tilts {
+            Some(compliance) => {
+                // Positions across the face count from the flank that carries the load, as they do for the drive flank.
+                let compliance =
+                    if load.on_coast { compliance.other_way_round() } else { compliance };
+                let report = self.tilted(spec, compliance, unloaded, force)?;
+                (report.misalignment().unwrap_or(unloaded), Some(report))
+            }
+            None => (unloaded, None),
         };
         let cycle = self.scaled(spec, misalignment, force)?;
         let with_error = harmonics.is_none() && cycle.has_error();
-        Ok(TabledMesh {
+        let mesh = TabledMesh {
             divisions: match spec.division {
                 CycleDivision::Segments(count) if spec.stiffness.is_tangent() => {
                     segments(&cycle, count, with_error)
@@ -227,6 +243,7 @@ impl MeshTables {
                 _ => course_divisions(&course(load.friction, spec, &cycle), with_error),
             },
             further: Vec::new(),
+            tooth_cycles: Default::default(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
                 .into_iter()
@@ -234,7 +251,13 @@ impl MeshTables {
                 .collect(),
             tilt,
             under_load: Some(under_load(load.on_coast, &cycle, misalignment)),
-        })
+        };
+        let mut meshes = lock(&self.common.meshes);
+        if meshes.len() >= MOST_MESHES {
+            meshes.clear();
+        }
+        meshes.insert(key, mesh.clone());
+        Ok(mesh)
     }
 
     /// The mesh of a point whose pairs of teeth are separate springs, on slices of the face. The damping is for the
@@ -251,12 +274,18 @@ impl MeshTables {
         let force = signed.abs();
         let loaded = if force > 0.0 { force } else { structure.rated_force };
         let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
-        let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
-        let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
+        let springs = PairSprings {
+            spec,
+            misalignment,
+            slices,
+            force: loaded,
+        };
+        let mut springs = springs.divisions(point, mean_stiffness, &self.common.springs)?;
         Ok(TabledMesh {
-            divisions: all.remove(0),
-            further: all,
+            divisions: springs.alike.remove(0),
+            further: springs.alike,
+            tooth_cycles: springs.tooth_cycles,
             mean_stiffness,
             transmission_error: Vec::new(),
             tilt: None,
@@ -396,43 +425,6 @@ pub(super) fn flank_load(force: f64) -> Result<f64, MeshError> {
 }
 
 impl Common {
-    /// The springs of the pairs of teeth on slices of the face. If flanks flatten under load, the springs have the mean
-    /// flattening under a force \[N\].
-    fn springs(
-        &self,
-        spec: &MeshTableSpec,
-        misalignment: f64,
-        slices: usize,
-        force: f64,
-    ) -> Result<Arc<MeshSprings>, MeshError> {
-        let gears = &spec.gears;
-        let line_load = match spec.contact {
-            Contact::Linear => None,
-            Contact::Secant | Contact::LoadDependent => Some(force / gears.face_width),
-        };
-        let key = format!("{gears:?} {line_load:?} {misalignment:e} {slices}");
-        if let Some(known) = lock(&self.springs).get(&key) {
-            return Ok(known.clone());
-        }
-        let face = Face {
-            width: gears.face_width,
-            slices,
-        };
-        let flanks = Flanks::new(gears)?;
-        let found = Arc::new(match line_load {
-            None => MeshSprings::new(&flanks, face, misalignment),
-            Some(line_load) => {
-                let law = SecantContact {
-                    law: &flanks,
-                    line_load,
-                };
-                MeshSprings::new(&law, face, misalignment)
-            }
-        }?);
-        lock(&self.springs).insert(key, found.clone());
-        Ok(found)
-    }
-
     /// The cycle of a key, fetched if it is not in memory.
     fn cycle(
         &self,
@@ -452,7 +444,7 @@ impl Common {
     }
 }
 
-fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(super) fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

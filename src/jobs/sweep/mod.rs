@@ -30,6 +30,7 @@ mod mesh_divisions;
 mod mesh_tables;
 mod motion_scale;
 mod node_copies;
+mod pair_meshes;
 mod panic_hook;
 mod parts;
 mod point;

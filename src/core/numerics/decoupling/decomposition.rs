@@ -123,13 +123,16 @@ pub(super) fn decompose(
     }
     let mut inverse = t.partial_piv_lu().inverse();
     // One step of Newton's method with a compensated residual recovers the last digits.
-    let defect = Mat::from_fn(2 * m, 2 * m, |i, j| {
-        let identity = if i == j { 1.0 } else { 0.0 };
-        compensated(
-            (0..2 * m)
-                .map(|k| (-inverse[(i, k)], t[(k, j)]))
-                .chain([(identity, 1.0)]),
-        )
+    let rows: Vec<Vec<f64>> = (0..2 * m)
+        .map(|k| (0..2 * m).map(|j| t[(k, j)]).collect())
+        .collect();
+    let defect = compensated(2 * m, |i, sums| {
+        for (k, row) in rows.iter().enumerate() {
+            sums.add_multiple(-inverse[(i, k)], row);
+        }
+        let mut own = vec![0.0; 2 * m];
+        own[i] = 1.0;
+        sums.add_multiple(1.0, &own);
     });
     inverse = &inverse + &defect * &inverse;
     Ok((blocks, inverse, (largest, smallest)))

@@ -2,6 +2,7 @@
 
 use super::parts::{Block, EQUAL, IMPROVEMENTS};
 use faer::{Mat, prelude::*};
+use multiversion::multiversion;
 
 /// Newton's method for all invariant planes at once, with compensated residuals.
 ///
@@ -18,10 +19,17 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
         })
         .collect();
     let residual = |blocks: &[Block]| {
-        Mat::from_fn(size, size, |i, c| {
-            let (block, c) = (&blocks[c / 2], c % 2);
-            let image = rows[i].iter().map(|(k, v)| (*v, block.columns[c][*k]));
-            compensated(image.chain([0, 1].map(|k| (-block.columns[k][i], block.generator[k][c]))))
+        let t: Vec<Vec<f64>> = (0..size)
+            .map(|k| row(blocks, |b, c| b.columns[c][k]))
+            .collect();
+        let generator = [0, 1].map(|k| row(blocks, |b, c| b.generator[k][c]));
+        compensated(size, |i, sums| {
+            for (k, v) in &rows[i] {
+                sums.add_multiple(*v, &t[*k]);
+            }
+            for (k, generator) in generator.iter().enumerate() {
+                sums.add(&row(blocks, |b, _| -b.columns[k][i]), generator);
+            }
         })
     };
     // Each row is weighted by its size, since a light drag makes small rows.
@@ -175,17 +183,59 @@ pub(super) fn standardise(block: &mut Block) {
     block.generator = [[mu, nu], [-nu, mu]];
 }
 
-/// Sum of products in twice the working precision.
-pub(super) fn compensated(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let (mut sum, mut error) = (0.0, 0.0);
-    for (x, y) in pairs {
-        let product: f64 = x * y;
-        let total: f64 = sum + product;
-        let back = total - sum;
-        error += x.mul_add(y, -product) + ((sum - (total - back)) + (product - back));
-        sum = total;
+/// A number for each column of all blocks.
+fn row(blocks: &[Block], value: impl Fn(&Block, usize) -> f64) -> Vec<f64> {
+    let both = |block| [value(block, 0), value(block, 1)];
+    blocks.iter().flat_map(both).collect()
+}
+
+/// Sums of products in twice the working precision, one per column of a matrix.
+pub(super) struct Sums {
+    sum: Vec<f64>,
+    error: Vec<f64>,
+}
+
+impl Sums {
+    /// Adds a product to every sum.
+    fn add(&mut self, factors: &[f64], values: &[f64]) {
+        add_products(factors, values, &mut self.sum, &mut self.error);
     }
-    sum + error
+
+    /// Adds a multiple of one number to every sum.
+    pub(super) fn add_multiple(&mut self, factor: f64, values: &[f64]) {
+        self.add(&vec![factor; values.len()], values);
+    }
+}
+
+/// A square matrix whose rows are sums of products. `add` adds the products of a row.
+pub(super) fn compensated(size: usize, add: impl Fn(usize, &mut Sums)) -> Mat<f64> {
+    let mut out = Mat::zeros(size, size);
+    for i in 0..size {
+        let mut sums = Sums {
+            sum: vec![0.0; size],
+            error: vec![0.0; size],
+        };
+        add(i, &mut sums);
+        for (c, (sum, error)) in sums.sum.iter().zip(&sums.error).enumerate() {
+            out[(i, c)] = sum + error;
+        }
+    }
+    out
+}
+
+/// Adds products to sums, and their rounding errors to `error`. The error of a product is exact with any instructions,
+/// so all versions give the same bits. Without the instruction, a fused product is a call, which takes most of the
+/// time of a decoupling.
+#[multiversion(targets("x86_64+avx512f+fma", "x86_64+avx2+fma"))]
+fn add_products(factors: &[f64], values: &[f64], sums: &mut [f64], errors: &mut [f64]) {
+    let pairs = factors.iter().zip(values);
+    for ((x, y), (sum, error)) in pairs.zip(sums.iter_mut().zip(errors)) {
+        let product = x * y;
+        let total = *sum + product;
+        let back = total - *sum;
+        *error += x.mul_add(*y, -product) + ((*sum - (total - back)) + (product - back));
+        *sum = total;
+    }
 }
 
 pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {

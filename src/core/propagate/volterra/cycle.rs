@@ -8,6 +8,7 @@
 //! rigid stops ([`super::impact`]) or dry friction ([`super::stick`]).
 
 use super::Volterra;
+use super::contact_tables::ContactTables;
 use super::feedback::ContactSolve;
 use super::grid::ROUNDING;
 use super::impact::ImpactContext;
@@ -17,7 +18,7 @@ use super::lanes;
 use super::position::{Position, SAME_TIME, WindowSource, align};
 use super::release::ContactCondition;
 use super::search::VisiblePart;
-use super::tables::{Schedule, gap_error, phases};
+use super::tables::{Schedule, phases};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
@@ -161,7 +162,8 @@ impl Volterra<'_> {
                     counters,
                 );
                 if track.views().len() > 1 {
-                    self.see_other_lines(position, track, table, *active, O::WINDOWS, workspace);
+                    let observed = [O::WINDOWS, O::LINES];
+                    self.see_other_lines(position, track, table, *active, observed, workspace);
                 }
             }
             WindowSource::Joint(stretch) => {
@@ -269,7 +271,8 @@ impl Volterra<'_> {
         let segment = workspace.segments[contact];
         let contact_data = &self.model.contacts[contact];
         // Off the grid there is no operator for a varying stiffness.
-        let system = match (&table.nodal, position.aligned) {
+        let tables = table.contact(set);
+        let system = match (&tables.nodal, position.aligned) {
             (Some(nodal), None) if !segment.stiffness.is_constant() => Some(&**nodal),
             _ => None,
         };
@@ -279,13 +282,14 @@ impl Volterra<'_> {
             counters.factorised += 1;
         }
         // The solution includes the gap error together with the force, with the sign of the contact's side.
+        let track = WindowSource::Schedule(schedule, stretch);
         let gap_error = (self.tables.gap_errors[contact])
-            .then(|| gap_error(&self.model, &segment, position.time, table.delta))
-            .map(|gap_error| gap_error.map(|a| contact_data.side * a));
+            .then(|| self.gap_error(position, contact, track, workspace))
+            .map(|gap_error| gap_error.map(|a| own.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed(
             (schedule, stretch),
-            table,
+            tables,
             position.aligned,
             system,
             factors,
@@ -397,6 +401,7 @@ impl Volterra<'_> {
                 active,
                 duration: table.delta,
                 cut: None,
+                along: &[],
             };
             self.show(view, workspace, observer);
         }
@@ -438,6 +443,7 @@ impl Volterra<'_> {
                 active,
                 duration: tau,
                 cut: Some(&workspace.cut),
+                along: &[],
             };
             self.show(view, workspace, observer);
         }
@@ -475,7 +481,7 @@ impl Volterra<'_> {
 /// The solution of the closed contact on the window.
 fn closed<'a>(
     (schedule, stretch): (&Schedule, usize),
-    table: &'a WindowTable,
+    tables: &'a ContactTables,
     aligned: Option<usize>,
     system: Option<&'a Nodal>,
     factors: &'a Factors,
@@ -485,5 +491,5 @@ fn closed<'a>(
     }
     // Off the grid the stiffness is constant, so the operator of any cell of the stretch is valid.
     let cell = aligned.unwrap_or(schedule.grid.stretch_end_cell[stretch] - 1);
-    ContactSolve::Table(&table.feedback[schedule.feedback_of_cell[cell]])
+    ContactSolve::Table(&tables.feedback[schedule.feedback_of_cell[cell]])
 }

@@ -19,6 +19,7 @@
 //! is eliminated instead. The force of a dry slider that slips is its limit and known from the start. A varying
 //! stiffness multiplies values at the Gauss nodes, which is a matrix between series.
 
+use super::contact_tables::{ContactTables, Response};
 use super::feedback::ContactSolve;
 use super::joint_stretch::JointStretch;
 use super::lanes::{self, Solution};
@@ -26,7 +27,7 @@ use super::shapes::{GapError, Row, Series, TERMS};
 use super::tables::{VolterraTables, gap_error};
 use super::varying::Factors;
 use super::window_stiffness::WindowStiffness;
-use super::window_table::{Response, WindowTable};
+use super::window_table::WindowTable;
 use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::ROUND_OFF;
@@ -104,7 +105,7 @@ impl JointWindow<'_> {
             }
             let size = lanes::size(&deflection[0].0);
             for (i, contact) in self.active.iter().enumerate() {
-                if let Some(response) = self.table(contact).response_on(view.line) {
+                if let Some(felt) = self.contact(contact).response_on(view.line) {
                     let force = &joint.forces[i * count..][..1];
                     lanes::yielded(self.set, &response.deflection, force, &mut deflection);
                 }
@@ -180,7 +181,7 @@ impl JointWindow<'_> {
         }
         factors.resize(self.active.count(), Factors::NONE);
         for (contact, factors) in self.active.iter().zip(factors) {
-            if let (true, Some(nodal)) = (varies(contact), &self.table(contact).nodal) {
+            if let (true, Some(nodal)) = (varies(contact), &self.contact(contact).nodal) {
                 let segment = &self.segments[contact];
                 let closure = WindowStiffness::new(self.model, segment, self.time, self.delta);
                 closure.factorise(self.set, nodal, factors);
@@ -190,10 +191,10 @@ impl JointWindow<'_> {
 
     /// The solution operator of the contact, the i-th closed one.
     fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> ContactSolve<'f> {
-        let table = self.table(contact);
-        match (self.stretch.feedback[contact], &table.nodal) {
+        let tables = self.contact(contact);
+        match (self.stretch.feedback[contact], &tables.nodal) {
             (None, Some(nodal)) => ContactSolve::Factors(nodal, &factors[i]),
-            (kept, _) => ContactSolve::Table(&table.feedback[kept.unwrap_or(0)]),
+            (kept, _) => ContactSolve::Table(&tables.feedback[kept.unwrap_or(0)]),
         }
     }
 
@@ -202,10 +203,15 @@ impl JointWindow<'_> {
         &self.tables.windows[self.stretch.windows[contact]]
     }
 
+    /// Tables of windows with a contact closed.
+    fn contact(&self, contact: usize) -> &ContactTables {
+        self.table(contact).contact(self.set)
+    }
+
     /// The response of a contact's deflection to the force of another contact.
     fn response_of(&self, force: usize, contact: usize) -> Option<&Response> {
         let line = self.model.line(&self.segments[contact]);
-        self.table(force).response_on(line)
+        self.contact(force).response_on(line)
     }
 
     /// Solves the system of all contacts by elimination.
@@ -389,7 +395,7 @@ mod tests {
         let levels = Division::levels(&[4.444e8, 3.333e8], &[0.6]);
         for mesh in [levels, vec![curved]] {
             let model = model(mesh);
-            let tables = VolterraTables::new(&model, f64::EPSILON, set);
+            let tables = VolterraTables::new(&model, f64::EPSILON);
             let mut random = Stream::new(3, 0, 0);
             let length = 2 * tables.layout.padded;
             let count = 3;
@@ -437,7 +443,7 @@ mod tests {
         };
         let model = model(vec![piece(0.7), piece(0.7001), piece(1.0)]);
         let set = InstructionSet::best();
-        let tables = VolterraTables::new(&model, f64::EPSILON, set);
+        let tables = VolterraTables::new(&model, f64::EPSILON);
         let mut shortest = f64::INFINITY;
         for stretch in &tables.joint[0] {
             for (contact, window) in stretch.windows.iter().enumerate() {

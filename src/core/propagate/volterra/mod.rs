@@ -45,6 +45,7 @@
 //! only cuts read. Directions of one line share R, windows of one length the exponentials. The instruction set is
 //! chosen once per solution of a window and once per advance; each is one call ([`lanes`]).
 
+mod contact_tables;
 mod cycle;
 mod feedback;
 mod grid;
@@ -143,7 +144,7 @@ impl<'m> Volterra<'m> {
         let never_pull = released_by(Release::is_by_force);
         Self {
             farthest: super::farthest(&model),
-            tables: VolterraTables::new(&model, tolerance, instructions),
+            tables: VolterraTables::new(&model, tolerance),
             event_limit,
             instructions,
             never_pull,

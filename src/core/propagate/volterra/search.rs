@@ -35,6 +35,8 @@ pub(super) struct VisiblePart<'a> {
     pub duration: f64,
     /// Its end within the window; `None` for a full window.
     pub cut: Option<&'a Cut>,
+    /// Deflection along the line of every contact, if observers read it.
+    pub along: &'a [&'a [f64]],
 }
 
 impl<'a> VisiblePart<'a> {
@@ -47,6 +49,7 @@ impl<'a> VisiblePart<'a> {
             duration: self.duration,
             segments: &workspace.segments,
             contact: self.active,
+            along: self.along,
             first,
             second,
             ..Window::default()
@@ -56,22 +59,26 @@ impl<'a> VisiblePart<'a> {
 
 impl Volterra<'_> {
     /// The motion along all lines except that of the force. Computes only the first terms of a line if they prove that
-    /// no contact is in reach, and if observers need no more (`observed`).
+    /// no contact is in reach, and if observers need no more. They may need the line of the drive flank, or all lines
+    /// (`observed`).
     pub(super) fn see_other_lines(
         &self,
         position: &Position,
         track: WindowSource<'_>,
         table: &WindowTable,
         active: ActiveSet,
-        observed: bool,
+        observed: [bool; 2],
         workspace: &mut Workspace,
     ) {
         let set = self.instructions;
         for (index, view) in track.views().iter().enumerate().skip(1) {
             let window = &self.tables.windows[view.window];
-            let response = table.response_on(view.line).filter(|_| active.touching());
+            let response = (active.touching())
+                .then(|| table.contact(set).response_on(view.line))
+                .flatten();
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
-            let shown = observed && view.contacts.contains(&DRIVE_FLANK);
+            let [mesh, all] = observed;
+            let shown = all || mesh && view.contacts.contains(&DRIVE_FLANK);
             let known = |contact: &usize| {
                 !position.crossed.holds(*contact) && !self.tables.gap_errors[*contact]
             };
@@ -218,17 +225,31 @@ impl Volterra<'_> {
         let mut out = [None; MOST_GUARDS];
         for (out, &contact) in out.iter_mut().zip(contacts) {
             if self.tables.gap_errors[contact] {
-                let delta = self.tables.windows[track.views()[0].window].delta;
-                let segment = &workspace.segments[contact];
-                *out = Some(padded(&gap_error(
-                    &self.model,
-                    segment,
-                    position.time,
-                    delta,
-                )));
+                *out = Some(padded(&self.gap_error(position, contact, track, workspace)));
             }
         }
         out
+    }
+
+    /// Gap error of a contact over a window, from the schedule's table on its grid.
+    pub(super) fn gap_error(
+        &self,
+        position: &Position,
+        contact: usize,
+        track: WindowSource<'_>,
+        workspace: &Workspace,
+    ) -> GapError {
+        let known = match (track, position.aligned) {
+            (WindowSource::Schedule(schedule, _), Some(cell)) => {
+                schedule.gap_error(cell, contact, self.model.contacts.len())
+            }
+            _ => None,
+        };
+        known.unwrap_or_else(|| {
+            let delta = self.tables.windows[track.views()[0].window].delta;
+            let segment = &workspace.segments[contact];
+            gap_error(&self.model, segment, position.time, delta)
+        })
     }
 
     /// How a contact meets its surface.
@@ -269,6 +290,18 @@ impl Volterra<'_> {
         workspace: &Workspace,
         observer: &mut O,
     ) {
+        let mut along: [&[f64]; MOST_CONTACTS] = [&[]; MOST_CONTACTS];
+        let mut lines = 0;
+        if O::LINES && view.cut.is_none() {
+            lines = self.model.contacts.len();
+            for (contact, along) in along[..lines].iter_mut().enumerate() {
+                *along = &workspace.solutions[view.track.place_of(contact)].deflection;
+            }
+        }
+        let view = VisiblePart {
+            along: &along[..lines],
+            ..view
+        };
         let place = view.track.place_of(DRIVE_FLANK);
         let contact = view.active.only();
         let along = |contact| view.track.place_of(contact) == place && self.model.of_mesh(contact);

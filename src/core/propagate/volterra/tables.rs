@@ -6,9 +6,8 @@ use super::shapes::{BlockChunk, GapError, LANES, Lanes, Layout};
 use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, MeshGain, Model, Segment, turned};
+use crate::model::{Block, MeshGain, Model, SAME_PHASE, Segment, turned};
 use crate::numerics::legendre::transforms8;
-use crate::propagate::vectors::InstructionSet;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
@@ -52,6 +51,9 @@ pub struct Schedule {
     pub feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
     pub cell_phases: Vec<f64>,
+    /// Gap error of every contact on every cell, unless the contact changes its segment there. Empty if no contact has
+    /// gap errors.
+    gap_errors: Vec<Option<GapError>>,
 }
 
 /// Gap error of loaded flanks over a window of length `delta` \[s\] that starts at `time` \[s\] in a
@@ -62,9 +64,26 @@ pub fn gap_error(model: &Model, segment: &Segment, time: f64, delta: f64) -> Gap
     transforms8().restrict(series, place(time), place(time + delta))
 }
 
+/// Gap errors of all contacts on a cell of length `delta` \[s\] with the given ends \[s\]; `None` for a contact that changes
+/// its segment inside.
+fn cell_gap_errors(
+    model: &Model,
+    cycle: u64,
+    [start, end]: [f64; 2],
+    delta: f64,
+) -> impl Iterator<Item = Option<GapError>> {
+    let phases = [start, end].map(|time| time / model.period());
+    let segments = model.segments_at(cycle, 0.5 * (start + end));
+    segments.into_iter().map(move |segment| {
+        let whole =
+            segment.start - SAME_PHASE <= phases[0] && phases[1] <= segment.end + SAME_PHASE;
+        whole.then(|| gap_error(model, &segment, start, delta))
+    })
+}
+
 impl VolterraTables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
-    pub fn new(model: &Model, tolerance: f64, set: InstructionSet) -> Self {
+    pub fn new(model: &Model, tolerance: f64) -> Self {
         let mut frequencies = Vec::new();
         for h in model.transmission_errors() {
             place(&mut frequencies, [h.angular_frequency, h.turns_per_cycle]);
@@ -118,28 +137,20 @@ impl VolterraTables {
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let closures = requests.closures.iter().zip(&requests.varying);
-        let kinds = requests.kinds.iter().zip(closures);
-        let mut windows: Vec<WindowTable> = (kinds.zip(&requests.response_lines))
-            .map(|((&(length, direction), (closures, &varying)), lines)| {
-                let exponentials = &exponentials[length];
-                let kind = (lengths[length], direction);
-                WindowTable::new(
-                    model,
-                    layout,
-                    kind,
-                    exponentials,
-                    (closures, varying),
-                    (lines, &frequencies),
-                    set,
-                )
-            })
-            .collect();
-        for later in 1..windows.len() {
-            let (known, others) = windows.split_at_mut(later);
-            for known in known.iter().rev() {
-                others[0].share(model, known);
-            }
+        let mut windows: Vec<WindowTable> = Vec::with_capacity(needs.kinds.len());
+        let closures = needs.closures.into_iter().zip(needs.varying);
+        for ((&(length, direction), closures), felt) in
+            needs.kinds.iter().zip(closures).zip(&needs.felt)
+        {
+            let own = WindowTable::new(
+                (model, layout),
+                (lengths[length], direction),
+                &exponentials[length],
+                closures,
+                (felt, &frequencies),
+                &windows,
+            );
+            windows.push(own);
         }
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
@@ -227,6 +238,8 @@ impl Schedule {
     ) -> Self {
         let mut views_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
+        let mut gap_errors = Vec::new();
+        let with_errors = (model.contacts.iter()).any(|contact| contact.cycle(cycle).has_error());
         let mut first = 0;
         for (stretch, &length) in which.iter().enumerate() {
             let own_segment = grid.segment_of_stretch[stretch];
@@ -243,9 +256,12 @@ impl Schedule {
                 requests.request_response(window, view.line);
             }
             for cell in cells {
-                let closure =
-                    WindowStiffness::new(model, own_segment, grid.time[cell], lengths[length]);
-                feedback_of_cell.push(place(&mut requests.closures[window], closure));
+                let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);
+                feedback_of_cell.push(place(&mut needs.closures[window], closure));
+                if with_errors {
+                    let ends = [grid.time[cell], grid.time[cell + 1]];
+                    gap_errors.extend(cell_gap_errors(model, cycle, ends, lengths[length]));
+                }
             }
             first = grid.stretch_end_cell[stretch];
             views_of_stretch.push(views);
@@ -261,7 +277,14 @@ impl Schedule {
             views_of_stretch,
             feedback_of_cell,
             cell_phases,
+            gap_errors,
         }
+    }
+
+    /// Gap error of one of `contacts` contacts on a cell.
+    #[inline]
+    pub fn gap_error(&self, cell: usize, contact: usize, contacts: usize) -> Option<GapError> {
+        *self.gap_errors.get(cell * contacts + contact)?
     }
 
     /// The stretch of a cell or of a time \[s\].
@@ -352,7 +375,7 @@ mod tests {
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8, 2e8], &[0.25, 0.6]);
         let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
-        let tables = VolterraTables::new(&model, f64::EPSILON, InstructionSet::best());
+        let tables = VolterraTables::new(&model, f64::EPSILON);
         let schedule = tables.first_schedule();
         for (phase, stretch) in [
             (0.0, 0),

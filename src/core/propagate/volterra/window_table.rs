@@ -1,16 +1,15 @@
 //! The tables that depend on the length of a window and on the direction of the mesh force.
 
-use super::feedback::Feedback;
+use super::contact_tables::{ContactRequest, ContactTables, Felt};
 use super::lanes::{self, ExponentialChunk, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
-use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::{convolution24, significant};
 use crate::numerics::exponential::legendre_series;
 use crate::propagate::vectors::InstructionSet;
 use num_complex::{Complex64, c64};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
@@ -27,91 +26,91 @@ pub struct WindowTable {
     /// Rows of R: one series per entry of the extended state (first components, second components, inputs).
     pub rows: Arc<Vec<Row>>,
     /// Bounds of the terms of every row beyond the first lane group.
-    pub tails: Vec<f64>,
-    /// Solution operators: one per distinct (k, c), or one per cell with a varying stiffness.
-    pub feedback: Vec<Feedback>,
-    /// Matrices for windows with a varying stiffness, if there are any.
-    pub nodal: Option<Box<Nodal>>,
+    pub tails: Arc<Vec<f64>>,
     /// Direction of the mesh force, among the model's.
     pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
     pub ripple: Vec<[Complex64; TERMS]>,
-    /// Responses of other lines to the force.
-    responses: Vec<Response>,
-}
-
-/// Response of the deflection along a line to a force: columns of B and B', series to series.
-#[derive(Debug)]
-pub struct Response {
-    line: usize,
-    /// Response of the deflection.
-    pub deflection: [Row; TERMS],
-    /// Bounds of its terms beyond the first lane group, one per column.
-    pub tails: Row,
-    /// Response of its rate.
-    pub rate: [Row; TERMS],
+    /// What the tables of windows in contact are made from.
+    request: ContactRequest,
+    contact: OnceLock<ContactTables>,
 }
 
 impl WindowTable {
-    /// Tables for windows of a length \[s\] and a direction. `closures` are the stiffnesses of contacts on such
-    /// windows, with a flag for further windows with a varying stiffness. `response_lines` are the other lines that the
-    /// force deflects. `exponentials` are those of the blocks on a window of this length, `frequencies` those of the
-    /// transmission errors.
+    /// Tables for windows of a length \[s\] and a direction, without those of windows in contact. `closures` are the
+    /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `felt` are the
+    /// other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
+    /// `frequencies` those of the transmission errors. `known` are tables that may share arrays with the new one.
     pub fn new(
-        model: &Model,
-        layout: Layout,
+        (model, layout): (&Model, Layout),
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
-        closures: (&[WindowStiffness], bool),
-        (response_lines, frequencies): (&[usize], &[[f64; 2]]),
-        set: InstructionSet,
+        (closures, varying): (Vec<WindowStiffness>, bool),
+        (felt, frequencies): (&[usize], &[[f64; 2]]),
+        known: &[Self],
     ) -> Self {
-        let terms: Vec<_> = (exponentials.chunks(LANES))
-            .map(|blocks| {
-                blocks
-                    .iter()
-                    .map(BlockExponential::terms)
-                    .max()
-                    .unwrap_or(2)
-            })
-            .collect();
-        let chunk = |&terms: &usize| ExponentialChunk {
-            terms,
-            ..ExponentialChunk::ZERO
+        let same_length = known.iter().rev().find(|table| table.delta == delta);
+        let line = |direction: usize| model.directions[direction].line;
+        let same_rows = (known.iter().rev())
+            .find(|table| table.delta == delta && line(table.direction) == line(direction));
+        let series = match same_length {
+            Some(table) => Arc::clone(&table.exponentials),
+            None => Arc::new(in_chunks(exponentials)),
+        };
+        let terms: Vec<_> = series.iter().map(|chunk| chunk.terms).collect();
+        let along = |line: usize| {
+            let seen = model.directions.iter().find(|seen| seen.line == line);
+            &seen.unwrap_or(&model.directions[direction]).gains
+        };
+        let own = &model.directions[direction].gains;
+        let request = ContactRequest {
+            delta,
+            closures,
+            varying,
+            impulse: impulse(own, own, exponentials),
+            felt: (felt.iter())
+                .map(|&line| Felt {
+                    line,
+                    at_once: model.direct_reduction(line, direction),
+                    impulse: impulse(along(line), own, exponentials),
+                })
+                .collect(),
         };
         let mut table = Self {
             delta,
-            exponentials: Arc::new(terms.iter().map(chunk).collect()),
+            exponentials: series,
             moves: Windows::new(&terms, layout.acting),
-            rows: Arc::new(vec![Row::ZERO; 2 * layout.padded + layout.inputs]),
-            tails: Vec::new(),
-            feedback: Vec::new(),
-            nodal: None,
+            rows: Arc::default(),
+            tails: Arc::default(),
             direction,
             ripple: Vec::new(),
-            responses: Vec::new(),
+            request,
+            contact: OnceLock::new(),
         };
-        table.fill_structure(model, layout, exponentials);
-        table.fill_feedback(model, layout, closures, exponentials, set);
-        table.fill_ripple(model, layout, exponentials);
-        table.fill_transmission_error(model, layout, frequencies);
-        table.tails = table.rows.iter().map(lanes::tail).collect();
-        table.responses = (response_lines.iter())
-            .map(|&line| table.response(model, line, exponentials))
-            .collect();
+        table.fill_moves(model, exponentials);
+        let mut rows = match same_rows {
+            Some(_) => Vec::new(),
+            None => table.free_rows(model, layout, exponentials),
+        };
+        table.fill_ripple(model, layout, exponentials, &mut rows);
+        match same_rows {
+            Some(known) => {
+                table.rows = Arc::clone(&known.rows);
+                table.tails = Arc::clone(&known.tails);
+            }
+            None => {
+                table.add_transmission_error(model, layout, frequencies, &mut rows);
+                table.tails = Arc::new(rows.iter().map(lanes::tail).collect());
+                table.rows = Arc::new(rows);
+            }
+        }
         table
     }
 
-    /// Takes the tables that do not depend on the direction of the force from a table of the same windows:
-    /// exponentials, and the rows of R if the line is the same.
-    pub fn share(&mut self, model: &Model, known: &Self) {
-        if known.delta == self.delta {
-            self.exponentials = Arc::clone(&known.exponentials);
-            let line = |table: &Self| model.directions[table.direction].line;
-            if line(known) == line(self) {
-                self.rows = Arc::clone(&known.rows);
-            }
-        }
+    /// The tables of windows in contact, made at the first call.
+    #[inline]
+    pub fn contact(&self, set: InstructionSet) -> &ContactTables {
+        self.contact.get_or_init(|| self.request.tables(set))
     }
 
     /// Numbers that a full window in contact reads: R, S̃ and Q̃ with their gap columns, D and E.
@@ -119,10 +118,10 @@ impl WindowTable {
         self.rows.len() * TERMS + 2 * (TERMS + 1) * TERMS + self.moves.numbers()
     }
 
-    /// Stored numbers: those that full windows read, all solution operators, and the exponentials. A shared array
-    /// counts in proportion.
+    /// Stored numbers after all contacts have closed: those that full windows read, all solution operators, and the
+    /// exponentials. A shared array counts in proportion.
     pub fn numbers(&self) -> usize {
-        let others = self.feedback.len().saturating_sub(1) * 2 * (TERMS + 1) * TERMS;
+        let others = self.request.closures.len().saturating_sub(1) * 2 * (TERMS + 1) * TERMS;
         let exponentials = size_of_val(&**self.exponentials) / size_of::<f64>();
         let rows = self.rows.len() * TERMS;
         (self.numbers_read() - rows)
@@ -131,33 +130,16 @@ impl WindowTable {
             + exponentials / Arc::strong_count(&self.exponentials)
     }
 
-    /// R, D, E and the mean torques' effect on the state.
-    fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
+    /// D, E and the mean torques' effect on the state.
+    fn fill_moves(&mut self, model: &Model, exponentials: &[BlockExponential]) {
         let delta = self.delta;
         let gains = &model.directions[self.direction].gains;
-        let rows = Arc::make_mut(&mut self.rows);
-        let series = Arc::make_mut(&mut self.exponentials);
         for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
-            let (chunk, lane) = (i / LANES, i % LANES);
-            let MeshGain {
-                deflection: w,
-                mesh_input,
-                ..
-            } = gains[i];
-            let m = &exponential.traceless;
-            let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
             for n in 0..TERMS {
-                for j in 0..2 {
-                    rows[j * layout.padded + i].0[n] =
-                        exponential.cosine[n] * w[j] + exponential.sine[n] * turned[j];
-                }
-                let g = exponential.response(n, mesh_input);
+                let g = exponential.response(n, gains[i].mesh_input);
                 let moment = -moment(n, delta);
                 self.moves
                     .set_response(i, n, [moment * g[0], moment * g[1]]);
-                let target = &mut series[chunk].series[n];
-                target[0].0[lane] = exponential.cosine[n];
-                target[1].0[lane] = exponential.sine[n];
             }
             self.moves.set_propagator(i, exponential.end());
             let s = exponential.response(0, block.static_input);
@@ -165,52 +147,47 @@ impl WindowTable {
         }
     }
 
-    /// S̃ and Q̃ of every stiffness, and the mean torques' effect on δ.
-    fn fill_feedback(
-        &mut self,
+    /// R of the blocks and the mean torques' effect on δ.
+    fn free_rows(
+        &self,
         model: &Model,
         layout: Layout,
-        (closures, varying): (&[WindowStiffness], bool),
         exponentials: &[BlockExponential],
-        set: InstructionSet,
-    ) {
-        let gains = &model.directions[self.direction].gains;
-        let mut impulse = Kernels::default();
+    ) -> Vec<Row> {
+        let direction = &model.directions[self.direction];
+        let mut rows = vec![Row::ZERO; 2 * layout.padded + layout.inputs];
         let mut torque = Kernels::default();
-        for ((block, gain), exponential) in model.blocks.iter().zip(gains).zip(exponentials) {
-            impulse.add(gain, exponential, gain.mesh_input);
+        let blocks = model.blocks.iter().zip(&direction.gains).zip(exponentials);
+        for (i, ((block, gain), exponential)) in blocks.enumerate() {
+            let (w, m) = (gain.deflection, &exponential.traceless);
+            let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
+            for n in 0..TERMS {
+                for j in 0..2 {
+                    rows[j * layout.padded + i].0[n] =
+                        exponential.cosine[n] * w[j] + exponential.sine[n] * turned[j];
+                }
+            }
             torque.add(gain, exponential, block.static_input);
         }
-        let convolution = convolution24();
-        let response = convolution.operator(&impulse.deflection, self.delta);
-        let response_rate = convolution.operator(&impulse.rate, self.delta);
-        Arc::make_mut(&mut self.rows)[2 * layout.padded].0 =
-            convolution.step(&torque.deflection, self.delta);
-        let line = model.directions[self.direction].line;
-        let constant: Vec<[f64; 2]> = model
+        let constant = &mut rows[2 * layout.padded].0;
+        *constant = convolution24().step(&torque.deflection, self.delta);
+        let inputs: Vec<[f64; 2]> = model
             .blocks
             .iter()
             .map(|block| block.static_input)
             .collect();
-        Arc::make_mut(&mut self.rows)[2 * layout.padded].0[0] +=
-            model.direct_increase(line, &constant);
-        if varying || closures.iter().any(|closure| closure.varies()) {
-            self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
-        }
-        let mut factors = Factors::NONE;
-        self.feedback = (closures.iter())
-            .map(|closure| match &self.nodal {
-                Some(nodal) if closure.varies() => closure.feedback(set, nodal, &mut factors),
-                _ => {
-                    let pair = (closure.stiffness.mean(), closure.damping);
-                    Feedback::new(pair, &response, &response_rate, self.delta)
-                }
-            })
-            .collect();
+        constant[0] += model.direct_increase(direction.line, &inputs);
+        rows
     }
 
-    /// Torque ripples: their effect on state and δ, without phase.
-    fn fill_ripple(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
+    /// Torque ripples: their effect on state and δ, without phase. `all` are the rows of R, empty if they are known.
+    fn fill_ripple(
+        &mut self,
+        model: &Model,
+        layout: Layout,
+        exponentials: &[BlockExponential],
+        all: &mut [Row],
+    ) {
         let delta = self.delta;
         let gains = &model.directions[self.direction].gains;
         for (index, ripple) in model.ripple.iter().enumerate() {
@@ -232,8 +209,12 @@ impl WindowTable {
                 self.moves.set_input(i, column, state.map(|s| s.re));
                 self.moves.set_input(i, column + 1, state.map(|s| -s.im));
             }
+            self.ripple.push(series);
+            if all.is_empty() {
+                continue;
+            }
             let columns = convolution24().operator(&kernels.deflection, delta);
-            let rows = &mut Arc::make_mut(&mut self.rows)[2 * layout.padded + 1 + 2 * index..][..2];
+            let rows = &mut all[2 * layout.padded + 1 + 2 * index..][..2];
             for (column, u) in columns.iter().zip(&series) {
                 for n in 0..TERMS {
                     rows[0].0[n] += column[n] * u.re;
@@ -246,14 +227,18 @@ impl WindowTable {
                 rows[0].0[n] += at_once * u.re;
                 rows[1].0[n] -= at_once * u.im;
             }
-            self.ripple.push(series);
         }
     }
 
     /// The transmission error's effect on δ, `−e`, with amplitude and phase.
-    fn fill_transmission_error(&mut self, model: &Model, layout: Layout, frequencies: &[[f64; 2]]) {
+    fn add_transmission_error(
+        &self,
+        model: &Model,
+        layout: Layout,
+        frequencies: &[[f64; 2]],
+        rows: &mut [Row],
+    ) {
         let first = 2 * layout.padded + layout.acting;
-        let rows = Arc::make_mut(&mut self.rows);
         let line = &model.lines[model.directions[self.direction].line];
         for (index, &[angular_frequency, turns_per_cycle]) in frequencies.iter().enumerate() {
             let mut series = [Complex64::ZERO; TERMS];
@@ -271,41 +256,35 @@ impl WindowTable {
             }
         }
     }
+}
 
-    /// Response of the deflection along a line to the force.
-    pub fn response_on(&self, line: usize) -> Option<&Response> {
-        self.responses.iter().find(|response| response.line == line)
+/// The responses of the deflection seen with the gains `seen` to an impulse of the force with the gains `force`.
+fn impulse(seen: &[MeshGain], force: &[MeshGain], exponentials: &[BlockExponential]) -> Kernels {
+    let mut kernels = Kernels::default();
+    for ((seen, own), exponential) in seen.iter().zip(force).zip(exponentials) {
+        kernels.add(seen, exponential, own.mesh_input);
     }
+    kernels
+}
 
-    fn response(&self, model: &Model, line: usize, exponentials: &[BlockExponential]) -> Response {
-        let force = &model.directions[self.direction].gains;
-        let along = model
-            .directions
-            .iter()
-            .find(|direction| direction.line == line);
-        let mut impulse = Kernels::default();
-        for ((observed, gain), exponential) in along
-            .map_or(force, |d| &d.gains)
-            .iter()
-            .zip(force)
-            .zip(exponentials)
-        {
-            impulse.add(observed, exponential, gain.mesh_input);
-        }
-        let convolution = convolution24();
-        let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);
-        let mut deflection = columns(&impulse.deflection);
-        let at_once = model.direct_reduction(line, self.direction);
-        for (n, column) in deflection.iter_mut().enumerate() {
-            column.0[n] += at_once;
-        }
-        Response {
-            line,
-            tails: Row(deflection.each_ref().map(lanes::tail)),
-            deflection,
-            rate: columns(&impulse.rate),
-        }
-    }
+/// Series of the blocks' exponentials, by chunks of blocks.
+fn in_chunks(exponentials: &[BlockExponential]) -> Vec<ExponentialChunk> {
+    (exponentials.chunks(LANES))
+        .map(|blocks| {
+            let terms = blocks.iter().map(BlockExponential::terms).max();
+            let mut chunk = ExponentialChunk {
+                terms: terms.unwrap_or(2),
+                ..ExponentialChunk::ZERO
+            };
+            for (lane, own) in blocks.iter().enumerate() {
+                for (n, target) in chunk.series.iter_mut().enumerate() {
+                    target[0].0[lane] = own.cosine[n];
+                    target[1].0[lane] = own.sine[n];
+                }
+            }
+            chunk
+        })
+        .collect()
 }
 
 /// `∫₀^Δ P_n(2s/Δ − 1) e^{A(Δ−s)} ds` is this factor times coefficient n of `e^{At}`.
@@ -366,9 +345,10 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Series of the scalar responses of δ and δ' to an impulse of some input.
-struct Kernels {
-    deflection: [f64; KERNEL_TERMS],
-    rate: [f64; KERNEL_TERMS],
+#[derive(Debug)]
+pub struct Kernels {
+    pub deflection: [f64; KERNEL_TERMS],
+    pub rate: [f64; KERNEL_TERMS],
 }
 
 impl Default for Kernels {
@@ -433,8 +413,9 @@ mod tests {
         assert_eq!(windows.len(), 2);
         let own = |table: &super::WindowTable| 8 * table.moves.numbers();
         for table in windows {
-            assert_eq!(table.feedback.len(), 2);
-            let read = size_of_val(&table.rows[..]) + size_of_val(&table.feedback[0]) + own(table);
+            let feedback = &table.contact(kernel.instructions).feedback;
+            assert_eq!(feedback.len(), 2);
+            let read = size_of_val(&table.rows[..]) + size_of_val(&feedback[0]) + own(table);
             assert_eq!(8 * table.numbers_read(), read);
         }
         assert_eq!(kernel.numbers_per_window(), windows[0].numbers_read());
@@ -442,7 +423,9 @@ mod tests {
         assert!(Arc::ptr_eq(&first.rows, &second.rows));
         assert!(Arc::ptr_eq(&first.exponentials, &second.exponentials));
         let shared = size_of_val(&first.rows[..]) + size_of_val(&first.exponentials[..]);
-        let each = |table| own(table) + size_of_val(&table.feedback[..]);
+        let each = |table: &super::WindowTable| {
+            own(table) + size_of_val(&table.contact(kernel.instructions).feedback[..])
+        };
         assert_eq!(kernel.bytes(), shared + each(first) + each(second));
     }
 }

@@ -45,12 +45,6 @@ pub(super) fn read(
         return None;
     };
     let read: Vec<_> = (tables.iter()).map(|table| fault(table, gears)).collect();
-    if stiffness.is_of_pairs() {
-        let message = "pairs of teeth that are springs of their own are all alike";
-        let remedy = "remove mesh.resolution, or mesh.tooth_fault";
-        refuse(mesh, message.to_owned(), remedy);
-        return None;
-    }
     if let Some(StructureSource::Train(train)) = drive.source
         && !train.planetary.is_empty()
     {

@@ -123,8 +123,8 @@ pub(super) const KEYS: &[Key] = &[
                 `deflection`."),
     key("mesh.tooth_fault", Kind::List("tables"), ANY, r#"[{ gear = "pinion", tooth = 3, stiffness = 0.7 }]"#).or("[]")
         .about("Single teeth unlike the others, one table `[[mesh.tooth_fault]]` each: a crack, a pit, an error of the pitch. Pairs \
-                in contact share the load evenly. The mesh then repeats after a revolution of the gear, and with faults of both gears \
-                after the least common multiple of the teeth, at most 10 000 mesh cycles. Needs [gear]. Not with mesh.resolution = \"pairs\"."),
+                in contact share the load evenly, unless mesh.resolution = \"pairs\" makes each a spring. The mesh then repeats after a revolution of the gear, and with faults of both gears \
+                after the least common multiple of the teeth, at most 10 000 mesh cycles. Needs [gear]."),
     table("mesh.tooth_fault.*"),
     choice("mesh.tooth_fault.*.gear", &["pinion", "wheel"], r#""wheel""#)
         .about("Gear of the tooth."),

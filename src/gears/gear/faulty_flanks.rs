@@ -1,0 +1,113 @@
+//! The flanks of one mesh cycle in which some teeth differ: every pair has the faults of its own teeth.
+//!
+//! The pair of tooth n first touches at the start of mesh cycle n, at the start of the path of contact. In mesh cycle c
+//! the pair at s therefore belongs to the tooth
+//!
+//! ```text
+//! n = c − ⌊τ⌋,    τ = (s − s_start)/p_bt
+//! ```
+//!
+//! and has touched for τ cycles. The tooth keeps the part f₀ of the stiffness 1/C of its pair, its crack bends by c per
+//! force, and its flanks lack material d. On a face b this pair has the compliance `C/f₀ + b c` and the relief + d. Load
+//! sharing then decides which pairs touch.
+
+use super::compliance::{FaceCoupling, PairCompliance};
+use super::flank_law::FlankLaw;
+use super::flanks::PathOfContact;
+use super::tooth_fault::{FaultyTeeth, ToothFault};
+use std::sync::Arc;
+
+/// The flanks of a mesh cycle.
+pub struct FaultyFlanks<'a, L> {
+    /// The law of equal teeth.
+    pub law: &'a L,
+    /// The teeth.
+    pub teeth: &'a FaultyTeeth,
+    /// Width of the face \[m\].
+    pub face_width: f64,
+    /// 0 for drive flanks, 1 for coast flanks. A cycle of coast flanks runs backwards in time: the mirror image of a cycle
+    /// of drive flanks, in which teeth engage in the opposite order.
+    pub flank: usize,
+    /// The mesh cycle c.
+    pub cycle: usize,
+}
+
+impl<L: FlankLaw> FaultyFlanks<'_, L> {
+    /// The faults of the pair that has touched for some cycles τ.
+    fn faults(&self, since: f64) -> impl Iterator<Item = &ToothFault> {
+        let number = self.cycle as i64 - since.floor() as i64;
+        self.teeth.faults.iter().filter(move |fault| {
+            let tooth = match self.flank {
+                0 => i64::from(fault.tooth),
+                // A tooth of the wheel meets the pinion tooth before the one that drives it.
+                _ => fault.gear as i64 - i64::from(fault.tooth),
+            };
+            (number - tooth).rem_euclid(i64::from(self.teeth.teeth[fault.gear])) == 0
+        })
+    }
+
+    /// Time τ for which the pair at s has touched \[cycles\].
+    fn since(&self, s: f64) -> f64 {
+        let path = self.law.path();
+        (s - path.start) / path.base_pitch
+    }
+
+    /// Whether a pair within reach differs from the others in this cycle.
+    pub fn differ(&self) -> bool {
+        let [first, last] = self.law.reach().map(|s| self.since(s).floor() as i64);
+        (first..=last).any(|whole| self.faults(whole as f64).next().is_some())
+    }
+}
+
+impl<L: FlankLaw> FlankLaw for FaultyFlanks<'_, L> {
+    fn path(&self) -> PathOfContact {
+        self.law.path()
+    }
+
+    fn helix(&self) -> f64 {
+        self.law.helix()
+    }
+
+    fn reach(&self) -> [f64; 2] {
+        self.law.reach()
+    }
+
+    fn compliance(&self, s: f64) -> PairCompliance {
+        let since = self.since(s);
+        let sound = self.law.compliance(s);
+        let mut own = sound;
+        for fault in self.faults(since) {
+            let crack = fault.cracks[self.flank].map_or(0.0, |crack| crack.at(since));
+            own.tooth[fault.gear] +=
+                sound.total() * (1.0 / fault.stiffness - 1.0) + self.face_width * crack;
+        }
+        own
+    }
+
+    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
+        self.law.coupling(s, pairs_ahead)
+    }
+
+    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
+        self.law.face_coupling()
+    }
+
+    fn relief(&self, s: f64) -> f64 {
+        let missing = self
+            .faults(self.since(s))
+            .map(|own| own.missing[self.flank]);
+        self.law.relief(s) + missing.sum::<f64>()
+    }
+
+    fn deviation(&self, s: f64, z: f64) -> f64 {
+        self.law.deviation(s, z)
+    }
+
+    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
+        self.law.contact(s, line_load)
+    }
+
+    fn kinks(&self) -> Vec<f64> {
+        self.law.kinks()
+    }
+}
