@@ -285,7 +285,7 @@ impl Volterra<'_> {
         let track = WindowSource::Schedule(schedule, stretch);
         let gap_error = (self.tables.gap_errors[contact])
             .then(|| self.gap_error(position, contact, track, workspace))
-            .map(|gap_error| gap_error.map(|a| own.side * a));
+            .map(|gap_error| gap_error.map(|a| contact_data.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed(
             (schedule, stretch),

@@ -105,7 +105,7 @@ impl JointWindow<'_> {
             }
             let size = lanes::size(&deflection[0].0);
             for (i, contact) in self.active.iter().enumerate() {
-                if let Some(felt) = self.contact(contact).response_on(view.line) {
+                if let Some(response) = self.contact(contact).response_on(view.line) {
                     let force = &joint.forces[i * count..][..1];
                     lanes::yielded(self.set, &response.deflection, force, &mut deflection);
                 }

@@ -137,20 +137,19 @@ impl VolterraTables {
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let mut windows: Vec<WindowTable> = Vec::with_capacity(needs.kinds.len());
-        let closures = needs.closures.into_iter().zip(needs.varying);
-        for ((&(length, direction), closures), felt) in
-            needs.kinds.iter().zip(closures).zip(&needs.felt)
-        {
-            let own = WindowTable::new(
+        let mut windows: Vec<WindowTable> = Vec::with_capacity(requests.kinds.len());
+        let closures = requests.closures.into_iter().zip(requests.varying);
+        let kinds = requests.kinds.iter().zip(closures);
+        for ((&(length, direction), closures), lines) in kinds.zip(&requests.response_lines) {
+            let table = WindowTable::new(
                 (model, layout),
                 (lengths[length], direction),
                 &exponentials[length],
                 closures,
-                (felt, &frequencies),
+                (lines, &frequencies),
                 &windows,
             );
-            windows.push(own);
+            windows.push(table);
         }
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
@@ -256,8 +255,9 @@ impl Schedule {
                 requests.request_response(window, view.line);
             }
             for cell in cells {
-                let closure = WindowStiffness::new(model, own, grid.time[cell], lengths[length]);
-                feedback_of_cell.push(place(&mut needs.closures[window], closure));
+                let closure =
+                    WindowStiffness::new(model, own_segment, grid.time[cell], lengths[length]);
+                feedback_of_cell.push(place(&mut requests.closures[window], closure));
                 if with_errors {
                     let ends = [grid.time[cell], grid.time[cell + 1]];
                     gap_errors.extend(cell_gap_errors(model, cycle, ends, lengths[length]));
