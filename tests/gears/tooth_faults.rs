@@ -248,7 +248,13 @@ fn drawn(resolution: &str, fault: &str) -> String {
     let own = format!(
         "stiffness = \"continuous\"\nresolution = \"{resolution}\"\ncontact = \"linear\" #"
     );
-    (lines.join("\n")).replace("stiffness = \"piecewise\"", &own)
+    // Stiff bodies, through which pairs hardly support each other.
+    (lines.join("\n"))
+        .replace("stiffness = \"piecewise\"", &own)
+        .replace(
+            "rated_torque =",
+            "bore = [\"48 mm\", \"76 mm\"]\nrated_torque =",
+        )
 }
 
 fn drawn_model(resolution: &str, fault: &str) -> Model {
@@ -258,7 +264,7 @@ fn drawn_model(resolution: &str, fault: &str) -> Model {
     common::parts().model(&point).unwrap()
 }
 
-/// Stiffness and smallest gap error of the springs of a flank (0 drive, 1 coast) that touch within 15 µm.
+/// Stiffness of the springs of a flank (0 drive, 1 coast) that touch at once on sound flanks, and their smallest gap error.
 fn bearing(model: &Model, flank: usize, cycle: u64, phase: f64) -> [f64; 2] {
     let flanks = model.contacts.iter().skip(flank).step_by(2);
     let springs = flanks.map(|contact| {
@@ -266,11 +272,13 @@ fn bearing(model: &Model, flank: usize, cycle: u64, phase: f64) -> [f64; 2] {
         let segment = cycle.segment_at(phase * cycle.period);
         [segment.stiffness_at(phase), segment.error_at(phase)[0]]
     });
-    let touching: Vec<[f64; 2]> = springs.filter(|[_, gap]| *gap < 15e-6).collect();
-    let least = touching
-        .iter()
-        .fold(f64::INFINITY, |least, own| least.min(own[1]));
-    [touching.iter().map(|own| own[0]).sum(), least]
+    springs.fold([0.0, f64::INFINITY], |[sum, least], [stiffness, gap]| {
+        // Off the path of contact, tip edges touch across a small gap.
+        [
+            sum + if gap < 1e-8 { stiffness } else { 0.0 },
+            least.min(gap),
+        ]
+    })
 }
 
 /// A pair that is alone in contact has the same stiffness and gap, whether pairs share the load evenly or are springs. Two
@@ -315,7 +323,7 @@ fn pairs_as_springs_have_the_faults_of_shared_loads() {
                         assert!((gaps[1] - 3e-6).abs() < 1e-12, "{gaps:?}");
                         single += 1;
                     } else if even < 0.999 {
-                        assert!((own - even).abs() < 0.05, "{cycle} {phase}: {own} {even}");
+                        assert!((own - even).abs() < 0.06, "{cycle} {phase}: {own} {even}");
                         // The neighbour touches first.
                         assert!(gaps[0].abs() < 1e-12 && gaps[1] > 1e-6, "{gaps:?}");
                         double += 1;

@@ -385,6 +385,7 @@ mod tests {
         let (index, force, tau) = (2, 700.0, 2e-4);
         let (first, second) = (vec![0.0; 4], vec![0.0; 4]);
         let window = Window {
+            along: &[],
             cycle: 0,
             start: 0.0,
             duration: tau,

@@ -386,6 +386,7 @@ mod tests {
             let mut section = Poincare::new(&model, Section::ForceMaximum, 10);
             let force = [10.0, 0.0, -height];
             section.window(&Window {
+                along: &[],
                 cycle: 4,
                 start: 0.0,
                 duration: 0.1 * model.period(),

@@ -192,5 +192,6 @@ pub(super) fn show<O: Observer>(
         closed: closed.as_slice(),
         first: &start[..n],
         second: &start[n..2 * n],
+        ..Window::default()
     });
 }

@@ -337,6 +337,7 @@ mod tests {
         let mut watch = TouchObserver::new(&model);
         for (half, slope) in [(0.0, -1e-6), (0.5, 1e-6)] {
             watch.window(&Window {
+                along: &[],
                 cycle: 4,
                 start: half * model.period(),
                 duration: 0.5 * model.period(),
