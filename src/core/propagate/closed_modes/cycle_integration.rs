@@ -9,7 +9,7 @@ use super::block_check::{Rates, evaluate_line_states_body};
 use super::excitation::Frequencies;
 use super::first_event::{BlockEvent, SplitTime};
 use super::grid::NODES;
-use super::lanes::{self, advance_body, advance_little_body, advance_to};
+use super::lanes::{self, advance_body, advance_little_body, advance_to_body};
 use super::workspace::{CyclePosition, Workspace};
 use crate::model::ActiveSet;
 use crate::propagate::events::{Changes, Margin};
@@ -241,7 +241,7 @@ impl ClosedModes<'_> {
         } else {
             // The rows do not matter: their products are not used.
             let (rows, before) = (&system.views[0].rows, parts.before());
-            advance_to::<V>(
+            advance_to_body::<V>(
                 &system.chunks,
                 before,
                 parts.rest,
@@ -256,7 +256,7 @@ impl ClosedModes<'_> {
             w.states[drift.lane] += x;
             w.states[half + drift.lane] += y;
         }
-        (self.frequencies).turn_to::<V>(parts.turns(self), parts.rest, &mut w.inputs);
+        (self.frequencies).turn_to(parts.turns(self), parts.rest, &mut w.inputs);
     }
 
     /// Deflections and their rates at the present time along the lines of all contacts.

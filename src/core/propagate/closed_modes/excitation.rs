@@ -9,7 +9,6 @@ use super::lanes::{self, FACTORS};
 use super::sets::ContactClass;
 use crate::model::{Block, Model, turned};
 use crate::propagate::TableError;
-use crate::propagate::vectors::Vector;
 use num_complex::{Complex64, c64};
 
 /// Angle in rad by which a block turns in a mesh cycle; a slower block drifts.
@@ -65,19 +64,19 @@ impl Frequencies {
 
     /// Advances the inputs' values to a later time: the turns of a node, if given, then a short rest \[s\] as defined
     /// by [`super::lanes::SHORT`].
-    #[inline(always)]
-    pub fn turn_to<V: Vector>(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &mut [f64]) {
+    #[inline]
+    pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &mut [f64]) {
         for (h, pair) in inputs[1..].as_chunks_mut::<2>().0[..self.all.len()]
             .iter_mut()
             .enumerate()
         {
-            *pair = self.later::<V>(h, node, rest, *pair);
+            *pair = self.later(h, node, rest, *pair);
         }
     }
 
     /// Contribution of the inputs to a deflection and its first two derivatives at such a time.
-    #[inline(always)]
-    pub fn driven<V: Vector>(
+    #[inline]
+    pub fn driven(
         &self,
         node: Option<&[[f64; 2]]>,
         rest: f64,
@@ -87,7 +86,7 @@ impl Frequencies {
         let mut sums = [0, 1, 2].map(|order| drives[order][0]);
         let pairs = inputs[1..].as_chunks::<2>().0;
         for (h, pair) in pairs[..self.all.len()].iter().enumerate() {
-            let [c, s] = self.later::<V>(h, node, rest, *pair);
+            let [c, s] = self.later(h, node, rest, *pair);
             for (sum, drive) in sums.iter_mut().zip(drives) {
                 *sum += c * drive[1 + 2 * h] + s * drive[2 + 2 * h];
             }
@@ -96,16 +95,10 @@ impl Frequencies {
     }
 
     /// Cosine and sine of a frequency at a later time.
-    #[inline(always)]
-    fn later<V: Vector>(
-        &self,
-        h: usize,
-        node: Option<&[[f64; 2]]>,
-        rest: f64,
-        pair: [f64; 2],
-    ) -> [f64; 2] {
+    #[inline]
+    fn later(&self, h: usize, node: Option<&[[f64; 2]]>, rest: f64, pair: [f64; 2]) -> [f64; 2] {
         let there = node.map_or(pair, |turns| turned_over(pair, turns[h]));
-        turned_by::<V>(there, self.all[h][0] * rest)
+        turned_by(there, self.all[h][0] * rest)
     }
 
     /// (cos, sin) of all frequencies over a time \[s\].
@@ -123,13 +116,13 @@ impl Frequencies {
 }
 
 /// Cosine and sine of an angle increased by x, below 1/2 \[rad\].
-#[inline(always)]
-fn turned_by<V: Vector>(pair: [f64; 2], x: f64) -> [f64; 2] {
+#[inline]
+fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
     let square = -x * x;
     let [mut cos, mut sin] = [2, 1].map(|before| FACTORS[2 * lanes::TERMS - before]);
     for k in (0..lanes::TERMS - 1).rev() {
-        cos = V::fma(square, cos, FACTORS[2 * k]);
-        sin = V::fma(square, sin, FACTORS[2 * k + 1]);
+        cos = FACTORS[2 * k] + square * cos;
+        sin = FACTORS[2 * k + 1] + square * sin;
     }
     turned_over(pair, [cos, x * sin])
 }
@@ -348,12 +341,11 @@ pub fn unresonant(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::propagate::vectors::Packed;
 
     #[test]
     fn angles_are_added() {
         for x in [-0.47, 1e-9, 0.3, 0.47_f64] {
-            let [c, s] = turned_by::<Packed<false>>([0.8, 0.6], x);
+            let [c, s] = turned_by([0.8, 0.6], x);
             let angle = 0.6_f64.asin() + x;
             assert!((c - angle.cos()).abs() < 4e-16 && (s - angle.sin()).abs() < 4e-16);
         }

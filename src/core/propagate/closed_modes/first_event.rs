@@ -9,8 +9,7 @@ use super::search::{self, Interval, POINTS};
 use super::system::System;
 use super::workspace::{CyclePosition, WatchedContact, Workspace};
 use crate::propagate::Counters;
-use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
-use std::marker::PhantomData;
+use crate::propagate::vectors::Vector;
 
 /// The first event on a block.
 #[derive(Debug, Clone, Copy)]
@@ -59,12 +58,11 @@ impl ClosedModes<'_> {
             counters.certified += 1;
             return None;
         }
-        self.search::<V>(place, rates, left, (open, count), w, counters)
+        self.search(place, rates, left, (open, count), w, counters)
     }
 
     /// The first event in the open intervals between nodes.
-    #[inline(always)]
-    fn search<V: Vector>(
+    fn search(
         &self,
         place: &CyclePosition,
         rates: &Rates,
@@ -86,7 +84,7 @@ impl ClosedModes<'_> {
             for index in 0..w.watched.len() {
                 let watched = w.watched[index];
                 if watched.open >> n & 1 == 1
-                    && let Some(time) = self.exit::<V>(&watched, n, place, rates, w, counters)
+                    && let Some(time) = self.exit(&watched, n, place, rates, w, counters)
                     && time <= left
                     && first.is_none_or(|first| time < first.time)
                 {
@@ -105,8 +103,7 @@ impl ClosedModes<'_> {
     }
 
     /// The first exit of a contact on an interval between nodes.
-    #[inline(always)]
-    fn exit<V: Vector>(
+    fn exit(
         &self,
         watched: &WatchedContact,
         interval: usize,
@@ -126,22 +123,20 @@ impl ClosedModes<'_> {
         let interval = Interval {
             times: [interval, interval + 1].map(|n| n as f64 * self.step),
             margins: [start, end],
-            guess: (end < 0.0).then(|| search::near_root::<V>(&values, interval) * self.step),
+            guess: (end < 0.0)
+                .then(|| search::near_root(self.instructions, &values, interval) * self.step),
         };
-        let mut margin = ContactMargin {
+        let mut at = ContactMargin {
             kernel: self,
             system: self.system(w.set),
             w,
             watched,
         };
-        let bounds = line_state.bounds;
         if crossed {
             let rate = rates[watched.contact];
-            search::exit_behind(&mut margin, bounds, rate, interval, 0, counters)
+            search::exit_behind(&mut at, line_state.bounds, rate, interval, 0, counters)
         } else {
-            let mut inlined = InlinedMargin::<V>(&mut margin, PhantomData);
-            search::only_root(&mut inlined, bounds, interval, counters)
-                .or_else(|| search::exit(&mut margin, bounds, interval, 0, counters))
+            search::exit(&mut at, line_state.bounds, interval, 0, counters)
         }
     }
 }
@@ -191,7 +186,7 @@ impl<'s> SplitTime<'s> {
 }
 
 /// The margin of a contact at times within a block.
-pub struct ContactMargin<'a, 'm> {
+struct ContactMargin<'a, 'm> {
     kernel: &'a ClosedModes<'m>,
     system: &'a System,
     w: &'a mut Workspace,
@@ -200,50 +195,31 @@ pub struct ContactMargin<'a, 'm> {
 
 impl search::Margin for ContactMargin<'_, '_> {
     fn at(&mut self, time: f64) -> [f64; 3] {
-        margin_at(self.kernel.instructions, self, time)
-    }
-}
-
-/// The same for a caller that has chosen the instruction set: most events take one value.
-struct InlinedMargin<'a, 'b, 'm, V>(&'a mut ContactMargin<'b, 'm>, PhantomData<V>);
-
-impl<V: Vector> search::Margin for InlinedMargin<'_, '_, '_, V> {
-    #[inline(always)]
-    fn at(&mut self, time: f64) -> [f64; 3] {
-        margin_at_body::<V>(self.0, time)
-    }
-}
-
-for_each_set! {
-    /// A margin, its rate and its second derivative at a time.
-    fn margin_at(margin: &mut ContactMargin<'_, '_>, time: f64) -> [f64; 3] = margin_at_body
-}
-
-#[inline(always)]
-fn margin_at_body<V: Vector>(margin: &mut ContactMargin<'_, '_>, time: f64) -> [f64; 3] {
-    let (kernel, system, watched) = (margin.kernel, margin.system, margin.watched);
-    let w = &mut *margin.w;
-    let view = &system.views[watched.line];
-    let parts = SplitTime::new(kernel, system, time);
-    let mut values = advance_to::<V>(
-        &system.chunks,
-        parts.before(),
-        parts.rest,
-        &view.rows,
-        &w.states,
-        &mut w.spare,
-    );
-    w.spare_time = Some(time);
-    for (drift, [x, y]) in parts.pushed() {
-        for (value, row) in values.iter_mut().zip(&view.rows) {
-            *value += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
+        let (kernel, system, watched) = (self.kernel, self.system, self.watched);
+        let w = &mut *self.w;
+        let view = &system.views[watched.line];
+        let parts = SplitTime::new(kernel, system, time);
+        let mut values = advance_to(
+            kernel.instructions,
+            &system.chunks,
+            parts.before(),
+            parts.rest,
+            &view.rows,
+            &w.states,
+            &mut w.spare,
+        );
+        w.spare_time = Some(time);
+        for (drift, [x, y]) in parts.pushed() {
+            for (value, row) in values.iter_mut().zip(&view.rows) {
+                *value += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
+            }
         }
+        let turns = parts.turns(kernel);
+        let driven = (kernel.frequencies).driven(turns, parts.rest, &view.drives, &w.inputs);
+        [
+            watched.value(values[0] + driven[0]),
+            watched.scale * (values[1] + driven[1]),
+            watched.scale * (values[2] + driven[2]),
+        ]
     }
-    let turns = parts.turns(kernel);
-    let driven = (kernel.frequencies).driven::<V>(turns, parts.rest, &view.drives, &w.inputs);
-    [
-        watched.value(values[0] + driven[0]),
-        watched.scale * (values[1] + driven[1]),
-        watched.scale * (values[2] + driven[2]),
-    ]
 }

@@ -87,6 +87,19 @@ for_each_set! {
     fn kick(row: &[f64], direction: &[f64], factor: f64, state: &mut [f64]) = kick_body
 }
 
+for_each_set! {
+    /// `out = e^{Gt} x` of all states for a short time, after `before` if given. Returns the products of three rows
+    /// with the new first state.
+    fn advance_to(
+        chunks: &[Chunk],
+        before: Option<&[BlockPropagator]>,
+        time: f64,
+        rows: &[Vec<f64>; 3],
+        states: &[f64],
+        out: &mut [f64],
+    ) -> [f64; 3] = advance_to_body
+}
+
 #[inline(always)]
 fn shifted_map_body<V: Vector>(
     columns: &[f64],
@@ -305,10 +318,9 @@ fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut
     }
 }
 
-/// `out = e^{Gt} x` of all states for a short time, after `before` if given. Returns the products of three rows with the
-/// new first state.
+/// As [`advance_to`], for callers that have chosen the instruction set.
 #[inline(always)]
-pub fn advance_to<V: Vector>(
+pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
     before: Option<&[BlockPropagator]>,
     time: f64,

@@ -4,8 +4,9 @@
 //! C is not below the parabola through these values that bends as much. The margin is monotone if its chord is steeper
 //! than `C h`. If neither decides, the interval is halved, the left half first, so that no event is missed.
 
+use super::lanes::FACTORS;
 use crate::propagate::Counters;
-use crate::propagate::vectors::Vector;
+use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
 
 /// Largest depth of the bisection.
 const DEEPEST: u32 = 60;
@@ -75,7 +76,7 @@ pub fn exit<M: Margin>(
         return None;
     }
     if a - b > bend {
-        return only_root(margin, bounds, interval, counters);
+        return (b < 0.0).then(|| root(margin, bounds, interval, counters));
     }
     if a.abs().max(b.abs()) + 0.125 * bend <= bounds.noise || depth == DEEPEST {
         counters.grazings += 1;
@@ -85,20 +86,6 @@ pub fn exit<M: Margin>(
     let [left, right] = halves(margin, interval);
     exit(margin, bounds, left, depth + 1, counters)
         .or_else(|| exit(margin, bounds, right, depth + 1, counters))
-}
-
-/// The root on an interval if the values at its ends prove that the margin falls through zero once. The margin is not
-/// negative at the start.
-#[inline(always)]
-pub fn only_root<M: Margin>(
-    margin: &mut M,
-    bounds: MarginBounds,
-    interval: Interval,
-    counters: &mut Counters,
-) -> Option<f64> {
-    let ([from, to], [a, b]) = (interval.times, interval.margins);
-    let bend = bounds.curvature * (to - from) * (to - from);
-    (b < 0.0 && a - b > bend).then(|| root(margin, bounds, interval, counters))
 }
 
 /// As [`exit`], for a margin that starts at zero with a nonnegative rate \[m/s\]. The root at the start does not count.
@@ -146,7 +133,6 @@ fn halves<M: Margin>(margin: &mut M, interval: Interval) -> [Interval; 2] {
 /// The only root of a margin that decreases through zero on an interval, by Halley's method within a bracket. C and D
 /// are the bounds of the second and third derivative. A step s from a point with the rate r leaves an error of at most
 /// `|s|³ (D / 3 |r| + (C / r)²)` if `C |s| < |r| / 2`.
-#[inline(always)]
 fn root<M: Margin>(
     margin: &mut M,
     bounds: MarginBounds,
@@ -189,64 +175,43 @@ fn root<M: Margin>(
 /// Number of points of the interpolating polynomial.
 pub const POINTS: usize = 9;
 
-/// Lagrange's polynomials of the points: for each, the coefficients of the powers of the distance from the middle point.
-const BASIS: [[f64; POINTS]; POINTS] = {
-    let mut basis = [[0.0; POINTS]; POINTS];
-    let mut point = 0;
-    while point < POINTS {
-        basis[point][0] = 1.0;
-        let mut other = 0;
-        while other < POINTS {
-            if other != point {
-                let (at, apart) = (other as f64 - MIDDLE as f64, point as f64 - other as f64);
-                let mut power = POINTS - 1;
-                while power > 0 {
-                    basis[point][power] =
-                        (basis[point][power - 1] - at * basis[point][power]) / apart;
-                    power -= 1;
-                }
-                basis[point][0] *= -at / apart;
-            }
-            other += 1;
-        }
-        point += 1;
-    }
-    basis
-};
+for_each_set! {
+    /// Estimates the zero of the polynomial through margins at 0, 1, … between `from` and the next point.
+    fn near_root(values: &[f64; POINTS], from: usize) -> f64 = near_root_body
+}
 
-/// The middle point.
-const MIDDLE: usize = POINTS / 2;
-
-/// Estimates the zero of the polynomial through margins at 0, 1, … between `from` and the next point.
 #[inline(always)]
-pub fn near_root<V: Vector>(values: &[f64; POINTS], from: usize) -> f64 {
-    let mut sums = [V::zero(); 2];
-    for (point, (value, basis)) in values.iter().zip(&BASIS).enumerate() {
-        let sum = &mut sums[point % 2];
-        *sum = V::read(&basis[1..]).multiply_add(V::splat(*value), *sum);
+fn near_root_body<V: Vector>(values: &[f64; POINTS], from: usize) -> f64 {
+    /// Degree of the polynomial, and the last point.
+    const LAST: usize = POINTS - 1;
+    // Newton's form from the last point back: differences, each in the last lane, divided by their factorials.
+    let mut d = [values[LAST]; POINTS];
+    let mut sums = V::read(&values[1..]);
+    let mut first = values[0];
+    for order in 1..POINTS {
+        sums = sums.minus(sums.shifted_in(first));
+        first = 0.0;
+        d[order] = sums.lanes().0[LAST - 1] * FACTORS[order];
     }
-    // The coefficients of the powers from the first on.
-    let coefficients = sums[0].plus(sums[1]).lanes().0;
     let before = from as f64 + values[from] / (values[from] - values[from + 1]);
-    let mut x = before - MIDDLE as f64;
+    let mut x = before - LAST as f64;
     // Halley's method.
     for _ in 0..2 {
-        let (mut value, mut slope, mut bend) = (coefficients[POINTS - 2], 0.0, 0.0);
-        for power in (0..POINTS - 1).rev() {
-            let coefficient = if power > 0 { coefficients[power - 1] } else { values[MIDDLE] };
-            bend = V::fma(bend, x, slope);
-            slope = V::fma(slope, x, value);
-            value = V::fma(value, x, coefficient);
+        let (mut value, mut slope, mut bend) = (0.0, 0.0, 0.0);
+        for i in (0..POINTS).rev() {
+            let away = x + i as f64;
+            bend = V::fma(bend, away, slope);
+            slope = V::fma(slope, away, value);
+            value = V::fma(value, away, d[i]);
         }
         x -= value * slope / (slope * slope - value * bend);
     }
-    x + MIDDLE as f64
+    x + LAST as f64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::propagate::vectors::Packed;
 
     struct Function<F>(F);
 
@@ -309,7 +274,7 @@ mod tests {
             let at = from as f64 + 0.3;
             let f = |x: f64| (at - x) * (1.0 + 0.02 * x.powi(2) + 0.001 * x.powi(4));
             let values = std::array::from_fn(|i| f(i as f64));
-            let x = near_root::<Packed<false>>(&values, from);
+            let x = near_root(InstructionSet::best(), &values, from);
             assert!((x - at).abs() < 1e-12, "{from}: {x}");
         }
     }
