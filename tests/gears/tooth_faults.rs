@@ -294,7 +294,7 @@ fn pairs_as_springs_have_the_faults_of_shared_loads() {
             let [soft_alone, soft_shared] =
                 ["pairs", "mean_load"].map(|own| drawn_model(own, &soft));
             let teeth = soft_alone.base_cycles() as u64;
-            let (mut single, mut double) = (0, 0);
+            let (mut single, mut double, mut worn_first) = (0, 0, 0);
             for cycle in 0..teeth {
                 for step in 0..20 {
                     let phase = 0.025 + 0.05 * f64::from(step);
@@ -319,9 +319,11 @@ fn pairs_as_springs_have_the_faults_of_shared_loads() {
                             (own - 0.7).abs() < 1e-9,
                             "{flanks} {gear} {cycle} {phase}: {own}"
                         );
-                        assert!((gaps[0] - 3e-6).abs() < 1e-12, "{gaps:?}");
+                        // Near the ends, the edge of a neighbour touches before the worn pair.
+                        assert!(gaps[0] < 3e-6 + 1e-12, "{gaps:?}");
                         assert!((gaps[1] - 3e-6).abs() < 1e-12, "{gaps:?}");
                         single += 1;
+                        worn_first += u32::from(gaps[0] > 3e-6 - 1e-12);
                     } else if even < 0.999 {
                         assert!((own - even).abs() < 0.06, "{cycle} {phase}: {own} {even}");
                         // The neighbour touches first.
@@ -333,8 +335,8 @@ fn pairs_as_springs_have_the_faults_of_shared_loads() {
                 }
             }
             assert!(
-                single >= 6 && double >= 16,
-                "{flanks} {gear}: {single} {double}"
+                single >= 6 && double >= 16 && worn_first >= 3,
+                "{flanks} {gear}: {single} {double} {worn_first}"
             );
         }
     }
