@@ -442,7 +442,6 @@ mod tests {
             ..Division::level(end, 4e8)
         };
         let model = model(vec![piece(0.7), piece(0.7001), piece(1.0)]);
-        let set = InstructionSet::best();
         let tables = VolterraTables::new(&model, f64::EPSILON);
         let mut shortest = f64::INFINITY;
         for stretch in &tables.joint[0] {
