@@ -22,6 +22,9 @@ const MID_FACE: f64 = 1e-12;
 /// Divisions per period of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;
 
+/// Divisions by flank (drive, coast), mesh cycle and spring.
+pub type ToothCycles = [Vec<Vec<Vec<Division>>>; 2];
+
 /// Mesh and excitation of a drive, without its operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -49,7 +52,7 @@ pub struct Drive {
     pub torque_ripple: Vec<TorqueRipple>,
     /// Divisions of all springs of the drive flank and of the coast flank, the first and further ones, in every mesh cycle
     /// of a revolution, if single teeth differ; otherwise empty. The cycles repeat.
-    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
+    pub tooth_cycles: ToothCycles,
     /// Imposed uneven rotation.
     pub imposed_motion: Vec<ImposedMotion>,
 }

@@ -67,7 +67,7 @@ pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, ImposedMotion, OperatingPoint, SAME_PHASE,
-    StiffnessHarmonic, TorqueRipple,
+    StiffnessHarmonic, ToothCycles, TorqueRipple,
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};

@@ -12,6 +12,7 @@ use crate::manifest::{
 };
 use crate::model::{
     CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
+    ToothCycles,
 };
 use crate::numerics::random::PointSeed;
 use crate::propagate::{KernelChoice, TableError, Volterra};
@@ -253,7 +254,7 @@ fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
     (mesh, mean): (Vec<Division>, f64),
-    (further, tooth_cycles): (Vec<Vec<Division>>, [Vec<Vec<Vec<Division>>>; 2]),
+    (further, tooth_cycles): (Vec<Vec<Division>>, ToothCycles),
     flank_error_harmonics: Vec<MeshHarmonic>,
 ) -> Result<Model, BuildError> {
     let coast = match point.mesh.coast {

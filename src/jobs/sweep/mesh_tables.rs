@@ -11,7 +11,7 @@ use crate::gear::{
     loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
-use crate::model::{Division, MeshHarmonic};
+use crate::model::{Division, MeshHarmonic, ToothCycles};
 use crate::shaft::DrawnLaw;
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
@@ -37,7 +37,7 @@ pub struct TabledMesh {
     pub further: Vec<Vec<Division>>,
     /// The divisions of all springs of drive and coast flanks in every mesh cycle of a revolution, if pairs are springs and
     /// single teeth differ; otherwise empty.
-    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
+    pub tooth_cycles: ToothCycles,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
     /// Harmonics of the transmission error for the error of loaded flanks, if the divisions do not include it:

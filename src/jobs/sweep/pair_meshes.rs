@@ -7,7 +7,7 @@ use crate::gear::{
     SecantContact,
 };
 use crate::manifest::{CoastSpec, PointSpec};
-use crate::model::{Division, SAME_PHASE};
+use crate::model::{Division, SAME_PHASE, ToothCycles};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -19,7 +19,7 @@ pub(super) struct PairDivisions {
     /// Of equal teeth.
     pub alike: Vec<Vec<Division>>,
     /// Of drive and coast flanks in every mesh cycle of a revolution, if single teeth differ; otherwise empty.
-    pub tooth_cycles: [Vec<Vec<Vec<Division>>>; 2],
+    pub tooth_cycles: ToothCycles,
 }
 
 /// What the springs of pairs are made from.
