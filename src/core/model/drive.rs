@@ -22,7 +22,7 @@ const MID_FACE: f64 = 1e-12;
 /// Divisions per period of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;
 
-/// The divisions of all springs of the drive flank and of the coast flank in every mesh cycle of a revolution.
+/// Divisions by flank (drive, coast), mesh cycle and spring.
 pub type ToothCycles = [Vec<Vec<Vec<Division>>>; 2];
 
 /// Mesh and excitation of a drive, without its operating point.

@@ -3,7 +3,8 @@
 use super::first_force;
 use super::further_meshes::{self, FurtherMeshError};
 use super::loaded_mesh::mean_stiffness;
-use super::mesh_tables::{MeshError, MeshTables};
+use super::mesh_error::MeshError;
+use super::mesh_tables::MeshTables;
 use crate::analysis::{PointConfig, SliceError};
 use crate::gear::GearError;
 use crate::manifest::{

@@ -1,7 +1,8 @@
 //! Further meshes of a train that are computed from the drawing of their gears: their laws under the mean load of a
 //! point.
 
-use super::mesh_tables::{MeshError, MeshTables};
+use super::mesh_error::MeshError;
+use super::mesh_tables::MeshTables;
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::Division;
 use crate::shaft::{DrawnLaw, MeshLaw, TrainDrive};

@@ -3,7 +3,8 @@
 use super::first_force::{first_force, friction};
 use super::further_meshes::{self, FurtherMeshError};
 use super::mesh_divisions::course;
-use super::mesh_tables::{MeshError, MeshTables, flank_load};
+use super::mesh_error::MeshError;
+use super::mesh_tables::{MeshTables, flank_load};
 use crate::gear::{CycleDivision, MeshTableCycle, MeshTableSpec};
 use crate::manifest::PointSpec;
 use crate::structure::ModalStructure;

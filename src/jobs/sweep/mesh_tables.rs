@@ -2,20 +2,21 @@
 
 use super::first_force::{first_force, friction};
 use super::mesh_divisions::{course, course_divisions, segments};
+use super::mesh_error::MeshError;
 use super::node_copies::NodeCopies;
-use super::pair_meshes::{KnownSprings, PairSprings};
+use super::pair_meshes::{KnownSprings, PairSprings, lock};
 use crate::gear::{
-    CycleDivision, Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError,
-    MeshTableInputs, MeshTableSpec, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
-    StiffnessLaw, TiltCompliance, loaded_misalignment,
+    CycleDivision, Flanks, GearPair, MeshTable, MeshTableCycle, MeshTableInputs, MeshTableSpec,
+    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, StiffnessLaw, TiltCompliance,
+    loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic, ToothCycles};
 use crate::shaft::DrawnLaw;
-use crate::store::{MeshFetchError, MeshUnderLoad, TableStore};
+use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
 const LONGEST_PIECE: f64 = 0.25;
@@ -26,40 +27,6 @@ const TABLE_TOLERANCE: f64 = 1e-6;
 /// Largest number of meshes in memory. The points of a sweep by speed share one, but each of many sampled drives has its
 /// own.
 const MOST_MESHES: usize = 64;
-
-/// Why a point has no mesh.
-#[derive(Debug, thiserror::Error)]
-pub enum MeshError {
-    /// The table needs a mean load, but there is none.
-    #[error(
-        "the mesh table is computed under the mean load, but the load is 0; give a small load, \
-         mesh.resolution = \"pairs\" or another mesh.stiffness"
-    )]
-    NoLoad,
-    /// The gears do not mesh.
-    #[error(transparent)]
-    Gear(#[from] GearError),
-    /// The load under some misalignment cannot be shared.
-    #[error(transparent)]
-    Table(#[from] MeshTableError),
-    /// The table can neither be read nor computed.
-    #[error(transparent)]
-    Fetch(#[from] MeshFetchError),
-    /// No misalignment of the flanks under load agrees with the tilt of the shafts.
-    #[error(
-        "misalignment and shaft tilt do not converge after {steps} steps (last misalignment \
-         {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, \
-         or set mesh.shaft_tilt = false"
-    )]
-    Unsettled {
-        /// Evaluations of the load centroid.
-        steps: usize,
-        /// Last misalignment that was tried \[rad\].
-        misalignment: f64,
-        /// Misalignment from the structure minus the one that was tried \[rad\].
-        residual: f64,
-    },
-}
 
 /// The mesh of one point, from its table.
 #[derive(Debug, Clone, PartialEq)]
@@ -442,10 +409,6 @@ impl Common {
         lock(&self.known).insert(key.to_owned(), cycle.clone());
         Ok(cycle)
     }
-}
-
-pub(super) fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn inputs(

@@ -1,7 +1,7 @@
 //! How does a mesh whose pairs of teeth are springs of their own become divisions, with teeth that differ?
 
 use super::mesh_divisions::spring_divisions;
-use super::mesh_tables::{MeshError, lock};
+use super::mesh_error::MeshError;
 use crate::gear::{
     Contact, Face, FaultyFlanks, FaultyTeeth, FlankLaw, Flanks, MeshSprings, MeshTableSpec,
     SecantContact,
@@ -9,7 +9,7 @@ use crate::gear::{
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, SAME_PHASE, ToothCycles};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Springs in memory, by their description.
 pub(super) type KnownSprings = Mutex<HashMap<String, Arc<MeshSprings>>>;
@@ -179,4 +179,9 @@ fn mirrored(drive: &[Vec<Vec<Division>>], turn: f64) -> Vec<Vec<Vec<Division>>> 
             early.iter().zip(late).map(spliced).collect()
         })
         .collect()
+}
+
+/// The value behind a lock, also after a panic elsewhere.
+pub(super) fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

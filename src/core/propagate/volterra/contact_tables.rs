@@ -3,12 +3,12 @@
 //! They are made when a contact first closes on such a window. A motion that never leaves one flank needs none of the
 //! other flank, and none of both flanks together; these are most of the tables of a mesh from a drawing.
 
+use super::block_exponential::Kernels;
 use super::feedback::Feedback;
 use super::lanes;
 use super::shapes::{Row, TERMS};
 use super::varying::{Factors, Nodal};
 use super::window_stiffness::WindowStiffness;
-use super::window_table::Kernels;
 use crate::numerics::convolution::convolution24;
 use crate::propagate::vectors::InstructionSet;
 

@@ -45,6 +45,7 @@
 //! only cuts read. Directions of one line share R, windows of one length the exponentials. The instruction set is
 //! chosen once per solution of a window and once per advance; each is one call ([`lanes`]).
 
+mod block_exponential;
 mod contact_tables;
 mod cycle;
 mod feedback;

@@ -1,11 +1,12 @@
 //! The tables that a kernel computes once for an operating point.
 
+use super::block_exponential::BlockExponential;
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
 use super::shapes::{BlockChunk, GapError, LANES, Lanes, Layout};
 use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
-use super::window_table::{BlockExponential, WindowTable};
+use super::window_table::WindowTable;
 use crate::model::{Block, MeshGain, Model, SAME_PHASE, Segment, turned};
 use crate::numerics::legendre::transforms8;
 

@@ -1,18 +1,16 @@
 //! The tables that depend on the length of a window and on the direction of the mesh force.
 
+use super::block_exponential::{BlockExponential, Kernels, impulse};
 use super::contact_tables::{ContactRequest, ContactTables, Felt};
 use super::lanes::{self, ExponentialChunk, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
 use super::window_stiffness::WindowStiffness;
-use crate::model::{Block, MeshGain, Model};
-use crate::numerics::convolution::{convolution24, significant};
+use crate::model::Model;
+use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::legendre_series;
 use crate::propagate::vectors::InstructionSet;
 use num_complex::{Complex64, c64};
 use std::sync::{Arc, OnceLock};
-
-/// Terms of the series of response kernels; the convolution table's first size.
-const KERNEL_TERMS: usize = 32;
 
 /// Tables of the windows of one length and one direction of the mesh force.
 #[derive(Debug)]
@@ -258,15 +256,6 @@ impl WindowTable {
     }
 }
 
-/// The responses of the deflection seen with the gains `seen` to an impulse of the force with the gains `force`.
-fn impulse(seen: &[MeshGain], force: &[MeshGain], exponentials: &[BlockExponential]) -> Kernels {
-    let mut kernels = Kernels::default();
-    for ((seen, own), exponential) in seen.iter().zip(force).zip(exponentials) {
-        kernels.add(seen, exponential, own.mesh_input);
-    }
-    kernels
-}
-
 /// Series of the blocks' exponentials, by chunks of blocks.
 fn in_chunks(exponentials: &[BlockExponential]) -> Vec<ExponentialChunk> {
     (exponentials.chunks(LANES))
@@ -291,89 +280,6 @@ fn in_chunks(exponentials: &[BlockExponential]) -> Vec<ExponentialChunk> {
 fn moment(n: usize, delta: f64) -> f64 {
     let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * delta / (2 * n + 1) as f64
-}
-
-/// Legendre series of one block's `e^{At}` on a window.
-pub struct BlockExponential {
-    cosine: [f64; KERNEL_TERMS],
-    sine: [f64; KERNEL_TERMS],
-    end: [f64; 2],
-    traceless: [[f64; 2]; 2],
-}
-
-impl BlockExponential {
-    /// The series on a window of length `delta` \[s\].
-    pub fn new(block: &Block, delta: f64) -> Self {
-        let mut series = [Complex64::ZERO; KERNEL_TERMS];
-        let end = block.exponential(delta, &mut series);
-        Self {
-            cosine: series.map(|c| c.re),
-            sine: series.map(|c| c.im),
-            end,
-            traceless: block.traceless(),
-        }
-    }
-
-    /// Number of significant terms, an even number; the others are below round-off.
-    fn terms(&self) -> usize {
-        let terms = significant(&self.cosine).max(significant(&self.sine));
-        terms.clamp(1, TERMS).next_multiple_of(2)
-    }
-
-    /// Coefficient n of `e^{At} u`.
-    fn response(&self, n: usize, u: [f64; 2]) -> [f64; 2] {
-        let turned = apply(&self.traceless, u);
-        [0, 1].map(|row| self.cosine[n] * u[row] + self.sine[n] * turned[row])
-    }
-
-    /// `e^{AΔ}`.
-    fn end(&self) -> [[f64; 2]; 2] {
-        let ([cosine, sine], m) = (self.end, &self.traceless);
-        [
-            [cosine + sine * m[0][0], sine * m[0][1]],
-            [sine * m[1][0], cosine + sine * m[1][1]],
-        ]
-    }
-}
-
-fn apply(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
-    m.map(|row| dot(row, v))
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-/// Series of the scalar responses of δ and δ' to an impulse of some input.
-#[derive(Debug)]
-pub struct Kernels {
-    pub deflection: [f64; KERNEL_TERMS],
-    pub rate: [f64; KERNEL_TERMS],
-}
-
-impl Default for Kernels {
-    fn default() -> Self {
-        Self {
-            deflection: [0.0; KERNEL_TERMS],
-            rate: [0.0; KERNEL_TERMS],
-        }
-    }
-}
-
-impl Kernels {
-    fn add(&mut self, gain: &MeshGain, exponential: &BlockExponential, input: [f64; 2]) {
-        let turned = apply(&exponential.traceless, input);
-        for (sums, w) in [
-            (&mut self.deflection, gain.deflection),
-            (&mut self.rate, gain.rate),
-        ] {
-            let (even, odd) = (dot(w, input), dot(w, turned));
-            let terms = exponential.cosine.iter().zip(&exponential.sine);
-            for (sum, (cosine, sine)) in sums.iter_mut().zip(terms) {
-                *sum += cosine * even + sine * odd;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
