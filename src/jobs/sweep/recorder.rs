@@ -10,6 +10,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+/// Capacity of the channel from workers to the writer, in rows.
+pub(super) const CHANNEL: usize = 1024;
+
 /// Time for which the writer lets rows gather when it has taken all. A worker whose row finds the writer waiting has to
 /// wake it, which takes as long as several mesh cycles of a small drive.
 const GATHERING: Duration = Duration::from_millis(5);

@@ -8,7 +8,7 @@ use super::parts::Prepared;
 use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
-use super::recorder::{Progress, ProgressObserver, Recorder, SweepPlan};
+use super::recorder::{CHANNEL, Progress, ProgressObserver, Recorder, SweepPlan};
 use super::refine::{Refinement, lock};
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
@@ -19,9 +19,6 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-
-/// Capacity of the channel from workers to the writer, in rows.
-const CHANNEL: usize = 1024;
 
 /// Options of a sweep.
 #[derive(Debug, Clone, Copy, Default)]
@@ -157,7 +154,7 @@ impl Sweep<'_> {
             asked: &asked,
             obtained: &workers.obtained,
         });
-        self.prepare(&resumed, &workers, watcher);
+        self.prepare(&resumed, &workers.pool, watcher);
 
         let copies = copies(&workers.places);
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
@@ -278,7 +275,7 @@ impl Sweep<'_> {
     fn prepare(
         &self,
         resumed: &ResumedSweep,
-        workers: &Workers,
+        pool: &ThreadPool,
         watcher: &mut dyn ProgressObserver,
     ) {
         let length = self.job.chain_length();
@@ -295,7 +292,7 @@ impl Sweep<'_> {
             tables += 1;
             watcher.prepared(tables);
         };
-        (workers.pool).install(|| {
+        pool.install(|| {
             (self.parts).prepare(self.job, firsts, self.interrupt, &mut prepared);
         });
         for warning in self.parts.meshes().warnings() {
