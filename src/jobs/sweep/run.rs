@@ -275,7 +275,7 @@ impl Sweep<'_> {
     fn prepare(
         &self,
         resumed: &ResumedSweep,
-        pool: &ThreadPool,
+        pool: &rayon::ThreadPool,
         watcher: &mut dyn ProgressObserver,
     ) {
         let length = self.job.chain_length();
