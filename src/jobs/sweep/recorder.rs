@@ -7,15 +7,10 @@ use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, W
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 /// Capacity of the channel from workers to the writer, in rows.
-pub(super) const CHANNEL: usize = 1024;
-
-/// Time for which the writer lets rows gather when it has taken all. A worker whose row finds the writer waiting has to
-/// wake it, which takes as long as several mesh cycles of a small drive.
-const GATHERING: Duration = Duration::from_millis(5);
+pub(super) const CHANNEL: usize = 256;
 
 /// The plan of a sweep.
 #[derive(Debug, Clone, Copy)]
@@ -131,12 +126,7 @@ impl Recorder<'_> {
         let mut gave_up = false;
         loop {
             match rows.recv_timeout(SYNC_INTERVAL) {
-                Ok(row) => {
-                    self.record(row)?;
-                    if rows.is_empty() {
-                        thread::sleep(GATHERING);
-                    }
-                }
+                Ok(row) => self.record(row)?,
                 Err(RecvTimeoutError::Timeout) => {
                     self.journal.sync_if_due()?;
                     self.progress.elapsed = self.begun.elapsed();

@@ -29,7 +29,7 @@ pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
 /// Cycles integrated before the first search. Later searches follow at doubled counts, so that a chaotic
 /// point spends little on them.
-const FIRST_SEARCH: u64 = 25;
+const FIRST_SEARCH: u64 = 100;
 
 /// When the next search for an orbit is due.
 #[derive(Debug, Clone, Copy)]
