@@ -11,6 +11,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -24,20 +25,26 @@ from mutant_switches import SWITCH, Switched, listed
 
 # Integration tests of a module, in addition to its unit tests, quick ones first.
 TESTS = {
-    "numerics": ["golden", "volterra", "exponents", "events"],
-    "model": ["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release", "mesh_course"],
-    "propagate": ["golden", "volterra", "stepping", "events", "kernel_tables", "grazing", "release", "mesh_pairs", "mesh_course"],
+    "numerics": ["golden", "volterra", "exponents", "events", "any_drive"],
+    "model": [
+        *["golden", "dynamics", "events", "coast_flank", "bearing_forces", "reference", "mesh_pairs", "trains", "release", "mesh_course"],
+        *["any_drive", "impacts", "dry_friction", "hysteresis", "film"],
+    ],
+    "propagate": [
+        *["golden", "volterra", "stepping", "events", "kernel_tables", "grazing", "release", "mesh_pairs", "mesh_course"],
+        *["any_drive", "impacts", "dry_friction", "hysteresis", "film", "varying_speed"],
+    ],
     "analysis": [
         *["golden", "analysis", "nvh", "orbits", "exponents", "settling", "nvh_stop", "horizon", "trace", "contact_jumps"],
-        *["continuation", "followed", "multistability", "sensitivity"],
+        *["continuation", "followed", "multistability", "sensitivity", "basins", "lifetime", "verdicts", "steady_contact"],
     ],
     "gear": [
         *["golden", "gear_geometry", "gear_published", "gear_compliance", "sharing", "mesh_table", "mesh_pairs"],
-        *["flank_points", "tooth_errors", "losses", "helical"],
+        *["flank_points", "tooth_errors", "tooth_faults", "losses", "helical", "table_course", "ring_teeth"],
     ],
     "shaft": [
         *["golden", "structure_published", "helical_shafts", "trains", "structure_reference"],
-        *["mesh_structure", "tiers"],
+        *["mesh_structure", "tiers", "planetary", "planetary_frames", "bearings", "housing"],
     ],
 }
 
@@ -63,6 +70,18 @@ def mutants_of(module):
     found = [mutant for file in working for mutant in listed(file.read_bytes(), str(file))]
     print(f"{module}: {len(found)} mutants", flush=True)
     return found
+
+
+def changed_lines(since):
+    """The lines that differ from an earlier commit, by file. A moved file keeps its lines."""
+    lines, name = {}, None
+    for line in run(["git", "diff", "--find-renames", "--unified=0", since, "--", "src"]).splitlines():
+        if line.startswith("+++ "):
+            name = line.removeprefix("+++ ").removeprefix("b/")
+        elif hunk := re.match(r"@@ .* \+(\d+)(?:,(\d+))? @@", line):
+            first, count = int(hunk[1]), int(hunk[2] or 1)
+            lines.setdefault(name, set()).update(range(first, first + count))
+    return lines
 
 
 def copy_tree(scratch):
@@ -212,6 +231,9 @@ def sampled(asked, modules):
     found, counts = [], {}
     for module in modules:
         mutants = mutants_of(module)
+        if asked.since:
+            changed = changed_lines(asked.since)
+            mutants = [m for m in mutants if m["rows"][0] in changed.get(m["file"], ())]
         drawn = random.Random(f"{asked.seed} {module}").sample(mutants, min(asked.sample, len(mutants)))
         counts[module] = {"mutants": len(mutants), "sampled": len(drawn)}
         for mutant in drawn:
@@ -267,6 +289,7 @@ def main():
     parser.add_argument("modules", nargs="*", default=list(TESTS))
     parser.add_argument("--sample", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--since", help="only mutants of lines that differ from this commit")
     parser.add_argument("--unit", action="store_true", help="unit tests alone")
     parser.add_argument("--only", type=Path, action="append", help="mutants.json whose survivors are tried again; may be repeated")
     parser.add_argument("--scratch", dest="again")
@@ -280,7 +303,7 @@ def main():
         drawn = survivors(records.values(), modules)
     else:
         drawn, counts = sampled(asked, modules)
-        record = {"sample": asked.sample, "seed": asked.seed, "modules": counts, "mutants": [], "judged": {}}
+        record = {"sample": asked.sample, "seed": asked.seed, "since": asked.since, "modules": counts, "mutants": [], "judged": {}}
         record["tests"] = {module: TESTS[module] for module in counts}
         records = {asked.out: record}
     if drawn:
@@ -322,12 +345,13 @@ def write(out, record):
     out.mkdir(parents=True, exist_ok=True)
     judged = record["judged"]
     kept = {key: value for key, value in record.items() if key != "judged"}
+    since = f" --since {record['since']}" if record.get("since") else ""
     (out / "mutants.json").write_text(json.dumps(kept, indent=1) + "\n")
     lines = [
         "# Mutants",
         "",
         *([record["words"], ""] if "words" in record else []),
-        f"`scripts/record mutants --sample {record['sample']} --seed {record['seed']}`: of the mutants of each module a sample, each put to the",
+        f"`scripts/record mutants --sample {record['sample']} --seed {record['seed']}{since}`: of the mutants of each module a sample, each put to the",
         "tests that reach it, of the unit tests of its module"
         + "".join(f", {module}: {', '.join(tests)}" for module, tests in record["tests"].items() if tests)
         + ". The other programs of `tests/` may find more. Killed by time: a test took more than ten seconds and six times",
