@@ -13,6 +13,7 @@ use super::parts::{Prepared, needed_tables};
 use super::point::Worker;
 use super::queue::work;
 use super::run::{Sweep, SweepError, Workers, pieces, start_workers};
+use super::shared::lock;
 use super::trial::{TriedPoint, try_out};
 use crate::manifest::Job;
 use crate::numerics::statistics::mean;
@@ -240,7 +241,7 @@ impl Calibration<'_> {
     }
 
     fn tried(&self) -> MutexGuard<'_, Vec<TriedPoint>> {
-        self.tried.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.tried)
     }
 
     /// Whether the time is known accurately enough, or the calibration has taken its share.

@@ -1,13 +1,14 @@
 //! Tables of kernels of a job: fetched from the cache or computed, once for all points that share them. On a machine
 //! with several NUMA nodes they are copied if that pays.
 
+use super::shared::lock;
 use crate::model::Model;
 use crate::propagate::TableError;
 use crate::store::{Fetched, KernelArrays, TableStore};
 use crate::topology::{CopyRoom, TABLES_AT_HAND};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 /// If more tables are known, those that no kernel uses are forgotten.
 const MOST_PLACES: usize = 1 << 14;
@@ -155,8 +156,4 @@ impl Common {
 /// Whether a table is in use.
 fn is_used(place: &Place) -> bool {
     (lock(place).as_ref()).is_ok_and(|table| table.strong_count() > 0)
-}
-
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

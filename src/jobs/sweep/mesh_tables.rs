@@ -4,18 +4,19 @@ use super::first_force::{first_force, friction};
 use super::mesh_divisions::{course, course_divisions, segments};
 use super::mesh_error::MeshError;
 use super::node_copies::NodeCopies;
-use super::pair_meshes::{KnownSprings, PairSprings, lock};
+use super::pair_meshes::PairSprings;
+use super::shared::{SharedValues, lock};
 use crate::gear::{
-    CycleDivision, Flanks, GearPair, MeshTable, MeshTableCycle, MeshTableInputs, MeshTableSpec,
-    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, StiffnessLaw, TiltCompliance,
-    loaded_misalignment,
+    CycleDivision, Flanks, GearPair, MeshSprings, MeshTable, MeshTableCycle, MeshTableInputs,
+    MeshTableSpec, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, StiffnessLaw,
+    TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic, ToothCycles};
 use crate::shaft::DrawnLaw;
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 /// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
@@ -24,9 +25,11 @@ const LONGEST_PIECE: f64 = 0.25;
 /// Largest relative error of a table: a tenth of the tolerance of its course.
 const TABLE_TOLERANCE: f64 = 1e-6;
 
-/// Largest number of meshes in memory. The points of a sweep by speed share one, but each of many sampled drives has its
-/// own.
+/// Largest number of meshes under their loads in memory, each of some 100 KB.
 const MOST_MESHES: usize = 64;
+
+/// Largest number of tables, of springs and of misalignments under load in memory, each of some 10 KB.
+const MOST_TABLES: usize = 1 << 11;
 
 /// The mesh of one point, from its table.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,11 +77,11 @@ pub struct MeshTables {
 #[derive(Debug)]
 struct Common {
     store: TableStore,
-    known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
-    tilts: Mutex<HashMap<String, MisalignmentReport>>,
-    springs: KnownSprings,
-    /// Meshes under their loads; at most [`MOST_MESHES`].
-    meshes: Mutex<HashMap<String, TabledMesh>>,
+    tables: SharedValues<Arc<MeshTableCycle>>,
+    tilts: SharedValues<MisalignmentReport>,
+    springs: SharedValues<Arc<MeshSprings>>,
+    /// Meshes under their loads.
+    meshes: SharedValues<TabledMesh>,
     warnings: Mutex<BTreeSet<String>>,
 }
 
@@ -88,10 +91,10 @@ impl MeshTables {
         Self {
             common: Arc::new(Common {
                 store,
-                known: Mutex::default(),
-                tilts: Mutex::default(),
-                springs: Mutex::default(),
-                meshes: Mutex::default(),
+                tables: SharedValues::new(MOST_TABLES),
+                tilts: SharedValues::new(MOST_TABLES),
+                springs: SharedValues::new(MOST_TABLES),
+                meshes: SharedValues::new(MOST_MESHES),
                 warnings: Mutex::default(),
             }),
             node_copies: None,
@@ -185,8 +188,8 @@ impl MeshTables {
     ) -> Result<TabledMesh, MeshError> {
         let tilts = spec.shaft_tilt.then(compliance);
         let key = format!("{spec:?} {load:?} {tilts:?} {harmonics:?}");
-        if let Some(known) = lock(&self.common.meshes).get(&key) {
-            return Ok(known.clone());
+        if let Some(mesh) = self.common.meshes.get(&key) {
+            return Ok(mesh);
         }
         let force = flank_load(load.force)?;
         let unloaded = load.misalignment;
@@ -219,11 +222,7 @@ impl MeshTables {
             tilt,
             under_load: Some(under_load(load.on_coast, &cycle, misalignment)),
         };
-        let mut meshes = lock(&self.common.meshes);
-        if meshes.len() >= MOST_MESHES {
-            meshes.clear();
-        }
-        meshes.insert(key, mesh.clone());
+        self.common.meshes.keep(key, &mesh);
         Ok(mesh)
     }
 
@@ -270,8 +269,8 @@ impl MeshTables {
         force: f64,
     ) -> Result<MisalignmentReport, MeshError> {
         let key = format!("{spec:?} {compliance:?} {unloaded:e} {force:e}");
-        if let Some(known) = lock(&self.common.tilts).get(&key) {
-            return Ok(known.clone());
+        if let Some(report) = self.common.tilts.get(&key) {
+            return Ok(report);
         }
         let flanks = Flanks::new(&spec.gears)?;
         let mut fault = None;
@@ -297,7 +296,7 @@ impl MeshTables {
                 residual: last.map_or(f64::NAN, |step| step.residual),
             });
         }
-        lock(&self.common.tilts).insert(key, report.clone());
+        self.common.tilts.keep(key, &report);
         Ok(report)
     }
 
@@ -399,14 +398,14 @@ impl Common {
         gears: &GearPair,
         inputs: &MeshTableInputs,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        if let Some(known) = lock(&self.known).get(key) {
-            return Ok(known.clone());
+        if let Some(cycle) = self.tables.get(key) {
+            return Ok(cycle);
         }
         let fetched = self.store.mesh_table(gears, inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
         let cycle = Arc::new(fetched.table.cycle(0, 0));
-        lock(&self.known).insert(key.to_owned(), cycle.clone());
+        self.tables.keep(key.to_owned(), &cycle);
         Ok(cycle)
     }
 }

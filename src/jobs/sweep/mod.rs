@@ -42,6 +42,7 @@ mod refine;
 mod run;
 mod run_up;
 mod sensitivity;
+mod shared;
 mod trace;
 mod trial;
 

@@ -1,8 +1,9 @@
 //! Copies of data in the memory of one NUMA node, for its workers.
 
+use super::shared::lock;
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Largest number of copies of a kind.
 const MOST_COPIES: usize = 1 << 14;
@@ -20,7 +21,7 @@ impl<K, V> Default for NodeCopies<K, V> {
 impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
     /// The copy; if there is none yet, it is made from the result of `far`, and other threads wait.
     pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
-        let mut copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut copies = lock(&self.0);
         if let Some(copy) = copies.get(&key) {
             return Ok(copy.clone());
         }
@@ -34,7 +35,7 @@ impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
     }
 
     pub fn for_each(&self, mut visit: impl FnMut(&V)) {
-        let copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let copies = lock(&self.0);
         copies.values().for_each(|copy| visit(copy));
     }
 }

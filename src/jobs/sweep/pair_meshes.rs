@@ -2,17 +2,14 @@
 
 use super::mesh_divisions::spring_divisions;
 use super::mesh_error::MeshError;
+use super::shared::SharedValues;
 use crate::gear::{
     Contact, Face, FaultyFlanks, FaultyTeeth, FlankLaw, Flanks, MeshSprings, MeshTableSpec,
     SecantContact,
 };
 use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, SAME_PHASE, ToothCycles};
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// Springs in memory, by their description.
-pub(super) type KnownSprings = Mutex<HashMap<String, Arc<MeshSprings>>>;
+use std::sync::Arc;
 
 /// The divisions of all springs of a mesh, in their order of contact.
 pub(super) struct PairDivisions {
@@ -38,7 +35,7 @@ impl PairSprings<'_> {
         &self,
         point: &PointSpec,
         stiffness: f64,
-        known: &KnownSprings,
+        known: &SharedValues<Arc<MeshSprings>>,
     ) -> Result<PairDivisions, MeshError> {
         let flanks = Flanks::new(&self.spec.gears)?;
         let alike = self.springs(&flanks, None, known)?;
@@ -79,7 +76,7 @@ impl PairSprings<'_> {
         &self,
         flanks: &Flanks,
         (teeth, flank): (&FaultyTeeth, usize),
-        known: &KnownSprings,
+        known: &SharedValues<Arc<MeshSprings>>,
     ) -> Result<Vec<Option<Arc<MeshSprings>>>, MeshError> {
         (0..teeth.base_cycles())
             .map(|cycle| {
@@ -114,7 +111,7 @@ impl PairSprings<'_> {
         &self,
         flanks: &Flanks,
         faults: Option<(&FaultyTeeth, [usize; 2])>,
-        known: &KnownSprings,
+        known: &SharedValues<Arc<MeshSprings>>,
     ) -> Result<Arc<MeshSprings>, MeshError> {
         let gears = &self.spec.gears;
         let line_load = match self.spec.contact {
@@ -123,10 +120,10 @@ impl PairSprings<'_> {
         };
         let (misalignment, slices) = (self.misalignment, self.slices);
         let key = format!("{gears:?} {line_load:?} {misalignment:e} {slices} {faults:?}");
-        if let Some(known) = lock(known).get(&key) {
-            return Ok(known.clone());
+        if let Some(springs) = known.get(&key) {
+            return Ok(springs);
         }
-        let found = Arc::new(match line_load {
+        let springs = Arc::new(match line_load {
             None => self.of_law(flanks, faults)?,
             Some(line_load) => {
                 let law = SecantContact {
@@ -136,8 +133,8 @@ impl PairSprings<'_> {
                 self.of_law(&law, faults)?
             }
         });
-        lock(known).insert(key, found.clone());
-        Ok(found)
+        known.keep(key, &springs);
+        Ok(springs)
     }
 
     fn of_law(
@@ -179,9 +176,4 @@ fn mirrored(drive: &[Vec<Vec<Division>>], turn: f64) -> Vec<Vec<Vec<Division>>> 
             early.iter().zip(late).map(spliced).collect()
         })
         .collect()
-}
-
-/// The value behind a lock, also after a panic elsewhere.
-pub(super) fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

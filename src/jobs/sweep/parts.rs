@@ -7,6 +7,7 @@ use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
 use super::node_copies::NodeCopies;
+use super::shared::lock;
 use crate::gear::MeshTableSpec;
 use crate::manifest::{Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant};
 use crate::model::Model;
@@ -18,7 +19,7 @@ use crate::topology::{CopyRoom, Topology};
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// One point for every mesh table that some points of a job need, with the table's specification.
 fn needed_meshes(
@@ -259,8 +260,7 @@ impl Prepared {
     pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
         let far = || {
             // Computing under the lock keeps workers from computing the same structure twice.
-            let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
-            known.get(spec)
+            lock(&self.structures).get(spec)
         };
         match &self.node_copies {
             None => far(),

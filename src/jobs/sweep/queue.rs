@@ -14,12 +14,13 @@
 
 use super::chain_tasks::{ChainSelection, ChainTask, FinishedChains};
 use super::parts::table_number;
+use super::shared::lock;
 use crate::manifest::{Job, Variant};
 use crate::topology::{NodeTables, TableDistance};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 /// Number of rows that may wait in memory for the oldest unfinished point; at least one chain per worker.
@@ -156,7 +157,7 @@ impl<'a> Queue<'a> {
     }
 
     fn state(&self) -> MutexGuard<'_, QueueState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 
     /// Remaining work of the chain at a place.

@@ -1,7 +1,8 @@
 //! The writer's side of a sweep: passes every finished point to the journal, the watcher and the result files.
 
 use super::point_kernel::KernelTally;
-use super::refine::{Refinement, lock};
+use super::refine::Refinement;
+use super::shared::lock;
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, Written};
 use crossbeam_channel::{Receiver, RecvTimeoutError};

@@ -17,7 +17,6 @@ use crate::store::PointRow;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 use std::mem::discriminant;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Two numbers count as equal up to this number of standard errors of their difference.
 const SIGMAS: f64 = 5.0;
@@ -174,11 +173,6 @@ impl Refinement {
                 if (a[0] - b[0]).abs() > allowed + SIGMAS * a[1].hypot(b[1])),
         })
     }
-}
-
-/// The plane that workers share.
-pub(super) fn lock(refinement: &Mutex<Refinement>) -> MutexGuard<'_, Refinement> {
-    refinement.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The class of a point, if it is certain.

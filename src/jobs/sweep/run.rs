@@ -9,7 +9,8 @@ use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
 use super::recorder::{CHANNEL, Progress, ProgressObserver, Recorder, SweepPlan};
-use super::refine::{Refinement, lock};
+use super::refine::Refinement;
+use super::shared::lock;
 use crate::manifest::Job;
 use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
@@ -341,8 +342,7 @@ impl Shared<'_> {
             if next.is_empty() {
                 break;
             }
-            let known = lock(refinement).points();
-            self.points.store(known, Ordering::Relaxed);
+            (self.points).store(lock(refinement).points(), Ordering::Relaxed);
             if interrupt.load(Ordering::Relaxed) {
                 break;
             }
