@@ -92,8 +92,9 @@ pub fn structures(job: &Job) -> usize {
     places.collect::<HashSet<_>>().len()
 }
 
-/// Largest number of structures in memory: a plane over numbers of a modal file has one at every point.
-const MOST_STRUCTURES: usize = 1 << 14;
+/// Largest number of structures in memory: each point of a plane over numbers of a modal file and each sampled drive has
+/// its own. One of 40 modes with shafts takes some 120 KB.
+const MOST_STRUCTURES: usize = 1 << 11;
 
 /// Structures that all nodes share.
 #[derive(Debug, Default)]
