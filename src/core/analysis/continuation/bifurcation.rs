@@ -134,7 +134,7 @@ pub fn between(
     let explained = !grazes.is_empty();
     let mut bifurcations = Vec::new();
     let fine = last_resort || s_b - s_a < FINE;
-    for (kind, test) in changed(a, b, grazes) {
+    for (kind, test) in changed(a, b, grazes, map.unit()) {
         if let Kind::Merging { period } = kind
             && let Some((orbit, length, bracket)) = merging(map, span, knots, period)
         {
@@ -172,8 +172,9 @@ pub fn between(
     Some(bifurcations)
 }
 
-/// The functions that change their sign between two orbits, each with the kind that it suggests.
-fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
+/// The functions that change their sign between two orbits, each with the kind that it suggests. The excitation repeats
+/// after `unit` cycles.
+fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>, unit: u32) -> Vec<(Kind, Test)> {
     let mut tests = Vec::new();
     if Test::PlusOne.changes(a, b) {
         tests.push((Kind::Fold, Test::PlusOne));
@@ -185,10 +186,10 @@ fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>) -> Vec<(Kind, Test)> {
         tests.push((Kind::Torus, Test::Pair));
     }
     // A branch of doubled period merges at half its period.
-    if b.period.is_multiple_of(2) {
+    if b.period.is_multiple_of(2 * unit) {
         let period = b.period / 2;
         let test = Test::Offset(period, a.offset(period));
-        if !a.repeats_sooner() && test.changes(a, b) {
+        if !a.repeats_sooner(unit) && test.changes(a, b) {
             tests.push((Kind::Merging { period }, test));
         }
     }

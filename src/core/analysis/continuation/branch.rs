@@ -10,7 +10,7 @@ use super::end::End;
 use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
-use super::path::{PathCondition, Span, Vector, apart, guess, place, tangent};
+use super::path::{PathCondition, Span, Vector, WEIGHT, apart, guess, place, tangent};
 
 /// Settings for the steps along a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -311,7 +311,8 @@ fn advance(
         p: (orbit.at[span.axis] - ahead.p) / span.scale(),
         size: last.size(),
     };
-    let strays = orbit.repeats_sooner() && !last.repeats_sooner() && step > HOMECOMING;
+    let unit = map.unit();
+    let strays = orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > HOMECOMING;
     // Written so that NaN is rejected.
     let fits = angle <= LARGEST_ANGLE && away.length() <= OFF * step;
     if !fits || strays {
@@ -319,9 +320,7 @@ fn advance(
     }
     let leaves = !span.holds(orbit.at[span.axis]);
     if leaves {
-        orbit = at_the_end(map, span, last, &orbit)
-            .map_err(lost)?
-            .ok_or(End::Interval)?;
+        orbit = at_the_end(map, span, last, &orbit)?;
     }
     let largest = half_branch
         .orbits
@@ -345,7 +344,9 @@ fn advance(
     let first = &half_branch.orbits[0];
     let began = |bifurcation: &Bifurcation| {
         let apart = (bifurcation.orbit.at[span.axis] - first.at[span.axis]).abs();
-        bifurcation.merges().is_some() && first.repeats_sooner() && apart <= AT_START * span.scale()
+        bifurcation.merges().is_some()
+            && first.repeats_sooner(unit)
+            && apart <= AT_START * span.scale()
     };
     let again = |bifurcation: &Bifurcation| {
         half_branch
@@ -372,24 +373,32 @@ fn angle(a: &Vector, b: &Vector) -> f64 {
     a.cosine(b).clamp(-1.0, 1.0).acos()
 }
 
-/// The orbit at the end of the interval that a step crosses; `None` if the step began there.
+/// The orbit at the end of the interval that a step crosses. [`End::Interval`] if the step began there, and
+/// [`End::Corner`] if the orbit found there is far from the step, so that it belongs to another branch.
 fn at_the_end(
     map: &mut impl CycleMap,
     span: &Span,
     inside: &Orbit,
     outside: &Orbit,
-) -> Result<Option<Orbit>, NoOrbit> {
+) -> Result<Orbit, End> {
     let (a, b) = (inside.at[span.axis], outside.at[span.axis]);
     let end = if b > span.to { span.to } else { span.from };
     if a == end {
-        return Ok(None);
+        return Err(End::Interval);
     }
     let guess = Vector {
         u: interpolated(span, inside, outside, end),
         p: end,
         size: inside.size(),
     };
-    place(map, span, inside, &guess, PathCondition::Parameter).map(Some)
+    let orbit = place(map, span, inside, &guess, PathCondition::Parameter)
+        .map_err(|reason| End::Lost { reason })?;
+    let off = WEIGHT / inside.size() * distance(&orbit.u, &guess.u);
+    if off <= OFF * apart(span, inside, outside) {
+        Ok(orbit)
+    } else {
+        Err(End::Corner)
+    }
 }
 
 /// Adds a step to half a branch. Returns the reason if the branch ends there.

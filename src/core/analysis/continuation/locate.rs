@@ -90,7 +90,7 @@ pub(super) fn merging(
     knots: &[(f64, &Orbit)],
     period: u32,
 ) -> Option<(Orbit, f64, [f64; 2])> {
-    let [.., (_, a), (s_b, _)] = knots else {
+    let [.., (s_a, a), (s_b, _)] = knots else {
         return None;
     };
     let halfway = |orbit: &Orbit| -> Vec<f64> {
@@ -123,6 +123,10 @@ pub(super) fn merging(
             break;
         }
     }
+    // A period doubling beyond the step belongs to another branch.
+    if (newer.0 - start).abs() > (s_b - s_a) * span.scale() {
+        return None;
+    }
     // If the multipliers jump, the determinant has no zero.
     let there = critical(&Kind::PeriodDoubling, &newer.2)?;
     if (there + 1.0).norm() > ON_CIRCLE {
@@ -132,6 +136,10 @@ pub(super) fn merging(
     bracket.sort_by(f64::total_cmp);
     Some((newer.2, *s_b, bracket))
 }
+
+/// Largest distance of an orbit from the chord of its bracket, relative to the chord. A more distant orbit belongs to
+/// another branch.
+const OFF: f64 = 0.5;
 
 /// Fractions of a bracket at which an orbit is sought, in order, if there is none at the first choice.
 const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
@@ -243,7 +251,9 @@ fn inside(
         .find_map(|guess| {
             let orbit = place_bare(map, span, low, &guess, across).ok()?;
             let along = Vector::between(span, low, &orbit);
-            let place = along.cosine(&chord) * along.length() / chord.length();
-            (place > 0.0 && place < 1.0).then_some((s, orbit))
+            let cosine = along.cosine(&chord);
+            let place = cosine * along.length() / chord.length();
+            let off = (1.0 - cosine * cosine).max(0.0).sqrt() * along.length();
+            (place > 0.0 && place < 1.0 && off <= OFF * chord.length()).then_some((s, orbit))
         })
 }

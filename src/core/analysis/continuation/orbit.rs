@@ -54,9 +54,9 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
-    /// Whether the orbit already repeats after half its period.
-    pub(super) fn repeats_sooner(&self) -> bool {
-        self.period.is_multiple_of(2)
+    /// Whether the orbit already repeats after half its period, if the excitation does, with its period of `unit` cycles.
+    pub(super) fn repeats_sooner(&self, unit: u32) -> bool {
+        self.period.is_multiple_of(2 * unit)
             && length(&self.offset(self.period / 2)) < SAME_ORBIT * self.size()
     }
 

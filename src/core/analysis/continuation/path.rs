@@ -5,7 +5,7 @@ use super::orbit::{NoOrbit, Orbit, OrbitCondition, correct, length};
 
 /// Weight in the arclength: a change of the orbit by the size of its motion, relative to a change of the parameter by
 /// its whole interval.
-const WEIGHT: f64 = 0.1;
+pub(super) const WEIGHT: f64 = 0.1;
 
 /// Smallest parameter component of a unit tangent for a search at a fixed parameter. If the component is smaller, the
 /// search uses a plane across the branch.

@@ -177,6 +177,62 @@ fn a_doubled_branch_merges_into_its_parent() {
     );
 }
 
+/// A map that counts as different in every other cycle.
+struct EveryOther<M>(M);
+
+impl<M: CycleMap> CycleMap for EveryOther<M> {
+    fn dimension(&self) -> usize {
+        self.0.dimension()
+    }
+
+    fn unit(&self) -> u32 {
+        2
+    }
+
+    fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError> {
+        self.0.image(u, at, period)
+    }
+
+    fn by_parameter(
+        &mut self,
+        u: &[f64],
+        at: MapParameters,
+        period: u32,
+        axis: usize,
+    ) -> Result<Vec<f64>, MapError> {
+        self.0.by_parameter(u, at, period, axis)
+    }
+
+    fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError> {
+        self.0.details(u, at, period)
+    }
+}
+
+/// If the excitation repeats after two cycles only, no orbit has a period of one cycle, and none merges into one.
+#[test]
+fn no_branch_merges_below_the_period_of_the_excitation() {
+    let mut map = EveryOther(PlanarMap(|[x, y], p| {
+        (
+            [p * x * (1.0 - x), 0.3 * y],
+            [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
+            [x * (1.0 - x), 0.0],
+        )
+    }));
+    let guess = [0.51, 0.0];
+    let start = find(&mut map, &guess, [3.2, 0.0], 2, &OrbitCondition::Parameters).unwrap();
+    let branch = follow(&mut map, &span(2.5, 3.3), start, &StepSettings::default()).unwrap();
+    assert!(branch.orbits.len() > 10);
+    assert!(branch.bifurcations.iter().all(|b| b.merges().is_none()));
+    for bifurcation in &branch.bifurcations {
+        let [low, high] = bifurcation.bracket;
+        let value = bifurcation.orbit.at[0];
+        assert!(
+            (low - 1e-6..=high + 1e-6).contains(&value),
+            "{value}: {low} to {high}"
+        );
+    }
+}
+
 /// A rotation by an angle with growth 1 + p − r²: a torus at p = 0.
 #[test]
 fn a_torus_is_located_and_its_resonance_named() {
