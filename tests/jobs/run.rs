@@ -479,6 +479,28 @@ fn a_second_run_in_the_same_folder_is_refused_while_the_first_is_alive() {
     child.wait().unwrap();
 }
 
+/// Tables without a record may be the only copy of somebody's results.
+#[test]
+fn tables_without_a_record_are_not_replaced() {
+    let place = Place::new(OSCILLATOR);
+    let out = place.path("r");
+    fs::create_dir(&out).unwrap();
+    for name in ["points.parquet", "spectra.parquet"] {
+        fs::write(out.join(name), "mine").unwrap();
+        let refused = place.run("r", &[]);
+        assert_eq!(status(&refused), 2);
+        assert!(
+            stderr(&refused).contains("--overwrite"),
+            "{}",
+            stderr(&refused)
+        );
+        assert_eq!(fs::read(out.join(name)).unwrap(), b"mine");
+        fs::remove_file(out.join(name)).unwrap();
+    }
+    fs::write(out.join("points.parquet"), "mine").unwrap();
+    place.whole("r", &["--overwrite"]);
+}
+
 #[test]
 fn results_are_recognised_refused_and_replaced() {
     let place = Place::new(OSCILLATOR);

@@ -49,18 +49,20 @@ impl Structure {
         let structure = structure.map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first, parts.meshes());
         let model = model.map_err(|error| error.to_string())?;
-        // The mean model has constant mesh stiffness. The base period of the meshes comes from the train.
+        // The mean model has constant mesh stiffness and equal teeth. The base period of the meshes comes from the train.
         let of_meshes = match &first.model.source {
             StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
             _ => 1,
         };
+        let of_teeth = (first.mesh.teeth.as_ref()).map_or(1, |teeth| teeth.base_cycles());
         Ok(Self {
             frequencies: Frequencies::of(&model),
             cycles: structure.cycles_per_turn(),
             diagram: campbell::of(job, &[], parts)?,
             speed: first.speed,
             count: structures(job),
-            base_period: excitation_period(&model).map(|period| least_multiple(period, of_meshes)),
+            base_period: excitation_period(&model)
+                .map(|period| least_multiple(least_multiple(period, of_meshes), of_teeth)),
         })
     }
 

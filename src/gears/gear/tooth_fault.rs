@@ -5,11 +5,11 @@
 //! flanks miss material d changes the mesh to
 //!
 //! ```text
-//! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,    f = f₀/(1 + f₀ σ k c),
+//! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,    1/f = 1/f₀ + σ k c,
 //! ```
 //!
 //! where c is the deflection per force that a crack adds ([`RootCrack`]), as long as all pairs of the
-//! mesh touch. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
+//! mesh touch. If both teeth of a pair have faults, their compliances add: 1/f − 1 is the sum of both. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
 //! cycle, the least common multiple of the teeth. If every pair is a spring of its own, the pair of the tooth alone differs
 //! ([`FaultyFlanks`](super::FaultyFlanks)).
 
@@ -39,10 +39,11 @@ pub struct ToothFault {
 }
 
 impl ToothFault {
-    /// Remaining part f of the stiffness of a pair \[N/m\] on a flank, at a time after its first touch \[cycles\].
-    fn remaining(&self, flank: usize, since: f64, stiffness: f64) -> f64 {
+    /// Compliance `1/f − 1` that it adds to a pair on a flank, relative to the pair's own, at a time after its first touch
+    /// \[cycles\].
+    fn added_compliance(&self, flank: usize, since: f64, stiffness: f64) -> f64 {
         let crack = self.cracks[flank].map_or(0.0, |crack| crack.at(since));
-        self.stiffness / (1.0 + self.stiffness * stiffness * crack)
+        (1.0 / self.stiffness - 1.0) + stiffness * crack
     }
 }
 
@@ -118,7 +119,10 @@ impl FaultyTeeth {
 
     /// A division with the faults around a time \[cycles\].
     fn changed(&self, division: &Division, time: f64, course: FlankOrder) -> Division {
-        let (mean, mut left, mut missing) = (division.stiffness.mean(), 1.0, 0.0);
+        let mean = division.stiffness.mean();
+        // Time since the first touch, share and added compliance of every pair with a fault.
+        let mut pairs: Vec<[f64; 3]> = Vec::new();
+        let mut missing = 0.0;
         for fault in &self.faults {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
@@ -128,9 +132,16 @@ impl FaultyTeeth {
             };
             let since = self.pairs.within_turn(since, self.teeth[fault.gear]);
             let share = self.pairs.share(since);
-            left -= (1.0 - fault.remaining(flank, since, share * mean)) * share;
             missing += share * fault.missing[flank];
+            let added = fault.added_compliance(flank, since, share * mean);
+            // Pairs in contact touch at least one cycle apart.
+            match pairs.iter_mut().find(|pair| (pair[0] - since).abs() < 0.5) {
+                Some(pair) => pair[2] += added,
+                None => pairs.push([since, share, added]),
+            }
         }
+        let lost = |[_, share, added]: &[f64; 3]| share * added / (1.0 + added);
+        let left = 1.0 - pairs.iter().map(lost).sum::<f64>();
         let mut error = *division.error.coefficients();
         error[0] += missing;
         Division {
@@ -235,7 +246,11 @@ mod tests {
                 lost.sum::<f64>()
             })
             .sum();
-        // Each pair carries one cycle's load in total; one tooth meets 7 times, the other 5.
-        assert!((lost / (0.4 * 12.0) - 1.0).abs() < 1e-3, "{lost}");
+        // Each pair carries one cycle's load in total; one tooth meets 7 times, the other 5. Once both meet: their pair is
+        // left with 1/(1 + 2 (1/0.6 − 1)) = 3/7 of its stiffness.
+        assert!(
+            (lost / (0.4 * 10.0 + 4.0 / 7.0) - 1.0).abs() < 1e-3,
+            "{lost}"
+        );
     }
 }

@@ -59,7 +59,7 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: its presence means that the results are complete.
-    pub(super) const OF_A_JOB: [Self; 10] = [
+    pub const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,

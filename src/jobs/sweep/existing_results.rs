@@ -2,7 +2,8 @@
 
 use crate::manifest::{Job, ManifestText};
 use crate::store::{
-    RunRecord, RunState, Shard, StoreError, read_run, record_paths, run_path, verify,
+    RunRecord, RunState, Shard, StoreError, TableKind, journal_path, read_run, record_paths,
+    run_path, table_path, verify,
 };
 use std::path::{Path, PathBuf};
 
@@ -48,6 +49,16 @@ pub enum ExistingResultsError {
         found: String,
         /// The requested results, in words.
         wanted: String,
+    },
+    /// A table that belongs to no known run.
+    #[error(
+        "{} is in the way: no record and no journal there tells which run wrote it; choose another folder with --out, or \
+         replace the tables with --overwrite",
+        path.display()
+    )]
+    NoRecord {
+        /// The table.
+        path: PathBuf,
     },
 }
 
@@ -112,6 +123,13 @@ pub fn inspect(
         if replaceable && record.state == RunState::Complete {
             verify(folder, &record)?;
             return Ok(ExistingResults::Complete(Box::new(record)));
+        }
+    }
+    let unfinished = [&new_record, &journal_path(folder, shard)];
+    if !fresh && unfinished.iter().all(|path| !path.exists()) {
+        let mut tables = (TableKind::OF_A_JOB.iter()).map(|kind| table_path(folder, *kind, shard));
+        if let Some(path) = tables.find(|path| path.exists()) {
+            return Err(ExistingResultsError::NoRecord { path });
         }
     }
     Ok(ExistingResults::Nothing)

@@ -8,7 +8,7 @@ use super::error::PlotError;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// A change of contact state.
+/// A change of contact state of the drive or the coast flank.
 pub(super) struct Change {
     /// Mesh cycles since the start of the simulation.
     pub time: f64,
@@ -109,6 +109,7 @@ fn times(table: &ResultTable) -> Result<Vec<f64>, StoreError> {
         .collect())
 }
 
+/// The changes of the two flanks. Further contacts have surfaces elsewhere, which the picture does not show.
 fn changes(events: &ResultTable) -> Result<Vec<Change>, StoreError> {
     let kinds = events.text("kind")?.into_iter();
     Ok(times(events)?
@@ -116,10 +117,11 @@ fn changes(events: &ResultTable) -> Result<Vec<Change>, StoreError> {
         .zip(kinds)
         .filter_map(|(time, kind)| {
             let kind = kind?;
+            let (flank, change) = kind.split_once('_')?;
             Some(Change {
                 time,
-                drive: kind.starts_with("drive"),
-                entry: kind.ends_with("entry"),
+                drive: flank == "drive",
+                entry: change == "entry",
             })
         })
         .collect())

@@ -27,7 +27,8 @@ const SAME_ORBIT: f64 = 1e-6;
 /// Settings of a survey of periodic orbits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrbitConfig {
-    /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
+    /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`]. One that is not a multiple of the excitation's period counts
+    /// the periods of the excitation.
     pub periods: Vec<u32>,
     /// Maximum number of Newton searches for each period.
     pub guesses: u32,
@@ -125,17 +126,20 @@ pub fn survey<K: Kernel>(
         found: Vec::new(),
     };
     let mut missed = Vec::new();
-    let mut periods = config.periods.clone();
+    let in_cycles = |period: &u32| {
+        let is_whole = unit.is_none_or(|unit| period.is_multiple_of(unit));
+        if is_whole { *period } else { period * unit.unwrap_or(1) }
+    };
+    let mut periods: Vec<u32> = config.periods.iter().map(in_cycles).collect();
     periods.sort_unstable();
     periods.dedup();
     for period in periods {
-        let possible = unit.is_some_and(|unit| period.is_multiple_of(unit));
         for (state, given) in (0..).zip(&config.states) {
             Interrupted::check(interrupt)?;
-            let result = if possible {
+            let result = if unit.is_some() {
                 search.from(&model.start(given), period, Some(state))
             } else {
-                Err("the excitation does not repeat after this period".to_owned())
+                Err("the excitation does not repeat".to_owned())
             };
             missed.extend(result.err().map(|reason| MissedState {
                 state,
@@ -143,7 +147,7 @@ pub fn survey<K: Kernel>(
                 reason,
             }));
         }
-        if !possible {
+        if unit.is_none() {
             continue;
         }
         for guess in guesses(&norm, &path, period as usize, config.guesses as usize) {
