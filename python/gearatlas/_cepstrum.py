@@ -24,6 +24,11 @@ def cepstrum(
     Powers below `floor` times the largest count as `floor`: computed signals have no noise, so that the logarithm of
     round-off between the lines would dominate. Compare signals with equal floors only.
     """
+    if np.iscomplexobj(signal):
+        raise ValueError("the signal must be real")
+    for name, value in {"step": step, "turn": turn}.items():
+        if value is not None and not 0 < value < np.inf:
+            raise ValueError(f"`{name}` must be positive")
     values = np.asarray(signal, float)
     if values.ndim != 1 or values.size < 2 or not np.all(np.isfinite(values)):
         raise ValueError("the signal must be a list of at least two finite numbers")

@@ -26,6 +26,8 @@ _STEPS = (1e-4, 0.05)
 _OTHER_MOTION = 1e-3
 # Smallest singular value of the scaled Jacobian, relative to the largest, that determines a combination of keys.
 _DETERMINED = 1e-6
+# Largest change of the values with a key, relative to both, that may be round-off.
+_ROUND_OFF = 1e-7
 # Rounds in which the weights are recomputed from the standard errors of the fitted model.
 _ROUNDS = 3
 
@@ -260,17 +262,22 @@ class _Problem:
             ends.append(self.curve(near, self.places)[0])
         return np.asarray((ends[1] - ends[0]) / (2 * step))
 
-    def check_determined(self, weighted: Floats) -> None:
+    def check_determined(self, weighted: Floats, relative: Floats) -> None:
         """Raises `AtlasError` if the weighted Jacobian by relative keys, (n, k), does not determine all combinations of
-        keys."""
+        keys, or if a derivative of the values by relative keys, relative to the largest value, is round-off."""
+        for key, changes in zip(self.keys, np.abs(relative).max(axis=0)):
+            if not changes > _ROUND_OFF:
+                raise AtlasError(
+                    f"the measured points do not determine `{key}`: {self.column} does not change with it there; fit fewer "
+                    "keys, or add points that depend on it"
+                )
         _, singular, directions = np.linalg.svd(weighted, full_matrices=False)
         if singular[-1] > _DETERMINED * singular[0]:
             return
         open_keys = [key for key, part in zip(self.keys, np.abs(directions[-1])) if part > 0.1]
+        told = f"the measured points determine only a combination of `{'`, `'.join(open_keys)}`"
         if len(open_keys) == 1:
-            told = f"the measured points do not determine `{open_keys[0]}`: {self.column} does not change with it there"
-        else:
-            told = f"the measured points determine only a combination of `{'`, `'.join(open_keys)}`"
+            told = f"the measured points do not determine `{open_keys[0]}`"
         raise AtlasError(f"{told}; fit fewer keys, or add points that depend on them")
 
 
@@ -337,9 +344,10 @@ def fit(
         return np.asarray((at(relative)[1] - problem.values) / sigma)
 
     def jacobian(relative: Floats) -> Floats:
-        by = np.asarray(problem.jacobian(*at(relative)) * sizes / sigma[:, None])
-        problem.check_determined(by)
-        return by
+        own, computed, noise = at(relative)
+        by = np.asarray(problem.jacobian(own, computed, noise) * sizes)
+        problem.check_determined(by / sigma[:, None], by / np.abs(computed).max())
+        return by / sigma[:, None]
 
     for _ in range(_ROUNDS):
         found = optimize.least_squares(
@@ -352,6 +360,8 @@ def fit(
             break
     if found.status == 0:
         warnings.warn(f"the fit did not converge in {max_evaluations} evaluations; raise max_evaluations", stacklevel=2)
+    if at_bounds := [key for key, active in zip(problem.keys, found.active_mask) if active]:
+        warnings.warn(f"the fit ends at a bound of `{'`, `'.join(at_bounds)}`; standard errors do not hold there", stacklevel=2)
     by = found.jac * before[:, None] / sizes
     weighted = by / sigma[:, None]
     return Fit(

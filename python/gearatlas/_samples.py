@@ -22,7 +22,7 @@ def quantiles(
     results: Results | Table,
     column: Column,
     q: float | Sequence[float] = (0.05, 0.5, 0.95),
-    by: Sequence[str] | None = None,
+    by: str | Sequence[str] | None = None,
     confidence: float = 0.95,
 ) -> dict[str, Array]:
     """Quantiles of a column over the samples, with intervals from order statistics (needs SciPy).
@@ -66,7 +66,7 @@ def rattles(points: Table) -> npt.NDArray[np.float64]:
 def probability(
     results: Results | Table,
     condition: Column = rattles,
-    by: Sequence[str] | None = None,
+    by: str | Sequence[str] | None = None,
     confidence: float = 0.95,
 ) -> dict[str, Array]:
     """The probability of a condition over the samples, with its Clopper-Pearson interval (needs SciPy).
@@ -84,6 +84,8 @@ def probability(
     rows = []
     for names, values in _groups(results, condition, by):
         known = values[~np.isnan(values)]
+        if not np.isin(known, [0, 1]).all():
+            raise ValueError("a condition must give truth values, or 0, 1 and NaN")
         count, true = values.size, int(np.count_nonzero(known))
         most = true + count - known.size
         row = {
@@ -98,7 +100,7 @@ def probability(
 def sobol_indices(
     results: Results | Table,
     column: Column,
-    by: Sequence[str] | None = None,
+    by: str | Sequence[str] | None = None,
     confidence: float = 0.95,
     resamples: int = 1000,
     seed: int = 0,
@@ -166,6 +168,8 @@ def _told(table: Table) -> dict[str, Any]:
 
 
 def _values(table: Table, column: Column) -> Array:
+    if isinstance(column, str) and column not in table.columns:
+        raise ValueError(f"the results have no column `{column}`")
     values = table[column] if isinstance(column, str) else np.asarray(column(table))
     if values.dtype == object and all(value is None or isinstance(value, (bool, np.bool_)) for value in values):
         values = np.array([np.nan if value is None else value for value in values], float)
@@ -174,13 +178,15 @@ def _values(table: Table, column: Column) -> Array:
     return values.astype(float)
 
 
-def _places(table: Table, by: Sequence[str] | None) -> Iterator[tuple[dict[str, Any], Array]]:
+def _places(table: Table, by: str | Sequence[str] | None) -> Iterator[tuple[dict[str, Any], Array]]:
     """The points of each combination of the values of some columns, with these values."""
     drawn = _told(table)["axes"]
     others = [name for name in json.loads(table.metadata["axes"]) if name not in drawn]
     others += ["direction"] * ("direction" in table.columns)
     varied = [name for name in others if len(set(table[name].tolist())) > 1]
-    names = list(varied if by is None else by)
+    names = varied if by is None else [by] if isinstance(by, str) else list(by)
+    if unknown := [name for name in names if name not in table.columns]:
+        raise ValueError(f"the results have no column `{unknown[0]}`")
     if missing := [name for name in varied if name not in names]:
         raise ValueError(f"the points also differ in {', '.join(missing)}; add it to `by`, or leave out `by`")
     keys = list(zip(*(table[name].tolist() for name in names))) if names else [()] * table.rows
@@ -192,7 +198,7 @@ def _places(table: Table, by: Sequence[str] | None) -> Iterator[tuple[dict[str, 
 
 
 def _groups(
-    results: Results | Table, column: Column, by: Sequence[str] | None
+    results: Results | Table, column: Column, by: str | Sequence[str] | None
 ) -> Iterator[tuple[dict[str, Any], Array]]:
     """The values of the samples of each group: those of matrix A of a design with several rows per sample."""
     table = _points(results)

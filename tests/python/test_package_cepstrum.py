@@ -52,3 +52,8 @@ def test_a_signal_without_a_spectrum_is_refused():
     for signal in ([1.0, 1.0, 1.0], [1.0], [1.0, float("nan")], [[1.0, 2.0]]):
         with pytest.raises(ValueError):
             gearatlas.cepstrum(signal, 1.0)
+    for step, turn in [(0.0, 1.0), (-1.0, 1.0), (float("nan"), 1.0), (1.0, 0.0)]:
+        with pytest.raises(ValueError, match="must be positive"):
+            gearatlas.cepstrum([1.0, 2.0, 3.0], step, turn=turn)
+    with pytest.raises(ValueError, match="real"):
+        gearatlas.cepstrum([1.0, 2.0j], 1.0)

@@ -129,9 +129,13 @@ def test_results_have_a_row_per_speed(tmp_path):
     assert found["q"].tolist() == [0.25, 0.75] * 2
     assert found["speed"].tolist() == sorted(found["speed"].tolist())
     assert np.all(found["low"] <= found["value"]) and np.all(found["value"] <= found["high"])
-    rattle = gearatlas.probability(results, by=["speed"])
+    rattle = gearatlas.probability(results, by="speed")
     assert np.all((rattle["low"] <= rattle["probability"]) & (rattle["probability"] <= rattle["high"]))
     with pytest.raises(ValueError, match="also differ in speed"):
         gearatlas.probability(results, by=[])
-    with pytest.raises(KeyError):
+    with pytest.raises(ValueError, match="no column `no such column`"):
         gearatlas.quantiles(results, "no such column")
+    with pytest.raises(ValueError, match="no column `nonsense`"):
+        gearatlas.probability(results, by=["speed", "nonsense"])
+    with pytest.raises(ValueError, match="truth values"):
+        gearatlas.probability(results, "force_peak", by="speed")
