@@ -368,8 +368,8 @@ fn teeth_that_cannot_be_are_refused() {
             "tooth 21 of a gear with 20 teeth",
         ),
         (
-            text("gear = \"pinion\"\ntooth = 2"),
-            "this tooth is like the others",
+            text("gear = \"pinion\"\ntooth = 2\nloss = 1"),
+            "more than a module",
         ),
         (
             text("gear = \"pinion\"\ntooth = 2\nstiffness = 0"),

@@ -6,13 +6,24 @@ use crate::units::short;
 /// Largest number of resonances listed per order.
 const MOST_LISTED: usize = 6;
 
+/// A speed in its unit, without decimals unless it is small.
+pub fn speed(value: f64) -> String {
+    let decimals = match value.abs() {
+        0.0 => 0,
+        ..10.0 => 3,
+        ..100.0 => 1,
+        _ => 0,
+    };
+    short(value, decimals)
+}
+
 /// Label and text of each line about resonances, one line per order.
 pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
     let [low, high] = diagram.grid.map(|speed| speed * unit.factor);
     let span = if low == high {
-        short(low, 0)
+        speed(low)
     } else {
-        format!("{} ... {}", short(low, 0), short(high, 0))
+        format!("{} ... {}", speed(low), speed(high))
     };
     let intro = format!(
         "{} at which an order has the frequency of a mode, in the grid ({span}) or within {:.0} % of it",
@@ -30,7 +41,7 @@ pub fn lines(diagram: &Campbell, unit: &Unit) -> Vec<(String, String)> {
         let by_state = [Contacts::Closed, Contacts::Open].map(|contacts| {
             let of_state = of_ray.iter().filter(|one| one.contacts == contacts);
             let mut labels: Vec<String> = (of_state.clone().take(MOST_LISTED))
-                .map(|one| format!("{} (mode {})", short(one.speed * unit.factor, 0), one.mode))
+                .map(|one| format!("{} (mode {})", speed(one.speed * unit.factor), one.mode))
                 .collect();
             let more = of_state.count().saturating_sub(MOST_LISTED);
             if more > 0 {

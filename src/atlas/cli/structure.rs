@@ -165,7 +165,7 @@ impl Structure {
                     None => format!("{:>9} ", "-"),
                     Some(speed) => {
                         let mark = if self.is_in_grid(speed) { '*' } else { ' ' };
-                        let speed = short(speed * self.unit().factor, 0);
+                        let speed = resonances::speed(speed * self.unit().factor);
                         format!("{speed:>9}{mark}")
                     }
                 };

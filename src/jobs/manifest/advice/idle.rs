@@ -28,7 +28,10 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     let varied = |key: &str| job.axes.iter().any(|axis| axis.name() == key);
     let drawn = first.model.source.gears().is_some();
     let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
-    if drawn && imposed {
+    // A crack depends on the section at the root, and a film of oil on the width.
+    let cracked = (first.mesh.teeth.as_ref())
+        .is_some_and(|teeth| teeth.faults.iter().any(|fault| fault.cracks != [None; 2]));
+    if drawn && imposed && !cracked {
         let why = "has no effect because the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
         // The mesh acts at the middle of offset faces, which depends on their widths.
         let offset = root.at("gear.face_offset").is_some()
@@ -36,7 +39,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
                 .iter()
                 .any(|end| varied(&format!("gear.face_offset{end}")));
         let constant = matches!(first.mesh.friction, FrictionSpec::Constant(_));
-        let width = (constant && !offset).then_some("face_width");
+        let width = (constant && !offset && first.mesh.film.is_none()).then_some("face_width");
         for key in OF_FLANKS.into_iter().chain(width) {
             let path = format!("gear.{key}");
             if given(job, root, &path) {

@@ -6,6 +6,7 @@ use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
+use std::collections::HashSet;
 
 /// Largest number of contacts besides the two flanks.
 const MOST_FURTHER_CONTACTS: usize = MOST_CONTACTS - 2;
@@ -31,8 +32,23 @@ pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<Structure
             .fail(root.issues);
     }
     let mut all: Vec<Option<StructureContact>> = Vec::new();
+    let mut names = HashSet::new();
     for table in &tables {
-        match contact(table, modes) {
+        let contact = contact(table, modes);
+        if let Some((spring, _)) = &contact
+            && !names.insert(spring.name.clone())
+        {
+            return table
+                .fault(
+                    DiagnosticKind::Inconsistent,
+                    "name",
+                    format!("two contacts have the name `{}`", spring.name),
+                )
+                .label("the second one")
+                .remedy("give each contact its own name: keys such as contact.NAME.gap refer to it")
+                .fail(root.issues);
+        }
+        match contact {
             Some((spring, Some(restitution))) => all.extend(spring.rigid(restitution).map(Some)),
             found => all.push(found.map(|(spring, _)| spring)),
         }

@@ -43,7 +43,7 @@ use std::sync::Arc;
 
 use backlash::MeshContext;
 pub(super) use continuation::read as read_continuation;
-use drive_kind::DriveKind;
+use drive_kind::{DriveKind, is_kind};
 pub(super) use job::read as read_job;
 pub(super) use runup::read as read_run_up;
 
@@ -139,6 +139,10 @@ pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> 
 
 /// The required table `[mesh]`.
 fn flanks(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
+    // A faulty modal file, which has been reported, may have no mesh.
+    if model.is_none() && is_kind(root, "modal") && root.entry("mesh").is_none() {
+        return None;
+    }
     let drawn = model.and_then(|model| model.source.gears());
     root.required_child("mesh").and_then(|section| {
         // A modal file has no drawing; `[gear]` is read if a part of the mesh needs it.

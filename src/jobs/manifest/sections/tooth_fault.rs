@@ -106,12 +106,12 @@ fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
             .fail(table.issues);
     }
     let (stiffness, depth, loss) = (stiffness?, crack?, loss?);
-    if stiffness == 1.0 && depth == 0.0 && loss == 0.0 {
-        let message = "this tooth is like the others";
-        let path = table.path_of("tooth");
-        return Diagnostic::new(DiagnosticKind::Inconsistent, table.span, &path, message)
-            .label("no fault")
-            .remedy("give `stiffness` below 1, a `crack` or a `loss`, or remove the table")
+    if loss.abs() > gears.module {
+        let message = "a tooth cannot lack or add more than a module";
+        return table
+            .fault(DiagnosticKind::OutOfRange, "loss", message.to_owned())
+            .label("too much")
+            .remedy("give the material along the line of action, such as \"20 um\"")
             .fail(table.issues);
     }
     let flanks = flanks?;

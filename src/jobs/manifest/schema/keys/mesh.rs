@@ -131,13 +131,15 @@ pub(super) const KEYS: &[Key] = &[
     integer("mesh.tooth_fault.*.tooth", 1.0, 100_000.0, "3")
         .about("Number of the tooth in the order in which the teeth engage. Tooth 1 engages at the start of the mesh cycle at time 0."),
     quantity("mesh.tooth_fault.*.stiffness", Ratio, bounds(0.0, true, 1.0, false), "0.7").or("1")
-        .about("Part of the stiffness that the pairs of this tooth keep."),
+        .about("Part of the stiffness that the pairs of this tooth keep, on both flanks. If both teeth of a pair have faults, their \
+                compliances add."),
     quantity("mesh.tooth_fault.*.crack", Length, NON_NEGATIVE, r#""1.5 mm""#).or("0")
         .about("Depth of a crack at the root of the tooth, through the whole face, across the section where the tangent of the \
                 fillet makes 30 degrees with the centre line of the tooth. At most 60 % of this section. A crack opens only \
                 under load on its own flank."),
     quantity("mesh.tooth_fault.*.loss", Length, ANY, r#""20 um""#).or("0")
-        .about("Material that the flanks of the tooth lack along the line of action. It is negative if the flanks protrude."),
+        .about("Material that the flanks of the tooth lack along the line of action, at most a module. It is negative if the flanks \
+                protrude."),
     choice("mesh.tooth_fault.*.flanks", &["both", "drive", "coast"], r#""drive""#).or(r#""both""#)
         .about("Flanks with the loss, or with the crack at their root. A pit is on one flank. The tooth of an error of the pitch lacks \
                 material on one flank, and the other protrudes: give two tables."),
