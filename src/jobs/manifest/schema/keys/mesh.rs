@@ -20,7 +20,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#).otherwise(BACKLASH)
         .about("Half of the backlash along the line of action. Contact is lost while the mesh deflection is less than \
                 this distance from the middle of the gap. If the drawing determines the backlash too, both must \
-                agree."),
+                agree. As an axis of the grid, or changed by a fit, it replaces the backlash of the drawing: the \
+                thinning of both gears changes alike, for this mesh only."),
     quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#).otherwise(BACKLASH)
         .about("Backlash normal to the flanks, instead of `half_gap`. Divided by cos beta_b it is the backlash along \
                 the transverse line of action, which is twice the half gap."),
