@@ -43,7 +43,7 @@ fn half_gaps_of_an_axis_are_those_of_thinner_teeth() {
         first.model.source,
         job(&shipped()).points.at(0).model.source
     );
-    let refused = with("[mesh]", &format!("half_gap = {gap:e}"));
+    let refused = with("\n[mesh]", &format!("half_gap = {gap:e}"));
     let refused = manifest::parse(&refused, "test.toml", Path::new("")).unwrap_err();
     assert!(
         refused.to_string().contains("contradicts the drawing"),

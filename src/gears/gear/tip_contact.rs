@@ -88,12 +88,15 @@ impl TipContact {
     }
 }
 
+/// Largest of the last terms of a converged series, relative to its largest term.
+const CONVERGED: f64 = 1e-14;
+
 /// The gap of a tip edge as a series over the distance behind the path: a table of helical gears takes the gap millions of
 /// times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TipGap {
     tip: TipContact,
-    /// End of the series \[m\]; 0 if there is none because the edge would be in the mate's fillet.
+    /// End of the series \[m\]; 0 if it does not converge.
     furthest: f64,
     series: [f64; 24],
 }
@@ -101,12 +104,19 @@ pub(super) struct TipGap {
 impl TipGap {
     pub fn new(tip: TipContact, furthest: f64) -> Self {
         let transforms = transforms24();
-        let furthest = tip.gap(furthest).map_or(0.0, |_| furthest);
-        let gap = |x: &f64| tip.gap(0.5 * furthest * (x + 1.0)).unwrap_or(0.0);
+        let gap = |x: &f64| tip.gap(0.5 * furthest * (x + 1.0)).unwrap_or(f64::NAN);
+        let series = transforms.interpolate(&transforms.nodes().each_ref().map(gap));
+        // Near the mate's base circle the gap has a root, and no series converges. The comparison also rejects NaN.
+        let largest = series
+            .iter()
+            .fold(0.0_f64, |most, term| most.max(term.abs()));
+        let converged = series[20..]
+            .iter()
+            .all(|term| term.abs() <= CONVERGED * largest);
         Self {
             tip,
-            furthest,
-            series: transforms.interpolate(&transforms.nodes().each_ref().map(gap)),
+            furthest: if converged { furthest } else { 0.0 },
+            series,
         }
     }
 
