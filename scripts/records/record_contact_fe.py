@@ -232,5 +232,3 @@ if __name__ == "__main__":
     print("# a quarter of the half width of contact at the lower load.")
     record([62, 62], 2e-3, [35e-3, 35e-3])
     record([20, 30], 4e-3, [48e-3, 76e-3])
-    # Teeth, module and shafts of the spur variant of manifests/gearbox.toml, without its profile shifts and relief.
-    record([29, 42], 2.1e-3, [32e-3, 36e-3])
