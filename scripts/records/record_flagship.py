@@ -21,7 +21,7 @@ from scipy.stats import binomtest
 
 SAMPLES = 10_000
 COUNTED = 4000
-RPM = (6000, 9000)
+RPM = (6000,)
 TOLERANCES = ROOT / "manifests/tolerances.toml"
 
 
@@ -82,7 +82,7 @@ def main(folder: str) -> None:
         both = points.join(dry, on=["load", "speed"], suffix="_dry").filter((pl.col("rattle_index") > 0) & (pl.col("rattle_index_dry") > 0))
         film = {name: (both[name] / both[f"{name}_dry"]).to_list() for name in ("rattle_index", "impact_velocity", "force_peak")}
         for words in ("without kept tables", "with kept tables"):
-            seconds, points = run(work, "speeds", ROOT / "manifests/flex80.toml", *SPEEDS)
+            seconds, points = run(work, "speeds", ROOT / "manifests/flex80.toml", *SPEEDS[2:])
             steady = (points["class"] == "steady_contact").sum()
             rows[f"{len(points)} speeds of helical gears, 12 modes, {steady} of them in steady contact, {words}"] = seconds
         for rpm in RPM:
