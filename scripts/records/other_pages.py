@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the figures of single sections of docs/ from the records `fmu`, `run-up` and `columns` under benches/runs/.
+"""Writes the figures of single sections of docs/ from the records `fmu`, `run-up`, `columns` and `flagship` under benches/runs/.
 
     .venv/bin/python scripts/records/other_pages.py           rewrites those parts
     .venv/bin/python scripts/records/other_pages.py --check   status 1 if a page differs
@@ -56,7 +56,28 @@ def columns() -> list[str]:
     ]
 
 
+def tolerances() -> list[str]:
+    """docs/tolerances.md: cost of samples, and rattle beside a count of independent drives."""
+    record = load("flagship", "record.json")
+    seconds = [(words, f"{time:.0f} s") for words, time in record["seconds"].items() if "tolerances.toml" in words]
+    percent = lambda row, kind: "{share:.2f} ({low:.2f} to {high:.2f})".format(**{name: 100 * row[kind][name] for name in ("share", "low", "high")})  # noqa: E731
+    kinds = {"few": "samples", "many": "samples", "counted": "drives of independent random numbers"}
+    first = record["rattle"][0]
+    return [
+        f"Processor time on one core of a shared {record['cpu']} ({link('flagship')}):",
+        "",
+        *table(["job", "time"], seconds),
+        "Probability that the teeth part [%], with 95 % intervals:",
+        "",
+        *table(
+            ["speed", *(f"{first[kind]['drives']} {words}" for kind, words in kinds.items())],
+            [(f"{row['rpm']} rpm", *(percent(row, kind) for kind in kinds)) for row in record["rattle"]],
+        )[:-1],
+    ]
+
+
 if __name__ == "__main__":
+    write_blocks("docs/tolerances.md", {"flagship": tolerances}, sys.argv[1:])
     write_blocks("docs/fmu.md", {"steps": fmu}, sys.argv[1:])
     write_blocks("docs/run-ups.md", {"time": run_up}, sys.argv[1:])
     write_blocks("docs/theory/propagation.md", {"columns": columns}, sys.argv[1:])

@@ -5,7 +5,7 @@
 use crate::common;
 use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::{Nvh, Outputs, Signals};
-use gearatlas::manifest::{self, Job};
+use gearatlas::manifest::{self, Job, PointSpec, StiffnessSpec};
 use gearatlas::model::{InitialState, Model, Quantity};
 use gearatlas::propagate::{Event, Observer, Window};
 use std::path::Path;
@@ -17,6 +17,38 @@ fn job(text: &str) -> Job {
 fn shipped() -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/trains");
     std::fs::read_to_string(folder.join("helical-two-stage.toml")).unwrap()
+}
+
+/// As an axis the half gap replaces the backlash of the drawing, as if the thinning of both gears were another one.
+#[test]
+fn half_gaps_of_an_axis_are_those_of_thinner_teeth() {
+    let text = shipped().replacen("thinning = \"40 um\"", "thinning = \"65 um\"", 2);
+    let drawn = job(&text).points.at(0);
+    let gap = drawn.mesh.half_gap;
+    let with = |table: &str, line: &str| shipped().replacen(table, &format!("{table}\n{line}"), 1);
+    let given = format!("\"mesh.half_gap\" = {{ values = [{gap:e}, 1e-4] }}");
+    let points = job(&with("[grid]", &given)).points;
+    let [first, last] = [0, points.len() - 1].map(|index| points.at(index));
+    assert_eq!([first.mesh.half_gap, last.mesh.half_gap], [gap, 1e-4]);
+    let thinning = |point: &PointSpec| match &point.mesh.stiffness {
+        StiffnessSpec::Table(spec) => spec.gears.form.thinning,
+        other => panic!("{other:?}"),
+    };
+    let [varied, expected] = [&first, &drawn].map(thinning);
+    for (varied, expected) in varied.iter().zip(expected) {
+        assert!((varied - expected).abs() < 1e-12, "{varied} {expected}");
+    }
+    // Only the first mesh has it.
+    assert_eq!(
+        first.model.source,
+        job(&shipped()).points.at(0).model.source
+    );
+    let refused = with("\n[mesh]", &format!("half_gap = {gap:e}"));
+    let refused = manifest::parse(&refused, "test.toml", Path::new("")).unwrap_err();
+    assert!(
+        refused.to_string().contains("contradicts the drawing"),
+        "{refused}"
+    );
 }
 
 struct Watched(Outputs);

@@ -66,7 +66,7 @@ pub struct Model {
     /// Torques, accelerations and rotations at points of the structure.
     pub outputs: Vec<Output>,
     /// Mass m_e in an impact of the flanks, along the line of action \[kg\]:
-    /// `1/m_e = Σ mesh²` over the rigid modes, or over all modes if no rigid one deflects the mesh.
+    /// that of [`ModalStructure::mesh_mass`].
     pub effective_mass: f64,
     /// Meshes of the structure, the first mesh first.
     pub meshes: Vec<NamedMesh>,
@@ -361,8 +361,11 @@ impl Model {
     }
 }
 
-/// `Σ mesh²` over the rigid modes, or over all modes if no rigid one deflects the mesh \[1/kg\].
+/// One over [`ModalStructure::mesh_mass`] \[1/kg\].
 fn inverse_mass(structure: &ModalStructure) -> f64 {
+    if let Some(mass) = structure.mesh_mass {
+        return 1.0 / mass;
+    }
     let sum = |rigid_only: bool| -> f64 {
         (structure.mesh.iter().zip(&structure.frequency))
             .filter(|(_, frequency)| !rigid_only || **frequency == 0.0)

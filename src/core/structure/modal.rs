@@ -66,6 +66,10 @@ pub struct ModalStructure {
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if none is
     /// omitted or it should be ignored (no modal-truncation augmentation).
     pub residual_flexibility: f64,
+    /// Mass of the mesh along the line of action \[kg\]; `None` for `1/Σ mesh²` over the rigid modes, or over all modes
+    /// if no rigid one deflects the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh_mass: Option<f64>,
     /// Participations of the coast flanks, with the sign of the drive flanks': their deflection grows
     /// as the drive flanks approach, and they touch where it falls to minus the half gap. `None`
     /// if their line of action is unknown.
@@ -470,6 +474,7 @@ impl ModalStructure {
             friction: vec![0.0; n],
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
+            mesh_mass: None,
             coast: None,
             contacts: Vec::new(),
             bearings: Vec::new(),
@@ -607,6 +612,7 @@ impl ModalStructure {
             friction: drive.friction,
             friction_lever: drive.lever,
             residual_flexibility: drive.residual_flexibility,
+            mesh_mass: self.mesh_mass,
             coast: self.coast.as_ref().map(reduce),
             contacts: (self.contacts.iter())
                 .map(|contact| StructureContact {

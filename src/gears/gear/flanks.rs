@@ -12,7 +12,7 @@
 use super::compliance::GearBodies;
 use super::drawing_checks::{bores, check_points, check_values};
 use super::pair::NO_BACKLASH;
-use super::tip_contact::TipContact;
+use super::tip_contact::{TipContact, TipGap};
 use super::{FaceCoupling, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::sync::Arc;
 
@@ -88,6 +88,8 @@ pub struct Flanks {
     /// tan α_w.
     tangent: f64,
     reach: [f64; 2],
+    /// Gaps of the tip edges of pinion and wheel on their mates' flanks.
+    tip_gaps: [TipGap; 2],
     pub(super) bodies: GearBodies,
     /// For helical gears the spur pair of their normal section, whose teeth have the same compliance;
     /// `None` for spur gears.
@@ -192,6 +194,7 @@ impl Flanks {
             path,
             tangent,
             reach,
+            tip_gaps: [TipGap::new(tips[0], after), TipGap::new(tips[1], before)],
             bodies: GearBodies::default(),
             normal_section: None,
             face_coupling: None,
@@ -238,23 +241,31 @@ impl Flanks {
         let bore = |index: usize| {
             self.bores[index] * teeth[index].root_radius / self.teeth[index].root_radius
         };
+        let centre_distance = operating_pitch_radii.iter().sum();
+        let path = PathOfContact {
+            base_pitch: self.path.base_pitch / cos,
+            start: (self.path.start / cos).max(teeth[1].base_radius * (tangent - last_roll[1])),
+            end: (self.path.end / cos).min(teeth[0].base_radius * (last_roll[0] - tangent)),
+            pitch_point: self.path.pitch_point / cos,
+        };
+        let reach = self.reach.map(|end| end / cos);
+        let [pinion, wheel] = tips(&teeth, centre_distance, pressure_angle);
         Ok(Self {
             pressure_angle,
             base_helix_angle: 0.0,
-            centre_distance: operating_pitch_radii.iter().sum(),
+            centre_distance,
             operating_pitch_radii,
             backlash: self.backlash * cos,
             clearance: self.clearance,
             face_width: self.face_width / cos,
             bores: [bore(0), bore(1)],
-            path: PathOfContact {
-                base_pitch: self.path.base_pitch / cos,
-                start: (self.path.start / cos).max(teeth[1].base_radius * (tangent - last_roll[1])),
-                end: (self.path.end / cos).min(teeth[0].base_radius * (last_roll[0] - tangent)),
-                pitch_point: self.path.pitch_point / cos,
-            },
+            path,
             tangent: pressure_angle.tan(),
-            reach: self.reach.map(|end| end / cos),
+            reach,
+            tip_gaps: [
+                TipGap::new(pinion, reach[1] - path.end),
+                TipGap::new(wheel, path.start - reach[0]),
+            ],
             bodies: GearBodies::default(),
             normal_section: None,
             face_coupling: None,
@@ -274,18 +285,13 @@ impl Flanks {
         self.reach
     }
 
-    /// The tip edges of pinion and wheel on their mates' flanks.
-    pub(super) fn tips(&self) -> [TipContact; 2] {
-        tips(&self.teeth, self.centre_distance, self.pressure_angle)
-    }
-
     /// Gap of a pair off the path of contact \[m\], between a tip edge and its mate's flank; 0 on the path.
     pub fn tip_gap(&self, s: f64) -> f64 {
-        let [pinion, wheel] = self.tips();
+        let [pinion, wheel] = &self.tip_gaps;
         let gap = if s > self.path.end {
-            pinion.gap(s - self.path.end)
+            pinion.at(s - self.path.end)
         } else if s < self.path.start {
-            wheel.gap(self.path.start - s)
+            wheel.at(self.path.start - s)
         } else {
             return 0.0;
         };
@@ -355,7 +361,11 @@ impl Flanks {
 }
 
 /// The tip edges of pinion and wheel on their mates' flanks.
-fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipContact; 2] {
+pub(super) fn tips(
+    teeth: &[Tooth; 2],
+    centre_distance: f64,
+    pressure_angle: f64,
+) -> [TipContact; 2] {
     [[0, 1], [1, 0]].map(|[gear, mate]| TipContact {
         base_radius: teeth[gear].base_radius,
         tip_roll: teeth[gear].tip_roll,

@@ -187,6 +187,27 @@ impl GearPair {
         Ok((backlash > NO_BACKLASH * self.module).then_some(0.5 * backlash))
     }
 
+    /// This pair with the thinning of both gears changed alike so that the drawing has a half gap \[m\].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn with_half_gap(&self, half_gap: f64) -> Result<Self, GearError> {
+        let thinned = |by: f64| {
+            let mut pair = self.clone();
+            pair.form
+                .thinning
+                .iter_mut()
+                .for_each(|thinning| *thinning += by);
+            pair
+        };
+        // The backlash is linear in the thinning.
+        let step = 1e-2 * self.module;
+        let drawn = self.action_backlash()?;
+        let slope = (thinned(step).action_backlash()? - drawn) / step;
+        Ok(thinned((2.0 * half_gap - drawn) / slope))
+    }
+
     /// The pair with the bores that the drawing does not state set to the diameters of its shafts \[m\].
     pub fn on_shafts(&self, diameters: [f64; 2]) -> Self {
         let mut pair = self.clone();

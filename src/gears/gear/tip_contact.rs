@@ -23,7 +23,7 @@
 //!
 //! from the end of the path on, where γ' is −α_w.
 
-use crate::numerics::legendre::transforms8;
+use crate::numerics::legendre::{evaluate, transforms8, transforms24};
 
 /// A tip edge and the flank on which it slides beyond the end of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +88,47 @@ impl TipContact {
     }
 }
 
+/// Largest of the last terms of a converged series, relative to its largest term.
+const CONVERGED: f64 = 1e-14;
+
+/// The gap of a tip edge as a series over the distance behind the path: a table of helical gears takes the gap millions of
+/// times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TipGap {
+    tip: TipContact,
+    /// End of the series \[m\]; 0 if it does not converge.
+    furthest: f64,
+    series: [f64; 24],
+}
+
+impl TipGap {
+    pub fn new(tip: TipContact, furthest: f64) -> Self {
+        let transforms = transforms24();
+        let gap = |x: &f64| tip.gap(0.5 * furthest * (x + 1.0)).unwrap_or(f64::NAN);
+        let series = transforms.interpolate(&transforms.nodes().each_ref().map(gap));
+        // Near the mate's base circle the gap has a root, and no series converges. The comparison also rejects NaN.
+        let largest = series
+            .iter()
+            .fold(0.0_f64, |most, term| most.max(term.abs()));
+        let converged = series[20..]
+            .iter()
+            .all(|term| term.abs() <= CONVERGED * largest);
+        Self {
+            tip,
+            furthest: if converged { furthest } else { 0.0 },
+            series,
+        }
+    }
+
+    /// As [`TipContact::gap`].
+    pub fn at(&self, beyond: f64) -> Option<f64> {
+        if beyond >= self.furthest {
+            return self.tip.gap(beyond);
+        }
+        Some(evaluate(&self.series, 2.0 * beyond / self.furthest - 1.0).max(0.0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -105,7 +146,8 @@ mod tests {
             ..ToothForm::default()
         };
         let pair = pair(teeth, form);
-        Flanks::new(&pair).unwrap().tips()
+        let flanks = Flanks::new(&pair).unwrap();
+        crate::gear::flanks::tips(&flanks.teeth, flanks.centre_distance, flanks.pressure_angle)
     }
 
     /// End of conjugate contact at the tip, from the pitch point.
@@ -158,6 +200,25 @@ mod tests {
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn the_series_is_the_gap() {
+        for tip in
+            (tips([20, 30], [0.0; 2], None).into_iter()).chain(tips([20, 70], [0.0; 2], Some(0.33)))
+        {
+            let furthest = tip.reach(50e-6, 5e-3);
+            let series = TipGap::new(tip, furthest);
+            for step in 0..=60 {
+                let beyond = furthest * f64::from(step) / 50.0;
+                match (series.at(beyond), tip.gap(beyond)) {
+                    (Some(found), Some(exact)) => {
+                        assert!((found - exact).abs() < 1e-17, "{step}: {found:e} {exact:e}")
+                    }
+                    (found, exact) => assert_eq!(found, exact, "{step}"),
+                }
             }
         }
     }

@@ -472,6 +472,17 @@ impl AssembledMatrices {
         }
         row
     }
+
+    /// Mass matrix times the velocities of the free freedoms.
+    pub fn momentum(&self, velocity: &[f64]) -> Vec<f64> {
+        let row = |row| {
+            let columns = velocity.iter().enumerate();
+            columns
+                .map(|(column, v)| self.mass[(row, column)] * v)
+                .sum()
+        };
+        (0..velocity.len()).map(row).collect()
+    }
 }
 
 #[cfg(test)]

@@ -42,6 +42,9 @@ struct Occurrence {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
+/// The key that thins the teeth of a drawing where it varies.
+const HALF_GAP: &str = "mesh.half_gap";
+
 /// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
 const MOST_NODES: usize = 500_000;
 
@@ -80,6 +83,7 @@ pub(super) fn expand(
     hash: &mut JobHash,
 ) -> JudgedCombinations {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
+    context.half_gap_varies = keys.iter().any(|axis| axis.axis.name() == HALF_GAP);
     let combinations = Combinations::new(axes, dimensions);
     // The number of combinations does not overflow for a grid of an accepted size.
     let all = if exhaustive { combinations.lengths.iter().product() } else { 1 };
@@ -383,13 +387,16 @@ impl PointResolver {
         if let Some(file) = (kept.modal_tree.as_ref()).filter(|_| kept.modal_changed || of_file) {
             modal_keys::attach(&mut tree, file.clone());
         }
+        let mut varies = false;
         for (name, node) in samples.chain(nodes) {
+            varies |= name == HALF_GAP;
             if modal_keys::put(&mut tree, name, node).is_err() {
                 return Err(format!("`{name}` is neither a key nor an axis"));
             }
         }
         let issues = Issues::default();
         let mut context = Context::new(&kept.base_dir);
+        context.half_gap_varies = varies;
         context.modal_files.clone_from(&kept.modal_files);
         context.housings.clone_from(&kept.housings);
         context.last_drive = like.map(|like| like.model.source.clone());

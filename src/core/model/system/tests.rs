@@ -245,5 +245,12 @@ fn damping_ratios_are_those_of_the_mass_in_the_mesh() {
         assert!((critical - 2.0 * (4e8 / inverse_mass).sqrt()).abs() < 1e-9 * critical);
         let mass = Model::new(&s, &drive(), POINT).unwrap().effective_mass;
         assert!((mass * inverse_mass - 1.0).abs() < 1e-14);
+        let known = ModalStructure {
+            mesh_mass: Some(0.25),
+            ..s
+        };
+        assert_eq!(Model::damping_from_ratio(&known, 0.1, 4e8), 2e3);
+        let mass = Model::new(&known, &drive(), POINT).unwrap().effective_mass;
+        assert_eq!(mass, 0.25);
     }
 }

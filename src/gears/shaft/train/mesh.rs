@@ -1,8 +1,10 @@
 //! Meshes of a train besides its first one, and the force laws of their flanks.
 
+use super::nodes::Assembled;
 use super::speeds::sense;
-use super::{GearPlace, TrainDrive, TrainError};
+use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError};
 use crate::gear::MeshTableSpec;
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::structure::ContactLaw;
 use serde::Serialize;
 
@@ -76,6 +78,36 @@ impl MeshLaw {
 }
 
 impl TrainDrive {
+    /// Mass of the first mesh along the line of action \[kg\], `1/m = Σ (∂δ/∂θ)²/J` over the bodies with its gears:
+    /// shafts that rotate as rigid bodies, with everything on them, or loose gears (m_red of ISO 6336-1). `None` if
+    /// these bodies are the rigid modes of the train, or if none of them rotates.
+    pub(super) fn mesh_mass(
+        &self,
+        matrices: &AssembledMatrices,
+        assembled: &Assembled,
+        mesh: &[(usize, Freedom, f64)],
+    ) -> Option<f64> {
+        let joined = |coupling: &ShaftCoupling| coupling.stiffness[3] > 0.0;
+        if self.planetary.is_empty() && !self.couplings.iter().any(joined) {
+            return None;
+        }
+        let deflection = matrices.functional(mesh);
+        let of_body = |place: &GearPlace| {
+            let body = self.body_of(*place);
+            let nodes = match body.checked_sub(self.shafts.len()) {
+                Some(number) => assembled.loose[number]..assembled.loose[number] + 1,
+                None => assembled.independent_nodes(body),
+            };
+            let turning: Vec<_> = nodes.map(|node| (node, Freedom::RotationZ, 1.0)).collect();
+            let turning = matrices.functional(&turning);
+            let dot = |row: &[f64]| -> f64 { row.iter().zip(&turning).map(|(a, b)| a * b).sum() };
+            let inertia = dot(&matrices.momentum(&turning));
+            if inertia > 0.0 { dot(&deflection).powi(2) / inertia } else { 0.0 }
+        };
+        let inverse: f64 = self.gears.iter().map(of_body).sum();
+        (inverse > 0.0).then(|| 1.0 / inverse)
+    }
+
     /// Direction in which a gear rolls in its meshes if the first gear rolls forwards: −1 or 1.
     ///
     /// # Errors

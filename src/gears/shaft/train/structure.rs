@@ -220,15 +220,7 @@ impl TrainDrive {
             .map(|(node, speed)| (node, Freedom::RotationZ, speed));
         let turning: Terms = turning.chain(self.orbits(layout, assembled)).collect();
         let motion = matrices.functional(&turning);
-        let momentum: Vec<f64> = (0..motion.len())
-            .map(|row| {
-                let columns = motion.iter().enumerate();
-                columns
-                    .map(|(column, u)| matrices.mass[(row, column)] * u)
-                    .sum()
-            })
-            .collect();
-        let parts = solution.participation(&momentum)[..rigid].to_vec();
+        let parts = solution.participation(&matrices.momentum(&motion))[..rigid].to_vec();
         let norm = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
         parts.into_iter().map(|part| part / norm).collect()
     }
@@ -240,6 +232,7 @@ impl TrainDrive {
         assembled: &Assembled,
         (first, damping, bearings): ([FlankTerms; 2], Vec<f64>, Vec<BearingGain>),
     ) -> Result<ModalStructure, ShaftError> {
+        let mesh_mass = self.mesh_mass(solved.matrices, assembled, &first[0].mesh);
         let [drive, coast] = first.map(|flank| solved.flank(&flank));
         let torque_on = |shaft: usize, sense: f64| {
             let node = assembled.at(shaft, self.shafts[shaft].torque_at);
@@ -284,6 +277,7 @@ impl TrainDrive {
             friction: drive.friction,
             friction_lever: drive.lever,
             residual_flexibility: 0.0,
+            mesh_mass,
             coast: Some(coast),
             contacts: self.contacts(solved, layout, assembled),
             bearings,

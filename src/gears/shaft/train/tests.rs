@@ -198,6 +198,70 @@ fn two_stages_turn_as_their_teeth_say() {
     }
 }
 
+/// An engine ahead of the first shaft, in line with it and joined to it by a coupling \[N m/rad\].
+fn with_engine(mut train: TrainDrive, twist: f64) -> TrainDrive {
+    let inertia = Disc {
+        polar_inertia: 0.15,
+        ..Disc::default()
+    };
+    train.shafts.push(TrainShaft {
+        name: "engine".to_owned(),
+        sections: Vec::new(),
+        motion: Motion::Rotation,
+        discs: vec![(0.0, inertia)],
+        gears: Vec::new(),
+        bearings: Vec::new(),
+        torque_at: 0.0,
+        ..train.shafts[0].clone()
+    });
+    train.driver = train.shafts.len() - 1;
+    train.couplings = vec![ShaftCoupling {
+        shafts: [train.driver, 0],
+        at: [0.0; 2],
+        stiffness: [0.0, 0.0, 0.0, twist],
+        damping: 0.0,
+        stages: Vec::new(),
+        hysteresis: Vec::new(),
+    }];
+    train
+}
+
+/// m_red of both gears in closed form; the engine and the third shaft do not add to it.
+#[test]
+fn the_mass_of_a_mesh_is_that_of_its_two_shafts() {
+    let base = |z: f64| 0.5 * 3e-3 * z * 20f64.to_radians().cos();
+    let expected = 1.0 / (base(20.0).powi(2) / 20e-4 + base(30.0).powi(2) / 48e-4);
+    let alone = row([20, 30, 18, 27]);
+    let structure = alone.modes(3, 3, false).unwrap();
+    assert_eq!(structure.mesh_mass, None);
+    for twist in [20.0, 1e5] {
+        let coupled = with_engine(alone.clone(), twist).modes(4, 4, false);
+        let mass = coupled.unwrap().mesh_mass.unwrap();
+        assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} {expected}");
+    }
+    // A loose gear counts without its shaft.
+    let mut loose = alone;
+    loose.meshes.clear();
+    loose.shafts.truncate(2);
+    loose.shafts[1].motion = Motion::None;
+    loose.shafts[1].gears[0].loose = Some(LooseGear {
+        bearing: Bearing::default(),
+        drag: Drag::default(),
+    });
+    let structure = with_engine(loose, 20.0).modes(3, 3, false).unwrap();
+    let mass = structure.mesh_mass.unwrap();
+    let expected = 1.0 / (base(20.0).powi(2) / 20e-4 + base(30.0).powi(2) / 30e-4);
+    assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} {expected}");
+
+    // Beams rotate as a rigid body, as in the rigid modes without an engine.
+    let flexible = train(&flexible());
+    let structure = flexible.modes(MODES, MODES, false).unwrap();
+    let sum: f64 = structure.mesh[..2].iter().map(|w| w * w).sum();
+    let coupled = with_engine(flexible, 20.0).modes(MODES, MODES, false);
+    let mass = coupled.unwrap().mesh_mass.unwrap();
+    assert!((mass * sum - 1.0).abs() < 1e-8, "{mass} {sum}");
+}
+
 #[test]
 fn a_loose_gear_turns_for_itself_and_is_braked_by_its_shaft() {
     let mut train = row([20, 30, 18, 27]);

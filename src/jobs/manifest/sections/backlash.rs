@@ -63,6 +63,17 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<f64> {
     }
 }
 
+/// The drawing with `mesh.half_gap` by thinning, if it has backlash. Faults of the key are reported by [`read`].
+pub(super) fn thinned(section: &Section, gears: GearPair) -> GearPair {
+    let drawn = gears.drawn_half_gap().ok().flatten();
+    let given = section
+        .entry(KEYS[0])
+        .and_then(|_| section.quantity(KEYS[0]));
+    (drawn.and(given))
+        .and_then(|half_gap| gears.with_half_gap(half_gap).ok())
+        .unwrap_or(gears)
+}
+
 /// Ratio of the normal backlash to the backlash along the line of action in the transverse section, `cos β_b`.
 fn normal(gears: Option<&GearPair>) -> f64 {
     gears.map_or(1.0, |gears| gears.base_helix_angle().cos())

@@ -81,6 +81,8 @@ pub(super) struct Context<'a> {
     pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
     /// Files of torque curves, in the same way: angles \[rad\] and torques \[N m\].
     pub torque_curves: HashMap<PathBuf, Option<Vec<[f64; 2]>>>,
+    /// Whether an axis or a command gives `mesh.half_gap`, which then thins the teeth of a drawing with backlash.
+    pub half_gap_varies: bool,
     /// The last drive, which points of the same structure share.
     pub last_drive: Option<StructureSource>,
 }
@@ -92,6 +94,7 @@ impl<'a> Context<'a> {
             modal_files: HashMap::new(),
             housings: HashMap::new(),
             torque_curves: HashMap::new(),
+            half_gap_varies: false,
             last_drive: None,
         }
     }
@@ -113,7 +116,7 @@ pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> 
     let mesh = if oscillator::is_one(root, context) {
         oscillator::mesh(root, model.as_ref())
     } else {
-        flanks(root, model.as_ref())
+        flanks(root, model.as_ref(), context.half_gap_varies)
     };
 
     let source = model.as_ref().map(|model| &model.source);
@@ -138,7 +141,7 @@ pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> 
 }
 
 /// The required table `[mesh]`.
-fn flanks(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
+fn flanks(root: &Section, model: Option<&ModelSpec>, gap_varies: bool) -> Option<MeshSpec> {
     // A faulty modal file, which has been reported, may have no mesh.
     if model.is_none() && is_kind(root, "modal") && root.entry("mesh").is_none() {
         return None;
@@ -147,6 +150,11 @@ fn flanks(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec> {
     root.required_child("mesh").and_then(|section| {
         // A modal file has no drawing; `[gear]` is read if a part of the mesh needs it.
         let gears = drawn.or_else(|| model::gears_for_modal_file(root, &section));
+        let gears = if gap_varies {
+            gears.map(|gears| backlash::thinned(&section, gears))
+        } else {
+            gears
+        };
         let drive = MeshContext {
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),

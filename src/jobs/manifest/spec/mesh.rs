@@ -208,8 +208,8 @@ impl TwoLevels {
 /// Contact damping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum DampingSpec {
-    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes (over all modes if there is no
-    /// rigid mode).
+    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, with the mass m_e of
+    /// [`ModalStructure::mesh_mass`](crate::structure::ModalStructure::mesh_mass).
     Ratio(f64),
     /// The coefficient itself \[N s/m\].
     Coefficient(f64),

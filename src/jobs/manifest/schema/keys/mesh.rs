@@ -20,7 +20,8 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#).otherwise(BACKLASH)
         .about("Half of the backlash along the line of action. Contact is lost while the mesh deflection is less than \
                 this distance from the middle of the gap. If the drawing determines the backlash too, both must \
-                agree."),
+                agree. As an axis of the grid, or changed by a fit, it replaces the backlash of the drawing: the \
+                thinning of both gears changes alike, for this mesh only."),
     quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#).otherwise(BACKLASH)
         .about("Backlash normal to the flanks, instead of `half_gap`. Divided by cos beta_b it is the backlash along \
                 the transverse line of action, which is twice the half gap."),
@@ -113,8 +114,10 @@ pub(super) const KEYS: &[Key] = &[
                 and 2 slices with three pairs."),
     key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))`, \
-                with the mean stiffness and the mesh mass of the rigid rotations. A text such as \"1483 N*s/m\" is \
-                the coefficient c itself."),
+                with the mean stiffness k and the reduced mass m of the two shafts with the gears of the mesh, along the line \
+                of action: `1/m = r_b1^2/J_1 + r_b2^2/J_2`. J is the inertia of a whole shaft about its axis, as a rigid \
+                body, with all gears and discs on it, or of a loose gear alone. Shafts behind couplings, such as an \
+                engine or a car, and carriers of planets do not count. A text such as \"1483 N*s/m\" is the coefficient c itself."),
     choice("mesh.release", &["deflection", "force"], r#""force""#).or(r#""deflection""#)
         .about("Condition that opens a closed contact. It also holds for further contacts of a modal file. \
                 `deflection`: the deflection returns to the gap. Just before, the damper pulls. `force`: the force of \
