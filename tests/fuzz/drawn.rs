@@ -160,6 +160,7 @@ impl Drawn {
                 wheel_teeth: None,
                 frame: Default::default(),
                 rated_force: 1330.0,
+                mesh_mass: None,
                 frequency,
                 damping,
                 mesh_tilt: vec![0.0; n],

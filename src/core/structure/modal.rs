@@ -693,6 +693,7 @@ mod tests {
             wheel_teeth: None,
             frame: TurningFrame::default(),
             rated_force: 1.0,
+            mesh_mass: None,
             frequency: vec![0.0, 2.0, 4.0, 8.0],
             damping: column(0.01),
             mesh: column(1.0),
