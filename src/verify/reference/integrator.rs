@@ -387,7 +387,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Sets `moved` to the state after `tau` from `left`.
+    /// Sets `trial_state` to the state after `tau` from `left`.
     fn advance(&mut self, left: f64, tau: f64) {
         let model = self.reference.model;
         let rule = &self.reference.rule;

@@ -65,7 +65,7 @@ impl Losses {
         }
     }
 
-    /// Writes the statistics from the mean losses \[W\] of all contacts; `found` has the mean force.
+    /// Writes the statistics from the mean losses \[W\] of all contacts; `outcome` already has the mean force.
     pub fn write_statistics(&self, losses: Vec<f64>, outcome: &mut NvhOutcome) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
         let through = self.rolling.base_speed * outcome.force_mean;

@@ -61,7 +61,7 @@ impl<'t> Bases<'t> {
     }
 
     /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases of the sets
-    /// that they reach in `beside`.
+    /// that they reach in `shared_storage`.
     ///
     /// # Errors
     /// They belong to another model.

@@ -148,8 +148,8 @@ fn map_states<V: Vector, const COUNT: usize>(
     COUNT
 }
 
-/// Maps some lane groups of rows and returns the number of rows. The order of the sums of a state is the same in every
-/// batch.
+/// Maps G lane groups of rows, from `row` on, for COUNT states; returns the number of rows. The sums of each state are
+/// formed in the same order for every COUNT and G, so that results have the same bits.
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],

@@ -6,7 +6,7 @@
 //! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
 //! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
 //! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
-//! bases of the sets that a motion reaches ([`enter`]).
+//! bases of the sets that a motion reaches ([`build_slot`]).
 //!
 //! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form
 //! ([`excitation`]): a state is `z = y + steady · inputs`, and y moves without any input.

@@ -10,7 +10,7 @@ use crate::model::{Block, Model};
 use crate::propagate::vectors::{LANES, Lanes};
 use num_complex::{Complex64, c64};
 
-/// A system at an operating point.
+/// The tables of a system at an operating point: exponentials, steady responses and views.
 #[derive(Debug)]
 pub struct System {
     /// Its blocks.

@@ -30,7 +30,7 @@ impl SpeedInterval {
         interval
     }
 
-    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `turned` requires. Unchanged if the
+    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `rotation` requires. Unchanged if the
     /// drive does not rotate freely.
     #[must_use]
     pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {

@@ -226,7 +226,7 @@ fn kink<L: FlankLaw>(
     let sign_at_low = positive(&at_low);
     let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
-        // Zero of the first margin, by linear interpolation between the ends.
+        // Zero of the first of these margins, by linear interpolation between the ends.
         let crossings = at_low
             .iter()
             .zip(&at_high)

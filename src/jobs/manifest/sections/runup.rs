@@ -59,7 +59,7 @@ pub(in crate::manifest) fn read(root: &Section, base_dir: &Path) -> Option<Optio
     }))
 }
 
-/// Speed and load.
+/// How speed and load vary over the run-up.
 struct Course {
     speed: PointCourse,
     load: Option<RunUpLoad>,
