@@ -201,9 +201,9 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Mean speed of impacts in the chaos that every trajectory left";
         f64 "transient_impact_velocity_stderr", "m/s", row.chaos_averages()?.impact_velocity?[1],
             "Standard error of transient_impact_velocity";
-        list "chain_lengths", "1", &*row.chain_record()?.lengths,
+        list "chain_lengths", "1", &*row.growth_record()?.lengths,
             "Number of growth averages over ten mesh cycles kept per trajectory; null without analyses.lyapunov.chains";
-        list "chain_growth", "1/cycle", &*row.chain_record()?.growth,
+        list "chain_growth", "1/cycle", &*row.growth_record()?.growth,
             "These growth averages, one trajectory after the other";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";

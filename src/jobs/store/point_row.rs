@@ -3,7 +3,7 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ChainRecord, ChaosAverages, CovariantOutcome, HorizonOutcome, LyapunovOutcome,
+    ChaosAverages, CovariantOutcome, GrowthRecord, HorizonOutcome, LyapunovOutcome,
     MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
@@ -78,7 +78,7 @@ impl PointRow {
         self.outcome.chaos.as_ref()?.averages_before_exit.as_ref()
     }
 
-    pub(super) fn chain_record(&self) -> Option<&ChainRecord> {
+    pub(super) fn growth_record(&self) -> Option<&GrowthRecord> {
         self.outcome.evidence.as_ref()?.chains.as_ref()
     }
 

@@ -90,7 +90,7 @@ impl StepTimer {
 impl PointResult {
     fn failed(point: &PointSpec, reason: String) -> Self {
         Self {
-            outcome: PointOutcome::unanswered(Status::Failed, reason),
+            outcome: PointOutcome::without_results(Status::Failed, reason),
             multistability: None,
             orbits: None,
             horizon: None,

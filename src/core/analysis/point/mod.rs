@@ -88,7 +88,7 @@ pub fn investigate_onward<K: Kernel>(
         Err(Interruption::Interrupted) => Err(Interrupted),
         Err(Interruption::Stop(stop)) => run.stopped(stop),
         Err(Interruption::Runaway(runaway)) => {
-            Ok(run.unanswered(Status::Diverged, runaway.to_string()))
+            Ok(run.without_results(Status::Diverged, runaway.to_string()))
         }
     };
     *trajectory = run.trajectory;

@@ -111,7 +111,7 @@ mod tests {
                 course: None,
             }),
             measured_cycles: 400,
-            ..PointOutcome::unanswered(Status::NotConverged, String::new())
+            ..PointOutcome::without_results(Status::NotConverged, String::new())
         };
         let found = ExpectedCycles::of(&config, &outcome);
         [found.expected, found.spread]
