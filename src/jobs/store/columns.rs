@@ -9,7 +9,7 @@ use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
 use super::nvh::{listed, nvh_columns};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
-use super::point_row::{OfPoint, PointRow};
+use super::point_row::{PointRow, ResultOfPoint};
 use super::refined::level_columns;
 use super::samples::sample_columns;
 use super::table::{Column, Table, columns};
@@ -33,13 +33,13 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-impl Row for OfPoint<PoincareSample> {}
+impl Row for ResultOfPoint<PoincareSample> {}
 
 impl Row for SpectrumRow {}
 
 /// Takes the samples of a point.
-pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<OfPoint<PoincareSample>> {
-    OfPoint::all(point.point_id, std::mem::take(&mut point.outcome.poincare))
+pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<ResultOfPoint<PoincareSample>> {
+    ResultOfPoint::all(point.point_id, std::mem::take(&mut point.outcome.poincare))
 }
 
 /// Takes the spectral lines of a point.
@@ -235,8 +235,8 @@ fn work_columns() -> Vec<Column<PointRow>> {
 }
 
 /// Columns of `poincare.parquet`.
-pub fn poincare_table() -> Table<OfPoint<PoincareSample>> {
-    Table::new(columns![row: OfPoint<PoincareSample>;
+pub fn poincare_table() -> Table<ResultOfPoint<PoincareSample>> {
+    Table::new(columns![row: ResultOfPoint<PoincareSample>;
         u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
         u64 "cycle", "mesh cycles", row.result.cycle,
             "Mesh cycle, counted from the start of the simulation";

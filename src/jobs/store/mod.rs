@@ -92,7 +92,7 @@ pub use nvh::ListElement;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use orders::{OrderRow, orders_table};
-pub use point_row::{AxisColumn, OfPoint, Placement, PointRow};
+pub use point_row::{AxisColumn, Placement, PointRow, ResultOfPoint};
 pub use probes::probes_table;
 pub use read::{
     ColumnHead, ColumnKind, ResultTable, present_tables, read_run, read_runs, record_paths, verify,

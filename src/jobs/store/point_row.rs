@@ -58,18 +58,18 @@ pub struct PointRow {
 
 /// One of several results of a point: a row of another table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfPoint<T> {
+pub struct ResultOfPoint<T> {
     /// The point.
     pub point_id: u64,
     /// The result.
     pub result: T,
 }
 
-impl<T> OfPoint<T> {
+impl<T> ResultOfPoint<T> {
     /// The rows of all results of a point.
-    pub(super) fn all(point_id: u64, found: impl IntoIterator<Item = T>) -> Vec<Self> {
+    pub(super) fn all(point_id: u64, results: impl IntoIterator<Item = T>) -> Vec<Self> {
         let row = |result| Self { point_id, result };
-        found.into_iter().map(row).collect()
+        results.into_iter().map(row).collect()
     }
 }
 
