@@ -173,7 +173,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
                 "the axis `{name}` names an element that does not exist: `{}` {}",
                 end.holder, end.why
             );
-            let remedy = if modal_keys::is_name(name) {
+            let remedy = if modal_keys::is_modal_number_name(name) {
                 "indices in brackets count from 1; write the list or the table in the modal file first"
             } else {
                 "elements count from 0; write the list in its own table first"
@@ -206,7 +206,7 @@ fn keep_new_faults(
         })
         .collect::<Vec<_>>()
         .join(", ");
-    let of_file = (keys.iter()).any(|key| modal_keys::is_name(key.axis.name()));
+    let of_file = (keys.iter()).any(|key| modal_keys::is_modal_number_name(key.axis.name()));
     let mut seen_here = HashSet::new();
     let new = issues.found.borrow_mut().split_off(before);
     for diagnostic in new {
@@ -324,7 +324,7 @@ impl PointResolver {
 
     /// The node at a dotted path of the manifest, or of the modal file if the name belongs to that.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
-        if !modal_keys::is_name(path) {
+        if !modal_keys::is_modal_number_name(path) {
             return self.0.tree.at(path);
         }
         let file = self.0.modal_tree.as_ref()?;
@@ -334,7 +334,8 @@ impl PointResolver {
     /// Whether a key has a place in the manifest, or in the modal file if it names a number there.
     pub(super) fn has_place(&self, name: &str) -> bool {
         let file = self.0.modal_tree.as_ref();
-        !modal_keys::is_name(name) || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
+        !modal_keys::is_modal_number_name(name)
+            || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
     }
 
     /// Whether the points of the grid have a torque instead of a load.
@@ -379,7 +380,9 @@ impl PointResolver {
         let mut tree = kept.tree.clone();
         let samples = kept.keys.iter().zip(values);
         let samples = samples.map(|(key, value)| (key.axis.name(), key.sample(*value)));
-        let of_file = nodes.iter().any(|(name, _)| modal_keys::is_name(name));
+        let of_file = nodes
+            .iter()
+            .any(|(name, _)| modal_keys::is_modal_number_name(name));
         if let Some(file) = (kept.modal_tree.as_ref()).filter(|_| kept.modal_changed || of_file) {
             modal_keys::attach(&mut tree, file.clone());
         }

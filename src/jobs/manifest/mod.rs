@@ -279,7 +279,7 @@ fn change_modal_file(
     issues: &Issues,
     context: &mut Context,
 ) {
-    let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
+    let of_file = |axis: &GridAxis| modal_keys::is_modal_number_name(axis.axis.name());
     if axes.iter().any(of_file) || changed.iter().any(set::Changed::is_of_modal_file) {
         modal_file::attach(tree, issues, context);
         set::apply_to_modal_file(tree, changed, issues);

@@ -104,9 +104,9 @@ impl Parameter {
 
 fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
     let table = name.split('.').next().unwrap_or_default();
-    let of_drive = |_: &&_| DRIVE_TABLES.contains(&table) || modal_keys::is_name(name);
-    let known = modal_keys::find(name).filter(of_drive);
-    match known {
+    let of_drive = |_: &&_| DRIVE_TABLES.contains(&table) || modal_keys::is_modal_number_name(name);
+    let key = modal_keys::find(name).filter(of_drive);
+    match key {
         None => Err(ParameterError::Unknown {
             name: name.to_owned(),
             near: nearest(name),
@@ -124,7 +124,7 @@ fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
 }
 
 fn nearest(name: &str) -> Option<String> {
-    if modal_keys::is_name(name) {
+    if modal_keys::is_modal_number_name(name) {
         return modal_keys::nearest(name);
     }
     let paths: Vec<&str> = (schema::all(MANIFEST))

@@ -31,7 +31,7 @@ pub(super) fn axis_key(issues: &Issues, entry: &Entry, path: &str) -> Option<&'s
     if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);
     }
-    if modal_keys::is_name(name) {
+    if modal_keys::is_modal_number_name(name) {
         let spec = modal_keys::find(name);
         if spec.is_none() {
             issues.push_with(|| no_number(entry, path));

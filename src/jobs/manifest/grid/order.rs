@@ -169,7 +169,7 @@ fn fault(
 
 fn leaves_modes(name: &str) -> bool {
     !AxisKey::of(name).is_model_key()
-        || modal_keys::is_name(name)
+        || modal_keys::is_modal_number_name(name)
         || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
 }
 
