@@ -12,7 +12,8 @@ use crate::manifest::Job;
 use crate::propagate::instructions;
 use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
-    StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
+    StoreError, TableRecord, Totals, mixed_instructions_warning, remove_stale, replace, statuses,
+    write_run,
 };
 use crate::sweep::{ChainSelection, Options, Prepared, ProgressObserver, Sweep, SweepError};
 use std::collections::BTreeSet;
@@ -214,8 +215,9 @@ fn note_instructions(record: &mut RunRecord) {
     if used.iter().all(|name| name != here) {
         used.push(here.to_owned());
     }
-    let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
-    record.warnings.extend(mixed);
+    let warning =
+        mixed_instructions_warning(used).filter(|warning| !record.warnings.contains(warning));
+    record.warnings.extend(warning);
 }
 
 /// Keeps the last table of each name, which replaces the earlier ones.

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use super::checksum::RecordedTables;
 use super::file::{ClosedTable, create_folder, remove_stale, table_path};
 use super::interleave::{Interleaved, Source, interleave};
-use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
+use super::run::{
+    KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed_instructions_warning,
+};
 use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
 
@@ -406,7 +408,7 @@ fn record(parts: &[Part]) -> RunRecord {
             }
         }
     }
-    warnings.extend(mixed(used).filter(|warning| !warnings.contains(warning)));
+    warnings.extend(mixed_instructions_warning(used).filter(|warning| !warnings.contains(warning)));
     whole.totals = totals;
     whole.warnings = warnings;
     whole.placement.threads_asked = None;

@@ -101,7 +101,7 @@ pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
     KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState,
-    ShardRecord, Totals, mixed, run_path, write_run,
+    ShardRecord, Totals, mixed_instructions_warning, run_path, write_run,
 };
 pub use run_up::{
     contact_changes_table, levels_table, order_tracks_table, signals_table, spectrogram_table,
