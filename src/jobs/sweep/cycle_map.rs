@@ -118,8 +118,8 @@ impl CycleMap {
     pub fn new(mut point: PointSpec, parts: Arc<Prepared>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
         let point_kernel = PointKernel::of(&point, &model, &parts)?;
-        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(point_kernel.taken);
-        let kernel = match point_kernel.taken {
+        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(point_kernel.choice);
+        let kernel = match point_kernel.choice {
             KernelChoice::Volterra => MapKernel::Kept(Box::new(Volterra::of(
                 model,
                 f64::EPSILON,

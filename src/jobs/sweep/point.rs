@@ -174,7 +174,7 @@ fn build_and_compute(
         .transpose()?;
     let task = |kernel: &PointKernel| PointTask {
         model: &model,
-        kernel: kernel.taken.name(),
+        kernel: kernel.choice.name(),
         start: start.clone(),
         initial: initial.clone(),
         mesh,
