@@ -426,7 +426,7 @@ impl TrainDrive {
                     law: match &mesh.law {
                         MeshLaw::OfFirst { phase } => ContactLaw::later(*phase),
                         MeshLaw::Own(flanks) => flanks[index].clone(),
-                        MeshLaw::Drawn(drawn) => ContactLaw::later(drawn.beside.phase),
+                        MeshLaw::Drawn(drawn) => ContactLaw::later(drawn.undrawn_properties.phase),
                     },
                     copies: matches!(mesh.law, MeshLaw::OfFirst { .. }).then_some(index),
                 });
