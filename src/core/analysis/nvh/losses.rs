@@ -49,15 +49,16 @@ impl Losses {
         force: Option<&NodeValues<'_>>,
         mut lost: impl FnMut(usize, f64),
     ) {
-        let is_of_first = |contact: usize| contact < self.flank_springs;
-        let of_first = (window.closed.iter()).filter(|closed| is_of_first(closed.contact));
-        let only = force.filter(|_| of_first.count() == 1);
+        let is_in_first_mesh = |contact: usize| contact < self.flank_springs;
+        let closed_in_first_mesh =
+            (window.closed.iter()).filter(|closed| is_in_first_mesh(closed.contact));
+        let only = force.filter(|_| closed_in_first_mesh.count() == 1);
         for closed in window.closed {
             let speed = self.speeds[window.segments[closed.contact].direction];
             if speed == 0.0 {
                 continue;
             }
-            let force = match only.filter(|_| is_of_first(closed.contact)) {
+            let force = match only.filter(|_| is_in_first_mesh(closed.contact)) {
                 Some(force) => modulus_at_nodes(set, force),
                 None => modulus(&padded(closed.force)),
             };
