@@ -286,13 +286,13 @@ impl PointResolver {
 
     /// This resolver, with axes given by expressions.
     pub(super) fn deriving(self, expressions: Vec<(String, Expression)>) -> Self {
-        let own = |(name, expression): (String, Expression)| {
+        let with_dimension = |(name, expression): (String, Expression)| {
             let of_axis = |key: &&GridAxis| key.axis.name() == name;
             let dimension = self.0.keys.iter().find(of_axis).map(GridAxis::dimension);
             let dimension = dimension.unwrap_or(Dimension::Ratio);
             (AxisKey::of(&name), dimension, expression)
         };
-        let derived = expressions.into_iter().map(own).collect();
+        let derived = expressions.into_iter().map(with_dimension).collect();
         let mut kept = self.0;
         if let Some(kept) = Arc::get_mut(&mut kept) {
             kept.derived = derived;
@@ -421,7 +421,7 @@ pub(super) struct Expansion {
     judged: Arc<JudgedCombinations>,
     between: PointResolver,
     /// Recently resolved combinations that were not judged, by number.
-    made: Arc<Mutex<HashMap<usize, Variant>>>,
+    recent_variants: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
 impl Expansion {
@@ -430,7 +430,7 @@ impl Expansion {
         Self {
             judged: Arc::new(judged),
             between,
-            made: Arc::default(),
+            recent_variants: Arc::default(),
         }
     }
 
@@ -466,19 +466,23 @@ impl Expansion {
             keys, combinations, ..
         } = &*self.between.0;
         let number = combinations.first_like(number);
-        let made = || self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = made().get(&number) {
+        let lock_variants = || {
+            self.recent_variants
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(known) = lock_variants().get(&number) {
             return (Cow::Owned(known.clone()), None);
         }
         let values = keys.iter().zip(combinations.places(number));
         let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
         match self.between.combine(&values, Some(near)) {
             Ok(variant) => {
-                let mut made = made();
-                if made.len() >= MOST_KEPT {
-                    made.clear();
+                let mut variants = lock_variants();
+                if variants.len() >= MOST_KEPT {
+                    variants.clear();
                 }
-                made.insert(number, variant.clone());
+                variants.insert(number, variant.clone());
                 (Cow::Owned(variant), None)
             }
             Err(fault) => (Cow::Borrowed(near), Some(fault)),

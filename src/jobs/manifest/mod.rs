@@ -116,12 +116,12 @@ pub fn read_changed(
 
 fn resolve_read_manifest(
     issues: Issues,
-    found: Result<usize, TextError>,
+    source: Result<usize, TextError>,
     name: &str,
     base_dir: &Path,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
-    match found {
+    match source {
         Ok(source) => resolve_manifest(issues, source, base_dir, changes),
         Err(TextError::Reported) => Err(ManifestErrors::new(issues)),
         Err(TextError::Unreadable(error)) => {
