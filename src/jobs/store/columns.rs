@@ -103,8 +103,10 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(work_columns());
     for column in &mut columns {
         let column_list = listed(&column.name);
-        let named = elements.iter().find(|(list, _)| Some(*list) == column_list);
-        column.elements = named.map(|(_, names)| names.clone()).unwrap_or_default();
+        let list_elements = elements.iter().find(|(list, _)| Some(*list) == column_list);
+        column.elements = list_elements
+            .map(|(_, names)| names.clone())
+            .unwrap_or_default();
     }
     for axis in axes {
         if columns

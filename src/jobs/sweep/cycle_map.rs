@@ -381,14 +381,14 @@ struct MapObservers<'a> {
 impl<'a> MapObservers<'a> {
     fn new(mapping: &MapRequest<'a>, start: &TrajectoryState) -> Self {
         let config = mapping.config;
-        let of = |by: &'a Model| {
+        let tangent_of = |by: &'a Model| {
             let zero = vec![0.0; start.state.len()];
             ParameterTangent::new(mapping.model, by, &start.state, zero, ())
         };
         Self {
             cycles: config.cycles,
             events: config.events.then(Vec::new),
-            tangents: config.by.iter().map(of).collect(),
+            tangents: config.by.iter().map(tangent_of).collect(),
         }
     }
 
